@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From SymPy to text: CasADi's graph and derivatives, one instruction tape, C and Python printed from it."""
+"""From SymPy to code: CasADi's graphs and derivatives, one list of instructions, and C and Python printed from it."""

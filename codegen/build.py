@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated folders of systems that Python code makes, without a folder of models."""
+"""Generated folders of systems built in Python, without a folder of models."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 
 _EQUATIONS = {"steps", "functions", "variants", "residual"}
-"""Fields of a system whose every number stands in the equations. To spell them again takes 2 s for eight pendulums."""
+"""Fields of a system whose numbers all occur in its equations. Writing them out again takes 2 s for eight pendulums."""
 
 
 class Assembly(Protocol):
-    """Maker of a system, such as a `Spacecraft`."""
+    """Object that builds a system, such as a `Spacecraft`."""
 
     def system(self) -> System:
         """Return the system."""
 
 
 def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
-    """Generate a system into the cache and return its folder; one that was generated before is found there.
+    """Generate a system in the cache and return its folder; a system generated before is reused.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
 
 
 def _declared(system: System) -> list[str]:
-    """Return the fields of a system that its equations do not contain whole, such as its laws with their defaults."""
+    """Return the fields of a system that its equations do not contain completely, such as laws with defaults."""
     return [entry.name for entry in fields(system) if entry.compare and entry.name not in _EQUATIONS]
 
 
 def _declaration(value: object) -> object:
-    """Return all that a part of a system declares, by fields; not the line that made it."""
+    """Return everything that a part of a system declares, field by field, except its source line."""
     import sympy as sp
 
     if is_dataclass(value):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write generated/MODEL/ when its sources have changed, whole or not at all; tell what is stale.
+"""Generation of generated/MODEL/ from changed sources, complete or not at all, and detection of stale files.
 
 Deriving needs SymPy and CasADi; finding out that nothing has changed needs neither.
 """
@@ -79,12 +79,12 @@ class Report:
 
     @property
     def stale(self) -> bool:
-        """True if the folder differed from the sources."""
+        """True if the folder differed from its sources."""
         return bool(self.reasons)
 
 
 def check(tree: Tree, model: str) -> Report:
-    """Compare generated/MODEL with its sources, without deriving anything."""
+    """Compare generated/MODEL with its sources without a derivation."""
     folder = tree.root / "generated" / model
     reasons = _reasons(tree, model, folder)
     record = _record(folder) if reasons else None
@@ -98,7 +98,7 @@ def generate(
     structure: Mapping[str, str] | None = None,
     casadi: bool = False,
 ) -> Report:
-    """Derive a model and write its texts, unless they are up to date.
+    """Derive a model and write its files unless they are up to date.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def generate(
 def _renumbered(
     tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
 ) -> dict[str, str] | None:
-    """Return the new manifest when nothing but numbers in the tables has changed since the model was derived."""
+    """Return an updated manifest if only numbers in tables have changed."""
     record = _record(folder)
     if record is None or not record.shapes_sha256:
         return None
@@ -164,7 +164,7 @@ def _renumbered(
 def derive(
     tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False, whole: bool = True
 ) -> dict[str, str]:
-    """Derive a model and return every text of its generated folder, manifest last.
+    """Derive a model and return all files of its generated folder, manifest last.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def derive(
 
 @contextlib.contextmanager
 def _few_collections() -> Iterator[None]:
-    """Collect garbage rarely: a derivation makes few cycles of objects.
+    """Reduce garbage collection: a derivation creates few cycles of objects.
 
     With the threshold set for a whole process slosh took 9.5 and 8.5 s of a processor, and 10.9 and 11.4 without.
     """
@@ -199,7 +199,7 @@ def _few_collections() -> Iterator[None]:
 
 
 def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool, whole: bool) -> dict[str, str]:
-    """Derive a model, as `derive` does."""
+    """Derive a model; see `derive`."""
     with tracing(tree.root, package_name(tree, model)) as loading:
         system = system_of(tree, model, structure)
         loaded = {name: sha256(path) for name, path in loading.files().items()}
@@ -217,7 +217,7 @@ def texts_of(
     casadi: bool = False,
     whole: bool = True,
 ) -> dict[str, str]:
-    """Generate every text of a folder from a derived system, manifest last.
+    """Generate all files of a folder from a derived system, manifest last.
 
     Parameters
     ----------
@@ -271,7 +271,7 @@ def texts_of(
 
 
 def _check_constants(manifest: Manifest, functions: Iterable[str]) -> None:
-    """Refuse names that would be one in C: of two functions, or of two constants of the header."""
+    """Refuse names that coincide in C: of two functions, or of two constants of the header."""
     from mehvar.base.constants import constants
 
     names = [*map(identifier, functions), *(name for name, _ in constants(manifest))]
@@ -284,7 +284,7 @@ def _check_constants(manifest: Manifest, functions: Iterable[str]) -> None:
 
 
 def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
-    """Derive a model and check it, without writing anything.
+    """Derive and check a model without writing.
 
     Raises
     ------
@@ -298,7 +298,7 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def prepared(system: System) -> System:
-    """Return a checked system in the form that functions are generated from: with arrays, samples and a clock."""
+    """Return a checked system in the form for generation: with arrays, samples and clock."""
     from mehvar.models.arrays.constraints import with_arrays
     from mehvar.models.clock import with_clock
     from mehvar.models.forms import with_mass, with_samples
@@ -307,7 +307,7 @@ def prepared(system: System) -> System:
 
 
 def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
-    """Derive a model and check it, as its text has it."""
+    """Derive and check a model as its sources declare it."""
     plant = tree.plant(model)
     system = _whole(tree, model, structure) if plant is None else _law(tree, model, structure, *plant)
     from mehvar.models.check import check as check_system
@@ -322,7 +322,7 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree, name: str) -> System:
-    """Derive a user's law on a plant, which is derived once."""
+    """Derive a user's law on a plant, which is derived once and cached."""
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     if not hasattr(package, "laws"):
@@ -370,7 +370,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
-    """Return a model's structural choices, or raise GenerateError if they are malformed."""
+    """Return a model's structural choices; raise GenerateError if they are malformed."""
     words = isinstance(choices, Mapping) and all(
         isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
         for name, values in choices.items()
@@ -386,7 +386,7 @@ def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
 def _reasons(
     tree: Tree, model: str, folder: Path, structure: Mapping[str, str] | None = None, casadi: bool = False
 ) -> tuple[str, ...]:
-    """Say why a generated folder does not match its sources; empty when it does."""
+    """Return the reasons why a generated folder does not match its sources; empty if it does."""
     path = folder / FILE
     if not path.is_file():
         return (f"{path} is missing",)
@@ -397,7 +397,7 @@ def _reasons(
 
 
 def _record(folder: Path) -> Manifest | None:
-    """Return the manifest of a generated folder; None when there is none that can be read."""
+    """Return the manifest of a generated folder; None if it is missing or unreadable."""
     try:
         return read_manifest(folder)
     except InputError:
@@ -405,7 +405,7 @@ def _record(folder: Path) -> Manifest | None:
 
 
 def has_casadi(folder: Path, model: str) -> bool:
-    """Return True if CasADi's own C is in a generated folder, or should be."""
+    """Return True if a generated folder has CasADi's own C, or should have it."""
     record, name = _record(folder), f"{model}_casadi.c"
     return (folder / name).is_file() or (record is not None and name in record.files_sha256)
 
@@ -413,7 +413,7 @@ def has_casadi(folder: Path, model: str) -> bool:
 def _differences(
     record: Manifest, tree: Tree, model: str, folder: Path, structure: Mapping[str, str], casadi: bool
 ) -> tuple[str, ...]:
-    """Compare sources, structure and files with what a manifest records of them."""
+    """Compare sources, structure and files with a manifest's record."""
     files, before = record.files_sha256, record.structure
     reasons = [f"{name} {change}" for name, change in _changes(record.inputs_sha256, inputs(tree, model, record))]
     now = installed(*record.versions)
@@ -430,7 +430,7 @@ def _differences(
 
 
 def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
-    """Return the SHA-256 of the present inputs of a model, including those of its last derivation."""
+    """Return the SHA-256 of a model's current inputs, with those of its last derivation."""
     now: dict[str, str] = {}
     for name, digest in record.inputs_sha256.items():
         present = answer(tree.root, name)
@@ -440,7 +440,7 @@ def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
 
 
 def outdated(tree: Tree, model: str) -> tuple[str, ...]:
-    """Return the project's own sources that differ from those its generated folder was derived from.
+    """Return the project's own sources that changed since the generated folder was derived.
 
     Sources and versions of the tool do not count, nor do files outside of the tree: a revision holds none of them.
 
@@ -455,7 +455,7 @@ def outdated(tree: Tree, model: str) -> tuple[str, ...]:
 
 
 def own_inputs(tree: Tree, names: Mapping[str, str]) -> dict[str, str]:
-    """Return the inputs of a derivation that belong to the project, not to the tool."""
+    """Return the inputs of a derivation that belong to the project, not to mehvar."""
 
     def is_own(name: str) -> bool:
         if name.startswith(("codegen/", "mehvar/", "../", "./", "/", "environment:")):
@@ -467,7 +467,7 @@ def own_inputs(tree: Tree, names: Mapping[str, str]) -> dict[str, str]:
 
 
 def _plant_inputs(tree: Tree, model: str) -> dict[str, str] | None:
-    """Return the inputs of the plant of a user's law; None without a plant, or if it was never generated."""
+    """Return the inputs of a law's plant; None without a plant or a generated folder."""
     plant = tree.plant(model)
     record = None if plant is None else _record(plant[0].root / "generated" / plant[1])
     return None if plant is None or record is None else inputs(*plant, record)
@@ -478,15 +478,15 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
         if name not in before:
             yield name, "is new"
         elif name not in now:
-            yield name, "is gone"
+            yield name, "was removed"
         elif before[name] != now[name] and ABSENT in (before[name], now[name]):
-            yield name, "is gone" if before[name] else "is new"
+            yield name, "was removed" if before[name] else "is new"
         elif before[name] != now[name]:
             yield name, "changed"
 
 
 def write(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write all files under temporary names, then rename them, the manifest last: an unfinished write shows as stale.
+    """Write all files under temporary names and rename them, manifest last: an interrupted write shows as stale.
 
     One process at a time renames, so that the files of two never mix. A new folder that stays empty is removed.
     """
@@ -509,7 +509,7 @@ def write(folder: Path, texts: Mapping[str, str]) -> None:
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold a folder's lock, which the system takes back from a process that dies."""
+    """Hold a folder's lock, which the operating system releases if the process ends."""
     if sys.platform == "win32":
         yield
         return

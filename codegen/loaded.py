@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs that a model loads during derivation beyond its folder and the tool: modules, files, requests."""
+"""Inputs of a derivation beyond the model's folder and mehvar: modules, files, requests."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
-"""Imports of each module that was executed under `tracing`; a module is executed only once per process."""
+"""Imports of each module executed under `tracing`; a process executes each module once."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """Inputs loaded so far.
+    """Inputs of a derivation so far.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def _names(module: Any, name: str, wanted: Any = None, level: int = 0) -> set[st
 
 
 def _closure(package: str) -> set[str]:
-    """Return the modules that a package needs, directly or not."""
+    """Return the modules that a package needs, directly or indirectly."""
     stack = [name for name in _IMPORTS if name == package or name.startswith(f"{package}.")]
     seen: set[str] = set()
     while stack:
@@ -111,7 +111,7 @@ def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
 
 
 def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
-    """Return the distributions that modules below `root` import by name, except copies and this program's own."""
+    """Return the distributions imported by modules below `root`, without copies and mehvar's own."""
     root, named = root.resolve(), set()
     for name in modules:
         file = getattr(sys.modules.get(name), "__file__", None)

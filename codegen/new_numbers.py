@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""New numbers in a model's tables, old equations: the manifest is brought up to date without deriving anything.
+"""New numbers in a model's tables with old equations: update of the manifest without a derivation.
 
 Numbers are inputs of the generated functions, so no other file depends on them. A model's manifest holds a hash of
 its tables without their numbers, and only where putting the numbers in again gives the very manifest that was derived:
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from mehvar.models.quantities import Group, Parameter
 
 _WORDS = frozenset(("title", "description"))
-"""Texts of scenarios and metrics for people, which only the manifest has."""
+"""Texts of scenarios and metrics for people, which only the manifest contains."""
 TABLES = ("parameters.toml", "scenarios.toml")
 
 
 def shapes(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each table of a model with numbers and words for people left out, by file name."""
+    """Return the SHA-256 of each table of a model without numbers and texts for people, by file name."""
     hashes = {}
     for name in TABLES:
         try:
@@ -50,7 +50,7 @@ def _shape(value: object, words: frozenset[str]) -> object:
 
 
 def renumber(manifest: Manifest, folder: Path) -> Manifest | None:
-    """Put the numbers of a model's tables into its manifest.
+    """Copy the numbers of a model's tables into its manifest.
 
     Parameters
     ----------
@@ -100,14 +100,14 @@ def renumber(manifest: Manifest, folder: Path) -> Manifest | None:
 def _numbered(
     rows: tuple[numeric.Parameter, ...], table: Mapping[str, Parameter | None]
 ) -> tuple[numeric.Parameter, ...] | None:
-    """Return parameters with the defaults of a table; None if it lacks one or has two of its name."""
+    """Return parameters with defaults from a table; None if it lacks one or has two of its name."""
     if any(table.get(row.name) is None for row in rows):
         return None
     return tuple(row if row.formula is not None else replace(row, default=_number(table[row.name])) for row in rows)
 
 
 def _by_name(groups: Iterable[Group]) -> dict[str, Parameter | None]:
-    """Return the parameters of some groups; None for a name with two numbers or bounds."""
+    """Return the parameters of some groups by name; None for a name with two defaults or bounds."""
     from mehvar.models.quantities import Parameter
 
     parameters: dict[str, Parameter | None] = {}

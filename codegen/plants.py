@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plants that users' laws act on, derived once: the next law on the same plant finds it in the cache."""
+"""Plants of users' laws, derived once and cached."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FILE = "system.pickle"
 
 
 def kept_plant(sources: Mapping[str, str], structure: Mapping[str, str], derive: Callable[[], System]) -> System:
-    """Return a plant from the cache, or derive it and keep it there.
+    """Return a plant from the cache; derive and store a missing one.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def kept_plant(sources: Mapping[str, str], structure: Mapping[str, str], derive:
 
 
 def _text(plant: System) -> bytes | None:
-    """Return a pickled plant; None if it does not load equal, as with functions of a user's module."""
+    """Return a pickled plant; None if it does not load as an equal one, as with functions of a user's module."""
     try:
         text = pickle.dumps(plant)
         return text if pickle.loads(text) == plant else None

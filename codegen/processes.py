@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derivations of several models at once, each in a process of its own."""
+"""Parallel derivation of several models, one process each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Result = TypeVar("Result")
 
 
 def in_processes(work: Callable[[Item, ProcessPoolExecutor], Result], items: Iterable[Item]) -> list[Result]:
-    """Return the results of `work` for each item, in order; `work` may submit long tasks to the processes.
+    """Return the results of `work` for each item in order; `work` may submit long tasks to the processes.
 
     Ctrl-C ends the processes without a word of theirs.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated folders of structural variants, derived once and then taken from the cache."""
+"""Generated folders of structural variants, derived once and cached."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .processes import in_processes
 from .workspace import Tree, load_model
 
 _MOST = 16
-"""Structures that are all compared: one takes ten seconds or so of a processor on each side. Twice as many would still
-leave out the combinations of slosh and satellite, 768 and 192."""
+"""Largest number of structures that are all compared: each takes about ten seconds per side. Twice as many would
+still omit combinations of slosh and satellite, 768 and 192."""
 _TRIES = 1000
-"""Limit on combinations that are tried: a model refuses one within microseconds."""
+"""Largest number of combinations that are tried; a model refuses one within microseconds."""
 
 
 def structure_folders(tree: Tree, structures: Mapping[str, Mapping[str, str]]) -> dict[str, Path]:
-    """Return a generated folder for each model, derived now where the cache has none.
+    """Return a generated folder for each model, derived if the cache has none.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def structure_folders(tree: Tree, structures: Mapping[str, Mapping[str, str]]) -
 def structure_folder(
     tree: Tree, model: str, structure: Mapping[str, str], processes: ProcessPoolExecutor | None = None
 ) -> Path:
-    """Return the generated folder of one structure, derived in a process if there are some."""
+    """Return the generated folder of one structure, derived in a process if a pool is given."""
     versions = {**installed("sympy", "casadi", "mehvar"), "python": sys.version}
     parts = itertools.chain(sorted(structure.items()), tree.sources(model).items(), versions.items())
 
@@ -64,13 +64,13 @@ def structure_folder(
 
 
 def choices_of(tree: Tree, model: str) -> Mapping[str, tuple[str, ...]]:
-    """Return the values of each structural choice of a model, the default first; of a law, those of its plant."""
+    """Return the values of each structural choice, default first; for a law, those of its plant."""
     choices: Mapping[str, tuple[str, ...]] = load_model(*(tree.plant(model) or (tree, model))).STRUCTURE
     return choices
 
 
 def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[str, str]], bool]:
-    """Return the structures beside the default one, and whether these are all of them.
+    """Return the structures besides the default, and True if these are all.
 
     Where there are too many combinations, each value of each choice comes once, the others at their defaults.
     """
@@ -85,7 +85,7 @@ def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[s
 
 
 def accepted(tree: Tree, model: str, structure: Mapping[str, str]) -> dict[str, str] | None:
-    """Return a structure with the fewest added choices that make it valid; None if there are none."""
+    """Return the structure with the fewest added choices that make it valid; None without one."""
     where = tree.plant(model) or (tree, model)
     package, choices = load_model(*where), choices_of(*where)
     from mehvar.models.quantities import ModelError  # of the vocabulary that the model has imported

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated files that are no HTML: one environment for all their templates."""
+"""Template environment of generated files that are not HTML."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import jinja2
 
 
 def text_environment(folder: Path) -> jinja2.Environment:
-    """Return the templates of a folder; a name that they lack is an error, lines of nothing but blocks vanish."""
+    """Return the templates of a folder; unknown names are errors, and lines with only blocks vanish."""
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder),
         trim_blocks=True,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Record of the files, folders and variables that a model's text reads during derivation.
+"""Record of files, folders and variables that a model's code reads during derivation.
 
 It holds files that the text opens, files that it fails to find, folders that it lists and environment variables. Later
 changes of any of them show that the model is stale. Answers of programs and other machines cannot be checked again at
@@ -21,22 +21,22 @@ from types import FrameType
 from typing import Any
 
 ABSENT = ""
-"""Used in place of a digest for a missing file or variable."""
+"""Value in place of a digest for a missing file or variable."""
 _VARIABLE = "environment:"
 _SYSTEM = ("/proc/", "/dev/", "/sys/")
-"""Folders of the operating system, which are no inputs."""
+"""Folders of the operating system, which do not count as inputs."""
 _REFUSED = {
     **dict.fromkeys(("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.fork"), "starts a program"),
     **dict.fromkeys(("socket.connect", "socket.getaddrinfo"), "asks another machine"),
 }
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 _INSTALLED = {"site-packages", "dist-packages"}
-"""Folders of installed libraries, in this environment or a nested one; only the versions of libraries count."""
+"""Folders of installed libraries; only the versions of libraries count as inputs."""
 
 
 @dataclass(frozen=True)
 class Requests:
-    """Requests so far: absolute paths, and names of variables.
+    """Requests so far: absolute paths and names of variables.
 
     Attributes
     ----------
@@ -57,13 +57,13 @@ class Requests:
     variables: set[str] = field(default_factory=set)
 
     def note(self, name: str) -> None:
-        """Record that the model's text requests a file."""
+        """Record a file that the model's code requests."""
         if not name.startswith(_SYSTEM):
             self.opened.add(name)
             self.sought.add(name)
 
     def answers(self) -> dict[str, str]:
-        """Return the current digests of the requests, by names as in `answer`; existing files are left out."""
+        """Return the current digests of the requests, by names as in `answer`, without existing files."""
         root = Path(self.root)
         folders = {f"{_relative(root, name)}/" for name in self.listed if os.path.isdir(name)}  # noqa: PTH112
         missing = {_relative(root, name) for name in self.sought if not os.path.lexists(name)}
@@ -76,7 +76,7 @@ _requests: Requests | None = None
 
 
 def answer(root: Path, name: str) -> str | None:
-    """Return the current digest of a file, of a folder's names or of a variable; None if it is missing.
+    """Return the current digest of a file, a folder's list of names, or a variable; None if missing.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def answer(root: Path, name: str) -> str | None:
 
 
 def _listing(folder: Path) -> str:
-    """Return the digest of the names in a folder, except those that Python and generation write there."""
+    """Return the digest of a folder's list of names, without names that Python and generation write."""
     names = sorted(path.name for path in folder.iterdir() if path.name not in ("__pycache__", "generated"))
     return hashlib.sha256("\n".join(names).encode()).hexdigest()
 
@@ -106,7 +106,7 @@ def _relative(root: Path, name: str) -> str:
 
 @contextlib.contextmanager
 def watching(root: Path) -> Iterator[Requests]:
-    """Record the requests of texts below a folder, except those of this program itself.
+    """Record the requests of code below a folder, without those of mehvar.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def _stack() -> Iterator[FrameType]:
 
 
 def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
-    """Return an `os.stat`, which tests for existence, that records its paths."""
+    """Return a replacement of `os.stat` that records its paths, as tests for existence use it."""
 
     def noting(path: Any, *arguments: Any, **keywords: Any) -> os.stat_result:
         if _requests is not None and isinstance(path, str | os.PathLike) and _reader(_requests):
@@ -176,8 +176,8 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
         from mehvar.models.quantities import ModelError, place
 
         raise ModelError(
-            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}: its answer may change; "
-            "put it into a file beside the model"
+            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}: its result may change; "
+            "store it in a file of the model's folder"
         )
 
 
@@ -186,7 +186,7 @@ def _absolute(name: str | os.PathLike[str]) -> str:
 
 
 def _reader(requests: Requests) -> FrameType | None:
-    """Return the frame of a model's text that makes the current request, directly or through a library."""
+    """Return the frame of a model's code behind the current request, directly or through a library."""
     root = requests.root
     for frame in _stack():
         file = frame.f_code.co_filename
@@ -201,7 +201,7 @@ def _reader(requests: Requests) -> FrameType | None:
 
 @functools.cache
 def _is_of_model(file: str, root: str) -> bool:
-    """Return True for a text below `root` of a model: a derivation tests for the same few texts thousands of times."""
+    """Return True for a model's file below `root`; cached, as a derivation asks thousands of times."""
     path = Path(file)
     return not (is_ours(path) or is_copy(path, root) or is_library(path))
 
@@ -212,13 +212,13 @@ def is_library(path: Path) -> bool:
 
 
 def is_ours(path: Path) -> bool:
-    """Return True if a file belongs to this program, whose files are inputs by rule."""
+    """Return True if a file belongs to mehvar, whose files always count as inputs."""
     rooms = ("mehvar", "codegen", "runtime", "models", "generated", "tests")
     return path.is_relative_to(OURS) and path.relative_to(OURS).parts[0] in rooms
 
 
 def is_copy(path: Path, root: str | Path) -> bool:
-    """Return True if a file below `root` is another checkout's copy of a file of this program."""
+    """Return True if a file below `root` is another checkout's copy of a file of mehvar."""
     counterpart = OURS / path.relative_to(root)
     return is_ours(counterpart) and os.path.lexists(counterpart)  # `lstat`, because `stat` may be the recording one
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Locations of models: a checkout of mehvar, the installed package, or a folder of the user's own."""
+"""Locations of models: a checkout of mehvar, the installed package, or a user's project."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from mehvar.base.versions import project_root
 
 _TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
-"""Sources of generated text outside `codegen` and `models`: names in code, and the form of a manifest."""
+"""Sources of generated text outside of `codegen` and `models`: identifiers, and the manifest's schema."""
 _COMPARING = re.compile(
     r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(paper|notation)\.py"
 )
-"""Modules that compare equations and write no generated text."""
+"""Modules for comparisons, which do not affect generated text."""
 
 
 PLANT = "plant.toml"
-"""File in the folder of a user's own law that names its plant."""
+"""File in the folder of a user's law that names its plant."""
 ROOMS = frozenset(("arrays", "check", "estimation", "forms", "parts"))
-"""Folders of the vocabulary, which are no models."""
+"""Folders of the vocabulary, which are not models."""
 
 
 class GenerateError(MehvarError, ValueError):
@@ -45,7 +45,7 @@ class GenerateError(MehvarError, ValueError):
 
 @dataclass(frozen=True)
 class Tree:
-    """Folder from which models are read and into which generated text is written.
+    """Folder with models and generated files.
 
     Attributes
     ----------
@@ -57,12 +57,12 @@ class Tree:
 
     @property
     def has_vocabulary(self) -> bool:
-        """True for a checkout of mehvar; a user's own tree takes the vocabulary of the installed package."""
+        """True for a checkout of mehvar; other trees use the installed vocabulary."""
         return (self.root / "models" / "system.py").is_file()
 
     @property
     def models(self) -> tuple[str, ...]:
-        """Names of the models in this tree."""
+        """Names of the models of this tree."""
         names = {path.parent.name for path in (self.root / "models").glob("*/__init__.py")}
         return tuple(sorted(names - ROOMS if self.has_vocabulary else names))
 
@@ -73,7 +73,7 @@ class Tree:
 
     @property
     def orphans(self) -> dict[str, str]:
-        """Generated folders without a model and models without an `__init__.py`, with the missing path."""
+        """Generated folders without a model, and models without `__init__.py`, with the missing path."""
         models, rooms = self.root / "models", ROOMS if self.has_vocabulary else ()
         marks = (*models.glob("*/system.py"), *models.glob("*/parameters.toml"))
         names = {path.parent.name for path in (*marks, *(self.root / "generated").glob(f"*/{FILE}"))}
@@ -83,7 +83,7 @@ class Tree:
         }
 
     def plant(self, model: str) -> tuple[Tree, str] | None:
-        """Return the tree and the name of the plant of a user's own law; None for a model that is a whole system.
+        """Return tree and name of the plant of a user's law; None for a complete system.
 
         Raises
         ------
@@ -165,7 +165,7 @@ def load_model(tree: Tree, model: str) -> ModuleType:
         package = importlib.import_module(f"mehvar.models.{model}")
     if not Path(package.__file__ or "").resolve().is_relative_to(tree.root.resolve()):
         raise GenerateError(
-            f"models is already imported from {Path(package.__file__ or '').parents[2]}; use a new process"
+            f"mehvar.models is already imported from {Path(package.__file__ or '').parents[2]}; start a new process"
         )
     return package
 
@@ -184,13 +184,13 @@ def load_paper(tree: Tree, model: str, part: str) -> ModuleType:
     with own_text(folder):
         package = _load_by_path(folder, name)
         if not Path(package.__file__ or "").resolve().is_relative_to(folder.resolve()):
-            raise GenerateError(f"{name} is already imported from {package.__file__}; use a new process")
+            raise GenerateError(f"{name} is already imported from {package.__file__}; start a new process")
         return importlib.import_module(f"{name}.{part}")
 
 
 @contextlib.contextmanager
 def own_text(folder: Path) -> Iterator[None]:
-    """Turn an exception in a model's own text into one line: the last place in its folder, and the error.
+    """Convert an exception in a model's code into one line: its last place in the folder, and the error.
 
     Raises
     ------
@@ -217,7 +217,7 @@ def _last_place(error: BaseException, folder: Path) -> tuple[str, int]:
 
 
 def _one_line(error: BaseException, folder: Path) -> str:
-    """Return the error in one line; a missing module of the model itself is shown as its file."""
+    """Return the error on one line; a missing module of the model is shown as a file."""
     package = _name_of(folder)
     if isinstance(error, ModuleNotFoundError) and error.name:
         for own in (f"{package}.", f"mehvar.models.{folder.name}.", f"papers.{folder.name}."):
@@ -230,7 +230,7 @@ def _one_line(error: BaseException, folder: Path) -> str:
 
 
 def package_name(tree: Tree, model: str) -> str:
-    """Return the name under which a model's package is imported."""
+    """Return the import name of a model's package."""
     return f"mehvar.models.{model}" if tree.has_vocabulary else _name_of(tree.root / "models" / model)
 
 
@@ -239,7 +239,7 @@ def _name_of(folder: Path) -> str:
 
 
 def prefer_vocabulary(tree: Tree) -> None:
-    """Make another checkout's vocabulary importable as mehvar.models, unless this program's is already imported."""
+    """Make another checkout's vocabulary importable as mehvar.models, unless mehvar's own is imported already."""
     if tree.has_vocabulary and tree != installed_tree() and "mehvar.models" not in sys.modules:
         sys.meta_path.insert(0, _Vocabulary(tree.root / "models"))
 
@@ -250,11 +250,11 @@ _MOVED = {
     "mehvar.notebook.display": "mehvar.base.display",
     **{f"mehvar.{name}": f"mehvar.base.{name}" for name in _SHARED_NAMES},
 }
-"""Modules that vocabularies import by the names that they had before mehvar.base."""
+"""Modules by their names before mehvar.base, which older vocabularies import."""
 
 
 class _Vocabulary(MetaPathFinder, Loader):
-    """Import mehvar.models from another checkout; older checkouts call it models, and shared modules otherwise."""
+    """Importer of mehvar.models from another checkout, with names that older checkouts use."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -273,13 +273,13 @@ class _Vocabulary(MetaPathFinder, Loader):
         return module
 
     def exec_module(self, module: ModuleType) -> None:
-        """Restore the specification of the module, which has been executed under its own name."""
+        """Restore the specification of a module that was executed under its own name."""
         assert module.__spec__ is not None
         module.__spec__ = module.__spec__.loader_state
 
 
 def _load_by_path(folder: Path, name: str) -> ModuleType:
-    """Import a folder under a name that need not be found on the path."""
+    """Import a folder under any module name."""
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(

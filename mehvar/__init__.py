@@ -21,10 +21,13 @@ if TYPE_CHECKING:
     from mehvar.comparison.compare import diff as diff
     from mehvar.estimation.fit import Fit as Fit
     from mehvar.estimation.fit import fit as fit
+    from mehvar.estimation.steer import Steering as Steering
+    from mehvar.estimation.steer import SteeringError as SteeringError
+    from mehvar.estimation.steer import steer as steer
     from mehvar.estimation.tune import Tuning as Tuning
     from mehvar.estimation.tune import tune as tune
     from mehvar.fmu.export import export_fmu as export_fmu
-    from mehvar.models.estimation.extended import estimated as estimated
+    from mehvar.models.estimation.estimated import estimated as estimated
     from mehvar.models.mechanics import kirchhoff as kirchhoff
     from mehvar.models.mechanics import lagrange as lagrange
     from mehvar.models.mechanics import quaternion_of_turns as quaternion_of_turns
@@ -74,6 +77,7 @@ _HOMES = {
     "mehvar.comparison.compare": ("diff",),
     "mehvar.base.errors": ("InputError", "MehvarError", "MissingError"),
     "mehvar.estimation.fit": ("Fit", "fit"),
+    "mehvar.estimation.steer": ("Steering", "SteeringError", "steer"),
     "mehvar.estimation.tune": ("Tuning", "tune"),
     "mehvar.fmu.export": ("export_fmu",),
     "mehvar.report.verdicts": ("require",),
@@ -83,7 +87,7 @@ _HOMES = {
     "mehvar.runtime.model.trim": ("Trim", "TrimError", "trim"),
     "mehvar.runtime.run.formats": ("save",),
     "mehvar.codegen.functions.lower": ("to_casadi",),
-    "mehvar.models.estimation.extended": ("estimated",),
+    "mehvar.models.estimation.estimated": ("estimated",),
     "mehvar.models.mechanics": (
         "kirchhoff", "lagrange", "quaternion_of_turns", "quaternion_product", "quaternion_rates",
         "quaternion_rotation", "time_derivative",

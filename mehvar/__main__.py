@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The `mehvar` command: exit 0 done, 1 the answer is no, 2 bad usage or input, 3 the run itself failed."""
+"""The `mehvar` command. Exit status: 0 done, 1 the answer is no, 2 bad usage or input, 3 the run itself failed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from mehvar.terminal import fail, interruptible, let_readers_leave, print_version, warn_in_a_line
 
 _PACKAGES = {"elftools": "pyelftools", "serial": "pyserial"}
-"""Packages by the module that they install, where the names differ."""
+"""Names of packages that differ from the name of their module."""
 
 
 def main() -> None:
@@ -42,7 +42,7 @@ def _run() -> None:
 
 
 def _how_to_install(module: str) -> str:
-    """Return the command that installs a package we depend on; a name of anyone else's could be anyone's package."""
+    """Return the command that installs one of our dependencies; it never suggests other packages."""
     from mehvar.base.versions import extra_of, required
 
     package = module.partition(".")[0]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from mehvar.base.errors import InputError, bad_value
+from mehvar.formats.ephemeris import MESSAGES, read_message
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
@@ -84,7 +85,7 @@ def simulate(
     memory: ArrayLike | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Integrate one loop: closed by a law of the model, by a law of your own in Python, or open.
+    """Integrate one loop: closed by a law of the model or by your own law in Python, or open.
 
     Parameters
     ----------
@@ -386,7 +387,7 @@ def posed_batch(
     save: float | None = None,
     **options: Any,
 ) -> tuple[Campaign, OwnLaw | None]:
-    """Return the campaign of a batch, and its law in Python if it has one; see `batch`."""
+    """Return the campaign of a batch, and its Python law if it has one; see `batch`."""
     origin = "the call"
     check_arguments("text", origin, scenario=scenario)
     check_arguments("mapping", origin, parameters=parameters, initial=initial, vary=vary)
@@ -418,26 +419,29 @@ def posed_batch(
 
 
 def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a complete result file, or open the store of a batch.
+    """Read a complete result file, open the store of a batch, or read a CCSDS message.
 
     Parameters
     ----------
     path : path
         A `.nc` file that `save` or `mehvar simulate --out` wrote, or the folder that a batch wrote, whose values are
-        read on use. The other formats are for other programs.
+        read on use. Or an orbit in an `.oem` or an attitude in an `.aem` file. The other formats are for other
+        programs.
 
     Raises
     ------
     InputError
-        If there is no such file, or it is neither a result in NetCDF nor a store.
+        If there is no such file, or it is no result in NetCDF, no store and no message.
     """
     if isinstance(path, str | os.PathLike) and os.path.isdir(path):  # noqa: PTH112 - pathlib raises for a name that is too long
         return open_store(path).dataset()
+    if isinstance(path, str | os.PathLike) and Path(path).suffix.lower() in MESSAGES:
+        return read_message(Path(path))
     return open_file(path)
 
 
 def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) -> dict[str, str]:
-    """Return the texts of all dispersions: distributions and lists, a grid of lists, and own points."""
+    """Return all dispersions as texts: distributions, lists, grids of lists, and the user's own points."""
     if design is not None and not (isinstance(design, str) and design == "grid"):
         raise bad_value("design", design, '"grid"; sampling has the designs of drawn points', "the call")
     own = {} if points is None else table(points, "the call")
@@ -447,7 +451,7 @@ def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) ->
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
-    """Return distributions in the units of their variables; values that are not texts are refused later."""
+    """Return distributions converted to the units of their variables; values that are not texts are refused later."""
     units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
     return {
         names: distribution(names, text, units, origin) if isinstance(text, str) else text
@@ -456,7 +460,7 @@ def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[
 
 
 def _connected(scheduler: str | Client | None) -> AbstractContextManager[Client | None]:
-    """Connect to an address; a client that is given stays open."""
+    """Connect to the address of a scheduler; a client that the caller passes stays open afterwards."""
     if not isinstance(scheduler, str):
         return nullcontext(scheduler)
     from mehvar.runtime.batch.workers import connect

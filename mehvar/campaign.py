@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A batch as a TOML file: the same names as on the command line and in Python."""
+"""Campaign file: a batch as TOML, with the same names as on the command line and in Python."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class _Table(BaseModel):
 
 
 class Save(_Table):
-    """The stored series: one sample every `every` seconds."""
+    """Settings of stored series: one sample every `every` seconds."""
 
     every: Any
 
 
 class CampaignFile(_Table):
-    """The contents of a campaign file, overridden by the command line; `Campaign` and its options define valid values.
+    """Contents of a campaign file, overridden by the command line. `Campaign` defines the valid values.
 
     `set` takes parameters, options and choices as `--set` does, `vary` distributions as `--vary` does, `initial`
     states, `require` requirements by name. A text may be a number with a unit; this also holds for `t_end` and `save`.
@@ -55,12 +55,12 @@ class CampaignFile(_Table):
     require: dict[str, str] = {}
 
     def under(self, flags: Mapping[str, Any]) -> CampaignFile:
-        """Return the campaign with fields of the command line replaced; `set` and `vary` are merged by name."""
+        """Return the campaign with values of the command line; entries of `set` and `vary` are merged by name."""
         tables = {name: {**getattr(self, name), **flags.get(name, {})} for name in ("set", "vary")}
         return self.model_copy(update={**flags, **tables})
 
     def campaign(self, origin: str) -> Campaign:
-        """Return the settings that decide the numbers of the batch.
+        """Return the part of the campaign that determines the numbers of the batch.
 
         Raises
         ------
@@ -90,12 +90,12 @@ class CampaignFile(_Table):
 
 
 def _number(value: Any, units: Mapping[str, str], name: str, origin: str) -> Any:
-    """Return the number in a text with a unit; other values unchanged."""
+    """Convert a text with a unit to a number; return other values unchanged."""
     return read_value(value, units.get(name), name, origin) if isinstance(value, str) else value
 
 
 def read_campaign(path: Path) -> CampaignFile:
-    """Read a campaign file; its meaning does not depend on the current folder.
+    """Read a campaign file. Relative paths in it refer to its own folder.
 
     `model` is a name that comes with mehvar or is of the project that the file is in, or else a folder; a relative one
     counts from the file's folder, and so does `out`. What is called like a known model is reached as "./NAME".
@@ -125,11 +125,11 @@ _KINDS = {
     **dict.fromkeys(("string_type", "path_type"), "a text"),
     "literal_error": either(DESIGNS),
 }
-"""pydantic's kinds of errors in words for a TOML file; the only literal is the sampling design."""
+"""Messages for pydantic's error types in a TOML file. The only literal field is the sampling design."""
 
 
 def _sentence(item: dict[str, object]) -> str:
-    """Return field, value and allowed values for one of pydantic's errors."""
+    """Return pydantic's error as a message with field, value and allowed values."""
     place = item["loc"]
     field = ".".join(map(str, place)) if isinstance(place, tuple) else ""
     if item["type"] == "missing":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The HTML pages of mehvar: one environment for all templates, everything escaped, formulas as MathML."""
+"""HTML pages of mehvar: one template environment that escapes all texts and prints formulas as MathML."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from mehvar.codegen.equations.mathml import mathml
 _TEMPLATES = Path(__file__).parent / "templates"
 _FONT = _TEMPLATES / "fonts" / "stix-two-math.woff"
 _FONT_PLACE = "/* font of the formulas */"
-"""Beginning of the style of a page that may have formulas."""
+"""Position in the style sheet for the font of formulas."""
 
 
 def typeset(latex: str) -> Markup:
-    """Return LaTeX as MathML, which a browser shows without help."""
+    """Convert LaTeX to MathML, which browsers display without scripts."""
     return Markup(mathml(latex))
 
 
 def typeset_within(text: str) -> Markup:
-    """Return words with LaTeX between dollar signs as escaped words with MathML."""
+    """Convert words with LaTeX between dollar signs to escaped words with MathML."""
     parts = text.split("$")
     return Markup("").join(typeset(part) if i % 2 else part for i, part in enumerate(parts))
 
 
 def _shown(value: object) -> object:
-    """Return a value for a template, its text without control characters."""
+    """Return a value for a template; remove control characters from texts."""
     if not isinstance(value, str):
         return value
     return Markup(printable(value)) if isinstance(value, Markup) else printable(value)
@@ -62,7 +62,7 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
 
 @functools.lru_cache(maxsize=8)
 def _environment(filters: frozenset[tuple[str, Callable[..., Any]]]) -> jinja2.Environment:
-    """Return the environment of some filters, which keeps what it has compiled: compiling takes longer than filling."""
+    """Return the template environment with some filters; it is cached because compiling templates is slow."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
         autoescape=True,
@@ -76,7 +76,7 @@ def _environment(filters: frozenset[tuple[str, Callable[..., Any]]]) -> jinja2.E
 
 
 def _formula_font(text: str) -> str:
-    """Return the style that embeds a font with the signs of a page's formulas; empty for a page without formulas.
+    """Return the style that embeds a font for a page's formulas; empty for a page without formulas.
 
     A browser lowers subscripts and stretches brackets by the table of a font for mathematics, which many systems lack.
     """
@@ -90,7 +90,7 @@ def _formula_font(text: str) -> str:
 
 @functools.lru_cache(maxsize=16)
 def _font(signs: frozenset[str]) -> bytes:
-    """Return the font with some signs; with all of them, six times as long, where fontTools is missing."""
+    """Return the font with only the given characters; without fontTools the whole font, six times as large."""
     try:
         from fontTools import subset
         from fontTools.ttLib import TTFont
@@ -106,7 +106,7 @@ def _font(signs: frozenset[str]) -> bytes:
 
 
 def _italic(signs: frozenset[str]) -> set[str]:
-    """Return the italic letters by which a browser shows names of one letter."""
+    """Return the italic letters with which browsers show one-letter names."""
     block = map(chr, range(0x1D434, 0x1D7CC))
     italic = {sign for sign in block if unicodedata.name(sign, "").startswith("MATHEMATICAL ITALIC")}
     return {sign for sign in italic | {"\u210e"} if unicodedata.normalize("NFKC", sign) in signs}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments of the command line: completed names of models, laws and scenarios, and settings NAME=VALUE."""
+"""Arguments of the command line: completion of names, and settings NAME=VALUE."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from mehvar.runtime.units import read_value, setting_units
 
 
 def whole(text: str) -> int:
-    """Return a whole number of the command line, read as every number is: Python's own reader takes `1_0` too."""
+    """Return a whole number from the command line; refuse Python's form `1_0`."""
     value = number(str(text))
     if not isinstance(value, int):
         raise typer.BadParameter(f"{text!r} is not a whole number.")
     return value
 
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print the facts as JSON.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the results as JSON.")]
 
 
 def complete_models(incomplete: str) -> list[str]:
-    """Return the models that complete a text: those of mehvar and of the project in the current folder."""
+    """Return the models, of mehvar and the current project, whose names complete a text."""
     return [name for name in list_models() if name.startswith(incomplete)]
 
 
 def complete_controllers(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Return the laws that complete a text, of the model on the command line so far."""
+    """Return the laws that complete a text, for the model in the command."""
     return _of_model(ctx, "controllers", incomplete)
 
 
@@ -44,7 +44,7 @@ def complete_scenarios(ctx: typer.Context, incomplete: str) -> list[str]:
 
 
 def complete_settings(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]]:
-    """Return `NAME=` for the settings of a run: options, choices, parameters of plant, law and scenario."""
+    """Return `NAME=` for all settings of a run: options, choices and parameters."""
     manifest = _manifest(ctx)
     if manifest is None:
         return []
@@ -69,7 +69,7 @@ def complete_inputs(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]
 
 
 def _parameters(ctx: typer.Context, manifest: Manifest) -> dict[str, str]:
-    """Return the parameters by name: of the law that the command line has so far, or of all."""
+    """Return the parameters by name, of the law in the command or of all laws."""
     laws = manifest.controllers
     law = laws.get(ctx.params.get("controller") or "")
     groups = [q.parameters for q in ((law,) if law else laws.values())]
@@ -89,7 +89,7 @@ def _of_model(ctx: typer.Context, kind: str, incomplete: str) -> list[str]:
 
 
 def _manifest(ctx: typer.Context) -> Manifest | None:
-    """Return the manifest of the model on the command line so far; None on errors, since completion shows no messages.
+    """Return the manifest of the model in the command; None on errors, as completion shows no messages.
 
     While the option to complete has no value yet, click leaves the preceding arguments in `ctx.args`.
     """
@@ -111,23 +111,23 @@ SettingTexts = Annotated[
 
 
 def end_time(text: str | None) -> dict[str, Any]:
-    """Return the value of --t-end by the name of its option; nothing where it is not given."""
+    """Return --t-end as an option by name; nothing if it is not given."""
     if text is None:
         return {}
     return {"t_end": OPTIONS["t_end"].check(read_value(text, "s", "t_end", "--t-end"), "--t-end")}
 
 
 def required_law(manifest: Manifest, controller: str | None) -> str:
-    """Return the given law, or raise InputError with the names of the model's laws."""
+    """Return the given law, or raise InputError with the names of all laws."""
     if controller is None and not manifest.controllers:
-        raise InputError(f"{manifest.model} has no law: give --input NAME=VALUE, or run a law of your own from Python")
+        raise InputError(f"{manifest.model} has no law: give --input NAME=VALUE, or run your own law from Python")
     if controller is None:
         raise InputError(f"a run of {manifest.model} needs a law: --controller {either(manifest.controllers)}")
     return controller
 
 
 def check_names(names: Iterable[str], manifest: Manifest) -> None:
-    """Refuse, in one message, names that no law of a model has as a parameter, nor a run as an option."""
+    """Refuse, in one message, names that are neither options nor parameters of any law of a model."""
 
     def check(name: str) -> None:
         if name not in known:
@@ -138,7 +138,7 @@ def check_names(names: Iterable[str], manifest: Manifest) -> None:
 
 
 def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
-    """Return texts of values by name; raise InputError for a text of another form, or a name given twice.
+    """Return settings by name; raise InputError for a malformed text or a name given twice.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str,
 
 
 def read_values(texts: Iterable[str] | None, manifest: Manifest) -> dict[str, float | str]:
-    """Return the `--set` values for a run of a model by name, each as `read_value` does.
+    """Return the values of `--set` by name, each converted by `read_value`.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Terminal output: tables, progress bars, final messages, and readers that close early.
+"""Terminal output: tables, progress bars, messages, and readers that close a pipe early.
 
 Rich is imported at the first print with it; `mehvar --version` does not need it.
 """
@@ -27,32 +27,32 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 Line = tuple[int, "Text"]
-"""A line with its indentation."""
+"""A line of text and its indentation."""
 
 _ENDLESS = re.compile(r"(\S{200})\S{600,}(\S{200})")
-"""Longer than any intended name: a path may have 4096 characters, but users type a few dozen."""
+"""Characters above which a name in a message is shortened: more than users type."""
 _NARROWEST = 40
-"""Columns kept for a line's text on any terminal: below this, words are cut."""
+"""Smallest width for a line's text; on narrower terminals, words are cut."""
 
 PAGE = 80
-"""Columns of long texts: the default width of a terminal."""
+"""Width of long texts: the default width of a terminal."""
 _GAP = 2
 """Columns between two cells."""
 _INDENT = 4
-"""Columns of indentation of a text below its cells."""
+"""Indentation of a text below its cells."""
 _TEXT = 36
-"""Columns of readable text. Half of them leave three words a line."""
+"""Smallest width of readable text: half of it holds three words a line."""
 
 
 class Advance(Protocol):
-    """Called with the finished amount, the total, and the current work."""
+    """Function that receives the finished amount, the total, and the description of the current work."""
 
     def __call__(self, done: float, total: float, what: str = "") -> None:
-        """Show it."""
+        """Show the progress."""
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table; unlimited width when the output is not a terminal."""
+    """Print a table; without a width limit if the output is not a terminal."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -69,7 +69,7 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 
 def print_folded(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table as one or several that each fit a page: the first column begins every one of them."""
+    """Print a table in several parts that each fit a page and repeat the first column."""
     cells = list(zip(columns, *rows, strict=True))
     widths = [max(map(len, column)) for column in cells]
     first, parts, free = cells[0], [], 0
@@ -85,7 +85,7 @@ def print_folded(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table that fits a page, on a terminal or not: the last cell of a row is text, which wraps.
+    """Print a table that fits a page; the text in the last cell of a row wraps.
 
     The text is beside the other cells, or below them if the remaining width is too small.
     """
@@ -104,7 +104,7 @@ def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[st
 
 
 def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
-    """Return cells in columns; a cell after the last width keeps its own."""
+    """Return cells in columns; a cell beyond the last width keeps its own."""
     return (" " * _GAP).join(cell.ljust(width) for cell, width in zip(cells, [*widths, 0], strict=False))
 
 
@@ -115,11 +115,11 @@ def _styled(text: str, style: str) -> Text:
 
 
 _WIDTH = 110
-"""Columns of a report in a notebook, whose cells scroll what is wider."""
+"""Width of a report in a notebook; wider output scrolls."""
 
 
 def print_lines(lines: Iterable[Line]) -> None:
-    """Print lines: coloured and wrapped below their indentation on a terminal, as they are elsewhere."""
+    """Print lines; on a terminal, coloured and wrapped with their indentation."""
     from rich.console import Console
     from rich.text import Text
 
@@ -138,7 +138,7 @@ def plain_text(lines: Iterable[Line]) -> str:
 
 
 def html_text(lines: Iterable[Line]) -> str:
-    """Return lines as preformatted HTML with the colours of a terminal, for a notebook."""
+    """Return lines as preformatted HTML with a terminal's colours, for a notebook."""
     from io import StringIO
 
     from rich.console import Console
@@ -152,7 +152,7 @@ def html_text(lines: Iterable[Line]) -> str:
 
 
 class BatchMeter:
-    """Shows the reports of a batch: runs, rate since the first report, and runs that did not reach their end."""
+    """Progress of a batch: finished runs, rate since the first report, and runs that ended early."""
 
     def __init__(self, advance: Advance) -> None:
         self._advance = advance
@@ -160,7 +160,7 @@ class BatchMeter:
         self.runs, self.seconds = 0, 0.0
 
     def __call__(self, runs: int, total: int, failed: int) -> None:
-        """Show it."""
+        """Show the progress."""
         self._begun = self._begun or (time.perf_counter(), runs)
         self.runs, self.seconds = runs - self._begun[1], time.perf_counter() - self._begun[0]
         rate = f"{self.rate}, " if self.runs else ""
@@ -174,7 +174,7 @@ class BatchMeter:
 
 @contextmanager
 def cell_progress(title: str) -> Iterator[Advance | None]:
-    """Show a bar below a notebook's cell, and yield its function (done, total, what); elsewhere yield None."""
+    """Show a progress bar below a notebook's cell; yield its update function, elsewhere None."""
     if not in_notebook():
         yield None
         return
@@ -184,7 +184,7 @@ def cell_progress(title: str) -> Iterator[Advance | None]:
 
 @contextmanager
 def progress(title: str) -> Iterator[Advance]:
-    """Show a bar on a terminal's standard error, or below a notebook's cell; call the yielded (done, total, what).
+    """Show a progress bar on a terminal or in a notebook; yield its update function (done, total, what).
 
     Until the first call the duration is unknown: the bar shows activity and the elapsed time.
     """
@@ -229,22 +229,22 @@ def progress(title: str) -> Iterator[Advance]:
 
 @contextmanager
 def working(what: str) -> Iterator[None]:
-    """Show that something of unknown length is under way, by the bar of `progress`."""
+    """Show that work of unknown length is running, with the bar of `progress`."""
     with progress(what):
         yield
 
 
 class _Screen(io.StringIO):
-    """Output as a terminal would show it: text with its colours."""
+    """Output stream that keeps colours as a terminal does."""
 
     def isatty(self) -> bool:
-        """Return True, as a terminal does, so that colours are kept."""
+        """Return True, so that colours are kept."""
         return True
 
 
 @contextmanager
 def pages() -> Iterator[None]:
-    """Show the output of the block through $PAGER, or less, if it is longer than the terminal."""
+    """Show the output of the block in $PAGER or less if it is longer than the terminal."""
     if not sys.stdout.isatty():
         yield
         return
@@ -266,7 +266,7 @@ def print_json(facts: object) -> None:
 
 
 def finite(value: object) -> object:
-    """Return facts with infinity and NaN as texts, as JSON does not support them."""
+    """Return facts with infinity and NaN as texts, which JSON can hold."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):
@@ -284,7 +284,7 @@ def print_version() -> None:
 
 
 def fail(message: object, status: int) -> NoReturn:
-    """Print one message on standard error and exit; the middle of a name that is longer than a screen is left out."""
+    """Print a message on standard error and exit; a very long name is shortened in the middle."""
     text = _ENDLESS.sub(r"\1...\2", printable(str(message)))
     print(f"mehvar: {text}", file=sys.stderr)
     sys.exit(status)
@@ -292,7 +292,7 @@ def fail(message: object, status: int) -> NoReturn:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """End with a message and status 130 when the user presses Ctrl-C in the block."""
+    """End with a message and status 130 when the user presses Ctrl-C."""
     try:
         yield
     except KeyboardInterrupt:
@@ -300,12 +300,12 @@ def interruptible() -> Iterator[None]:
 
 
 def warn_in_a_line() -> None:
-    """Show a warning as its message only: the line of our code is of no use on the command line."""
+    """Show a warning as its message only: source lines do not help on the command line."""
     warnings.formatwarning = lambda message, *_, **__: f"mehvar: {message}\n"
 
 
 def let_readers_leave() -> None:
-    """Continue silently when the reader closes the output early, as in `mehvar show slosh | head -3`."""
+    """Continue silently if the reader closes the output early, as in `mehvar show slosh | head -3`."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout = _Output(sys.stdout)
     if isinstance(sys.stderr, io.TextIOWrapper):
@@ -313,7 +313,7 @@ def let_readers_leave() -> None:
 
 
 class _Output(io.TextIOWrapper):
-    """A stream that turns to the null device once its pipe is broken."""
+    """A stream that switches to the null device when its pipe breaks."""
 
     def __init__(self, stream: io.TextIOWrapper) -> None:
         stream.flush()
@@ -326,7 +326,7 @@ class _Output(io.TextIOWrapper):
         )
 
     def write(self, text: str) -> int:
-        """Write, or drop the text if the reader has closed the output."""
+        """Write the text; drop it if the reader has closed the output."""
         try:
             return super().write(text)
         except BrokenPipeError:
@@ -334,7 +334,7 @@ class _Output(io.TextIOWrapper):
             return len(text)
 
     def flush(self) -> None:
-        """Flush, or drop the text if the reader has closed the output."""
+        """Flush the output; ignore an output that the reader has closed."""
         try:
             super().flush()
         except BrokenPipeError:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The physics and the control laws, written in SymPy and nothing else."""
+"""Physics and control laws in SymPy."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the arguments of the vocabulary's functions: expressions, vectors, mappings."""
+"""Argument checks of the vocabulary's functions: expressions, vectors, mappings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _Kind = TypeVar("_Kind")
 
 
 def expression(name: str, value: object) -> sp.Expr:
-    """Return a number or an expression as SymPy has it; a text would become symbols that belong to nothing.
+    """Return a number or an expression as a SymPy object; texts are refused, as they would become unknown symbols.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def expression(name: str, value: object) -> sp.Expr:
 
 
 def expressions(name: str, values: object, count: int | None = None) -> tuple[sp.Expr, ...]:
-    """Return the entries of a sequence or of a matrix, `count` of them where that is given, or raise ModelError."""
+    """Return the entries of a sequence or matrix, or raise ModelError; `count` is the required number, if any."""
     allowed = f"{'some' if count is None else count} expressions, as a tuple or a matrix"
     if not isinstance(values, tuple | list | sp.MatrixBase) or count not in (None, len(values)):
         raise wrong(name, values, allowed)
@@ -35,7 +35,7 @@ def expressions(name: str, values: object, count: int | None = None) -> tuple[sp
 
 
 def symbols(name: str, values: object, count: int | None = None) -> tuple[sp.Symbol, ...]:
-    """Return the entries of a sequence or a matrix of different symbols, or raise ModelError."""
+    """Return the entries of a sequence or matrix of distinct symbols, or raise ModelError."""
     result = expressions(name, values, count)
     if not all(isinstance(value, sp.Symbol) for value in result):
         raise wrong(name, values, "SymPy symbols")
@@ -43,14 +43,14 @@ def symbols(name: str, values: object, count: int | None = None) -> tuple[sp.Sym
 
 
 def rates_of(values: object) -> dict[sp.Symbol, sp.Expr]:
-    """Return a mapping of symbols to their rates, or raise ModelError."""
+    """Return a mapping from symbols to their rates, or raise ModelError."""
     if not isinstance(values, Mapping) or not all(isinstance(key, sp.Symbol) for key in values):
         raise wrong("rates", values, "a mapping of symbols to their rates")
     return {key: expression("a rate", value) for key, value in values.items()}
 
 
 def instance(name: str, value: object, kind: type[_Kind], allowed: str) -> _Kind:
-    """Return a value of a class, or raise ModelError."""
+    """Return a value if it has the given class, or raise ModelError."""
     if isinstance(value, kind):
         return value
     raise wrong(name, value, allowed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time where no function receives it: a state of the plant, or an element of the reference.
+"""Time for functions without a time argument: as an additional state or reference.
 
 A plant of time gets the clock as its last state, whose rate is one. Every method, backend and tool that integrates
 states then has time at its stages, and no function another signature (decision 0024). Where laws alone use time, it
@@ -20,11 +20,11 @@ from .quantities import TIME, Group, Quantity
 from .system import Controller, Coordinates, Diffusion, Expr, Function, RandomStep, Sensor, System, Variant
 
 CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
-"""The last state of a plant of time; zero at the start of a run by default."""
+"""The clock: last state of a time-varying plant, zero at the start by default."""
 
 
 def with_clock(system: System) -> System:
-    """Return a system whose functions receive the time; the same system if nothing uses it."""
+    """Return a system whose functions receive the time; the same system if it does not use time."""
     if plant_of_time(system):
         return _in_state(system)
     loops = (entry for variant in system.variants for loop in variant.loops.values() for entry in loop)
@@ -36,7 +36,7 @@ def with_clock(system: System) -> System:
 
 
 def plant_of_time(system: System) -> bool:
-    """Tell whether time stands in the plant, whose functions receive no reference."""
+    """Return True if the plant depends on time; its functions receive no reference."""
     parts = [system.rhs, system.output, system.residual, *(variant.rhs for variant in system.variants)]
     parts += [(limit.margin,) for limit in system.limits]
     parts += [tuple(system.mass)] if system.mass is not None else []
@@ -52,7 +52,7 @@ def plant_of_time(system: System) -> bool:
 
 
 def _in_state(system: System) -> System:
-    """Append the clock to the state, and to everything that has a row for each state."""
+    """Append the clock to the state and to every vector with a row per state."""
     states, last = _longer(system.states), CLOCK.symbol
     return replace(
         system,
@@ -75,7 +75,7 @@ def _longer(group: Group) -> Group:
 
 
 def _sensor(sensor: Sensor) -> Sensor:
-    """Show laws the time as well, by the name that it has in the state."""
+    """Add the time to the sensor's output, under the name of its state."""
     seen = _longer(sensor.seen) if len(sensor.seen) else sensor.seen
     return replace(sensor, measured=(*sensor.measured, CLOCK.symbol), seen=seen)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A derivation as an ordered list of named steps, each with the paper's equation number."""
+"""Derivation: a list of named steps with equation numbers of a paper."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Expr: TypeAlias = sp.Expr
 
 @dataclass(frozen=True)
 class Definition(Located):
-    """A named step of a derivation, in the order a reader would take it.
+    """A named step of a derivation.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Derivation:
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:
-        """The definitions made so far, by symbol."""
+        """The definitions so far, by symbol."""
         return {step.symbol: step.expr for step in self.steps if isinstance(step, Definition)}
 
     def section(self, title: str) -> None:
@@ -107,7 +107,7 @@ class Derivation:
         latex: str = "",
         positive: bool = False,
     ) -> sp.Symbol:
-        """Name an expression and return its symbol for use in later steps; its unit follows from it unless stated.
+        """Name an expression and return its symbol. The unit follows from the expression unless it is given.
 
         Raises
         ------
@@ -133,12 +133,12 @@ class Derivation:
         return quantity.symbol
 
     def show(self, left: str, expr: Expr, number: str = "", title: str = "", unit: str = "1") -> None:
-        """Record a derived equation `left = expr` (left in LaTeX) that is only shown."""
+        """Record a derived equation `left = expr` for display, with `left` in LaTeX."""
         self.steps.append(Equation(left, expression(f"equation {left!r}", expr), number, title, self._section, unit))
 
 
 def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
-    """Return the symbols that expressions depend on, definitions followed to their ends."""
+    """Return the symbols that expressions depend on, with definitions resolved."""
     seen: set[sp.Symbol] = set()
     stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
     while stack:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Events: zero crossings of guards, and the states after them.
+"""Events: zero crossings of guards, with resets of states.
 
 A mode is a state whose rate is zero and which resets assign, so that modes need nothing of their own. An event that
 resets nothing is a switching surface: a step ends on it, so that none crosses a kink.
@@ -21,7 +21,7 @@ from .quantities import Located
 
 @dataclass(frozen=True)
 class Event(Located):
-    """Event at a zero crossing of its guard.
+    """Zero crossing of a guard.
 
     Parameters
     ----------
@@ -52,12 +52,12 @@ class Event(Located):
 
     @property
     def outcome(self) -> str:
-        """Outcome of a run that the event ends, one of `mehvar.base.manifest.ENDS`."""
+        """Effect of the event on the run, one of `mehvar.base.manifest.ENDS`."""
         return self.ends if isinstance(self.ends, str) else "run" if self.ends else ""
 
 
 def surfaces(name: str, expressions: Expr | Sequence[Expr], derivation: Derivation | None = None) -> tuple[Event, ...]:
-    """Return events on the kinks and jumps of expressions, so that no step of an integration crosses one.
+    """Return events at kinks and jumps of expressions, so that no integration step crosses one.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def surfaces(name: str, expressions: Expr | Sequence[Expr], derivation: Derivati
 
 
 def _parts(roots: Iterable[sp.Basic], definitions: Mapping[sp.Symbol, Expr]) -> Iterator[sp.Basic]:
-    """Yield the parts of expressions, and of each definition that they use once."""
+    """Yield all parts of expressions; each definition once."""
     stack, seen = list(roots)[::-1], set[str]()
     while stack:
         for node in sp.preorder_traversal(stack.pop()):
@@ -99,7 +99,7 @@ def _parts(roots: Iterable[sp.Basic], definitions: Mapping[sp.Symbol, Expr]) -> 
 
 
 def _kinks(node: sp.Basic) -> Iterator[Expr]:
-    """Yield the guards of the switches in an expression."""
+    """Yield guards that are zero where a part of an expression has a kink or jump."""
     if isinstance(node, sp.Min | sp.Max):
         for a, b in itertools.combinations(sorted(node.args, key=sp.default_sort_key), 2):
             yield a - b

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shapes in a picture of a system: rods, arrows, balls, boxes, faces, with points as functions of the state."""
+"""Shapes of a picture: rods, arrows, balls, boxes, faces; their points are functions of the state."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Shape(Located):
 
 
 def shape_coordinates(geometry: Sequence[Shape]) -> Iterator[tuple[Shape, str, Expr]]:
-    """Yield every coordinate of a picture in the order of `geometry`: shape, name, description."""
+    """Yield all coordinates of a picture in the order of `geometry`: shape, name, description."""
     for shape in geometry:
         for k, expr in enumerate(chain(*shape.points)):
             yield shape, f"{shape.name} {k // 3 + 1} {_AXES[k % 3]}", expr

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mechanics shared by the systems: rotations, products and time derivatives."""
+"""Mechanics for all systems: rotations, products, time derivatives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ QUARTER_TURN = sp.Matrix([[0, -1], [1, 0]])
 
 
 def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Differentiate along a motion: the chain rule over the symbols that have a rate.
+    """Differentiate an expression along a motion, by the chain rule.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def matrix_rate(matrix: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Mat
 
 
 def planar_cross(a: sp.Matrix, b: sp.Matrix) -> sp.Expr:
-    """Out-of-plane component of a x b for vectors in the plane.
+    """Return the out-of-plane component of a x b for plane vectors.
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ def planar_cross(a: sp.Matrix, b: sp.Matrix) -> sp.Expr:
 
 
 def rotate(vector: tuple[sp.Expr, sp.Expr], cosine: sp.Expr, sine: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Rotate a vector of the plane by the angle with this cosine and sine."""
+    """Rotate a plane vector by an angle, given by its cosine and sine."""
     x, y = vector
     return x * cosine - y * sine, x * sine + y * cosine
 
 
 def frame_turn(axis: int, angle: sp.Expr) -> sp.Matrix:
-    """Return the matrix that takes components to a turned frame.
+    """Return the matrix that transforms components into a rotated frame.
 
     Parameters
     ----------
@@ -75,8 +75,20 @@ def frame_turn(axis: int, angle: sp.Expr) -> sp.Matrix:
     return turn
 
 
+def direction(ascension: sp.Expr, declination: sp.Expr) -> sp.Matrix:
+    """Return an inertial direction."""
+    across = sp.cos(declination)
+    return sp.Matrix([across * sp.cos(ascension), across * sp.sin(ascension), sp.sin(declination)])
+
+
+def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
+    """Return the matrix of the cross product with `vector` on the left."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
 def reduce_sines(expr: sp.Expr) -> sp.Expr:
-    """Expand and write even powers of sines by cosines, which brings a trigonometric polynomial to one normal form."""
+    """Expand an expression and replace even powers of sines, for a unique form of trigonometric polynomials."""
 
     def even(power: sp.Pow) -> sp.Expr:
         square = 1 - sp.cos(power.base.args[0]) ** 2
@@ -89,7 +101,7 @@ def reduce_sines(expr: sp.Expr) -> sp.Expr:
 
 
 def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
-    """Return the rate of the turned frame in its own axes: Omega of C' = -[Omega x] C.
+    """Return Omega of C' = -[Omega x] C: the angular velocity of a rotated frame in its own axes.
 
     Parameters
     ----------
@@ -103,7 +115,7 @@ def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) ->
 
 
 def angle_rates(rotation: sp.Matrix, angles: Sequence[sp.Symbol], omega: Sequence[sp.Expr]) -> sp.Matrix:
-    """Solve the rate of a frame for the rates of the three angles that place it.
+    """Return the rates of three angles that produce a frame's angular velocity.
 
     Parameters
     ----------
@@ -122,7 +134,7 @@ def angle_rates(rotation: sp.Matrix, angles: Sequence[sp.Symbol], omega: Sequenc
 
 
 def quaternion_product(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Matrix:
-    """Multiply two quaternions.
+    """Return the product of two quaternions.
 
     Parameters
     ----------
@@ -135,7 +147,7 @@ def quaternion_product(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Matrix:
 
 
 def quaternion_rotation(q: Sequence[sp.Expr]) -> sp.Matrix:
-    """Return the matrix v -> q* v q of a unit quaternion: components in the frame that q places.
+    """Return the matrix of v -> q* v q for a unit quaternion: it transforms components into the rotated frame.
 
     Parameters
     ----------
@@ -153,7 +165,7 @@ def quaternion_rotation(q: Sequence[sp.Expr]) -> sp.Matrix:
 
 
 def quaternion_rates(q: Sequence[sp.Expr], omega: Sequence[sp.Expr]) -> sp.Matrix:
-    """Return q' = q (0, Omega)/2 for the rate Omega of the frame that q places, in its own axes.
+    """Return q' = q (0, Omega)/2 for the angular velocity Omega of the rotated frame, in its own axes.
 
     Parameters
     ----------
@@ -167,7 +179,7 @@ def quaternion_rates(q: Sequence[sp.Expr], omega: Sequence[sp.Expr]) -> sp.Matri
 
 
 def quaternion_of_turns(turns: Sequence[tuple[int, sp.Expr]]) -> sp.Matrix:
-    """Return the unit quaternion of turns made one after the other.
+    """Return the unit quaternion of successive rotations.
 
     Parameters
     ----------

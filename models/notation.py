@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The symbols of a paper, their meaning in the derivation and their spelling; see `mehvar.models.paper`."""
+"""Symbols of a paper with derived meaning and spelling; see `mehvar.models.paper`."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from .mechanics import planar_cross
 from .quantities import ModelError, Quantity
 
 Side: TypeAlias = Expr | sp.MatrixBase | sp.MatrixExpr
-"""One side of a relation: a number or a matrix."""
+"""A side of a relation: a number or a matrix."""
 Case: TypeAlias = Mapping[Expr, Side]
-"""Meanings that hold in one case of a relation, by name."""
+"""Meanings of names in one case of a relation."""
 
 
 @dataclass(frozen=True)
@@ -95,56 +95,56 @@ class Names:
         return self._add(Name(symbol, printed, low=lower, high=upper, text=text))
 
     def derived(self, name: str, latex: str, meaning: Expr, *, positive: bool = False, text: str = "") -> sp.Symbol:
-        """Add a name whose meaning comes from the derivation; `text` is how plain text prints it if not by `name`."""
+        """Add a name with a derived meaning; `text` is its plain spelling if that differs from `name`."""
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         return self._add(Name(symbol, latex, sp.sympify(meaning), text=text))
 
     def matrix(self, name: str, latex: str, meaning: sp.MatrixBase, *, text: str = "") -> sp.MatrixSymbol:
-        """Add a matrix or a column whose meaning comes from the derivation."""
+        """Add a matrix or column with a derived meaning."""
         return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, frozen(meaning), text=text))
 
     def family(self, name: str, latex: str, *, positive: bool = False, text: str = "") -> sp.Symbol:
-        """Add a name that stands for a member of a family, such as l_i; the cases of a relation say for which."""
+        """Add an indexed name such as l_i, whose meaning depends on the case of a relation."""
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         return self._add(Name(symbol, latex, member=True, text=text))
 
     def matrix_family(self, name: str, latex: str, rows: int, columns: int = 1) -> sp.MatrixSymbol:
-        """Add a matrix or column that stands for a member of a family, such as x_i."""
+        """Add an indexed matrix or column such as x_i, whose meaning depends on the case of a relation."""
         return self._add(Name(sp.MatrixSymbol(name, rows, columns), latex, member=True))
 
     def meaning(self, symbol: Expr) -> Side:
-        """Return the expression of a derived name."""
+        """Return the meaning of a derived name."""
         meaning = self.table[symbol].meaning
         if meaning is None:
-            raise ModelError(f"name {str(symbol)!r} is defined nowhere: define it, or correct the name")
+            raise ModelError(f"name {str(symbol)!r} is not defined: define it, or correct the name")
         return meaning
 
     def as_latex(self, side: Side) -> str:
-        """Write a side as the paper prints it."""
+        """Return LaTeX of a side in the paper's notation."""
         names = {symbol: name.latex for symbol, name in self.table.items()}
         return str(sp.latex(_printable(side), symbol_names=names))
 
     def as_text(self, side: Side) -> str:
-        """Write a side in plain text, with the paper's names."""
+        """Return plain text of a side in the paper's notation."""
         renamed = {symbol: _renamed(symbol, name.text) for symbol, name in self.table.items() if name.text}
         return str(_OneLine().doprint(_printable(sp.sympify(side).xreplace(renamed))))
 
     def _add(self, name: Name) -> Expr:
         if any(str(name.symbol) == str(other) for other in self.table):
-            raise ModelError(f"name {str(name.symbol)!r} is in the table of names twice")
+            raise ModelError(f"name {str(name.symbol)!r} is twice in the table of names")
         self.table[name.symbol] = name
         return name.symbol
 
 
 class _OneLine(StrPrinter):  # type: ignore[misc]
-    """Writes a matrix in one line, [a, b; c, d]."""
+    """Printer of matrices on one line, as [a, b; c, d]."""
 
     def _print_MatrixBase(self, matrix: sp.MatrixBase) -> str:  # noqa: N802 - SymPy calls it by this name
         return "[" + "; ".join(", ".join(map(self._print, row)) for row in matrix.tolist()) + "]"
 
 
 class _PrintedInverse(sp.MatrixExpr):  # type: ignore[misc]
-    """An inverse that is printed and never computed."""
+    """An inverse that is printed but never computed."""
 
     shape = property(lambda self: self.args[0].shape)
 
@@ -155,7 +155,7 @@ class _PrintedInverse(sp.MatrixExpr):  # type: ignore[misc]
 
 
 def _printable(side: Side) -> Side:
-    """Return a side without inverses of known entries: SymPy inverts such a matrix to find the sign of a product."""
+    """Return a side without inverses of known matrices, since SymPy would invert them to determine signs."""
     if not isinstance(side, sp.Basic):
         return side
     return side.replace(sp.Inverse, lambda matrix, *_: _PrintedInverse(matrix))
@@ -168,7 +168,7 @@ def _renamed(symbol: Expr, text: str) -> Expr:
 
 
 class Cross(sp.MatrixExpr):  # type: ignore[misc]
-    """The product a x b of two columns, written but not carried out; for the plane, its component out of it.
+    """Unevaluated cross product of two columns; for plane vectors, its out-of-plane component.
 
     Parameters
     ----------
@@ -182,12 +182,12 @@ class Cross(sp.MatrixExpr):  # type: ignore[misc]
 
     @property
     def shape(self) -> tuple[sp.Expr, sp.Expr]:
-        """3 x 1, or 1 x 1 in the plane."""
+        """Shape: 3 x 1, or 1 x 1 in the plane."""
         rows = self.args[0].shape[0]
         return (rows, sp.S.One) if rows == 3 else (sp.S.One, sp.S.One)
 
     def doit(self, **hints: bool) -> sp.MatrixExpr | sp.MatrixBase:
-        """Carry the product out if both columns are known entry by entry."""
+        """Evaluate the product if all entries of both columns are known."""
         a, b = (arg.doit(**hints) for arg in self.args)
         if not (isinstance(a, sp.MatrixBase) and isinstance(b, sp.MatrixBase)):
             return Cross(a, b)
@@ -217,7 +217,7 @@ class Cross(sp.MatrixExpr):  # type: ignore[misc]
 
 
 def frozen(side: Side) -> Side:
-    """Return a side that can be compared and looked up.
+    """Return a side as an immutable value.
 
     Parameters
     ----------
@@ -228,12 +228,12 @@ def frozen(side: Side) -> Side:
 
 
 def symbols_of(side: Side) -> set[Expr]:
-    """Return the names in a side: symbols and matrix symbols, without dummies of integrals and limits."""
+    """Return the symbols and matrix symbols in a side, without dummies of integrals and limits."""
     return {symbol for symbol in sp.sympify(side).free_symbols if isinstance(symbol, sp.Symbol | sp.MatrixSymbol)}
 
 
 def follow(expr: Expr, definitions: Mapping[sp.Symbol, Expr], cut: Case | None = None) -> Expr:
-    """Write a derived expression out, its definitions followed down to the names of the paper.
+    """Replace definitions in a derived expression until only names of the paper are left.
 
     Parameters
     ----------

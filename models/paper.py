@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The vocabulary of a ledger: printed equations, and the meaning of their symbols in the derivation.
+"""Vocabulary of a ledger: printed equations, and derived meanings of their symbols.
 
 The folder papers/MODEL, beside models/, has a module `ledger` (or a package) with a function
 
@@ -101,12 +101,13 @@ __all__ = [
 
 Op: TypeAlias = Literal["=", "<", "<=", ">", ">="]
 Kind: TypeAlias = Literal["equation", "definition", "condition", "statement", "data"]
-"""equation: follows from earlier entries. definition, condition, data: the author's to choose. statement: words."""
+"""Kinds of entries. equation: follows from earlier ones. definition, condition, data: the author's choice.
+statement: words."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """Something printed with a relation sign between two sides; a chain a = b = c is two relations.
+    """A printed relation between two sides; a chain a = b = c is two relations.
 
     Parameters
     ----------
@@ -146,13 +147,13 @@ class Relation:
 
     @property
     def sides(self) -> tuple[Side, ...]:
-        """Everything that is compared."""
+        """All compared sides."""
         sides = (self.left, self.right, self.corrected, self.corrected_left, self.against)
         return tuple(side for side in sides if side is not None)
 
 
 class Slip(StrEnum):
-    """Kind of error in a printed statement, by origin.
+    """Kinds of errors in printed statements, by origin.
 
     scan: in the copy that was read. A dot, a bar, a stroke, a bracket or an exponent is lost, a letter is taken for one
     that looks like it, a line of a right-to-left text is turned round; what was meant is told by the formulas around.
@@ -169,7 +170,7 @@ class Slip(StrEnum):
 
 @dataclass(frozen=True)
 class Erratum:
-    """Reason why a printed statement is wrong.
+    """Reason for an error in a printed statement.
 
     Parameters
     ----------
@@ -219,7 +220,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Printed:
-    """An entry of the ledger: a numbered equation, or a row of a table or a sentence that can be checked.
+    """An entry of the ledger: a numbered equation, table row or sentence that can be checked.
 
     Parameters
     ----------
@@ -242,12 +243,12 @@ class Printed:
     note: str = ""
 
     def reading(self, text: str, *relations: Relation, used: bool = True, why: str = "") -> Printed:
-        """Return the entry with one more way to read it; see `Reading`."""
+        """Return the entry with an additional reading; see `Reading`."""
         return replace(self, readings=(*self.readings, Reading(relations, text, used, why)))
 
 
 def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str = "") -> Printed:
-    """Return an entry that can be read in one way, whose relations must all hold, or one whose readings follow.
+    """Return an entry with one reading, all of whose relations must hold, or a start for several readings.
 
     Parameters
     ----------
@@ -265,7 +266,7 @@ def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper's ledger before it is judged.
+    """A paper's ledger before the verdicts.
 
     Parameters
     ----------
@@ -306,11 +307,11 @@ class Paper:
         twice = sorted({number for number in entered if entered.count(number) > 1})
         beyond = [number for number in numbers if not 1 <= int(number) <= self.numbers]
         if missing or twice or beyond:
-            raise ModelError(f"equation numbers missing {missing}, entered twice {twice}, not in the paper {beyond}")
+            raise ModelError(f"equation numbers: missing {missing}; entered twice {twice}; not in the paper {beyond}")
         for entry in self.entries:
             if sum(reading.used for reading in entry.readings) != 1:
                 used = [reading.used for reading in entry.readings]
-                raise ModelError(f"entry {entry.number}: exactly one reading is used, not {used}")
+                raise ModelError(f"entry {entry.number}: must use exactly one reading, not {used}")
         for name in self.names.table.values():
             if name.meaning is not None:
                 self._refuse_unnamed((name.meaning,), {}, f"the meaning of {name.symbol}", members=True)
@@ -322,7 +323,7 @@ class Paper:
                     )
 
     def _refuse_unnamed(self, sides: Iterable[Side], case: Case, where: str, members: bool = False) -> None:
-        """Refuse a symbol without a name and, unless `members`, a member of a family that the case does not set.
+        """Refuse unknown symbols and, unless `members`, indexed names that the case does not define.
 
         Meanings are followed: one may be about a member of a family itself.
         """
@@ -340,4 +341,4 @@ class Paper:
             if meaning is not None:
                 waiting.extend(symbols_of(meaning))
             elif name is not None and name.member and not members:
-                raise ModelError(f"{where} uses {str(symbol)!r}, a member of a family: add a case that names it")
+                raise ModelError(f"{where} uses {str(symbol)!r}, an indexed name: add a case that defines it")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plant without its laws, or with other laws."""
+"""Plant without its laws, or with other laws."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .system import Controller, Metric, Scenario, System
 
 
 def without_laws(system: System) -> System:
-    """Return the plant of a system: no laws, and nothing that is only there for them.
+    """Return the plant of a system without laws and without everything that only laws use.
 
     Laws command the plant's own input: a regular chart, in which the laws of that system command, becomes definitions.
     """
@@ -30,7 +30,7 @@ def without_laws(system: System) -> System:
 
 
 def with_laws(plant: System, name: str, laws: Iterable[Controller], derivation: Derivation) -> System:
-    """Return a system of another name: the plant under these laws, with the steps of their derivation."""
+    """Return a new system: the plant with the given laws and their derivation."""
     return replace(plant, name=name, controllers=tuple(laws), steps=tuple(derivation.steps))
 
 
@@ -39,7 +39,7 @@ def _without_laws(scenario: Scenario) -> Scenario:
 
 
 def _without_reports(system: System) -> Iterable[Metric]:
-    """Yield the metrics of the plant; those of a law's memory and reports are left out."""
+    """Yield the metrics of the plant, without those of a law's memory and reports."""
     reports = {q.name for law in system.controllers for q in law.memory}
     reports |= {output.quantity.name for law in system.controllers for output in law.outputs}
     for metric in system.metrics:
@@ -48,7 +48,7 @@ def _without_reports(system: System) -> Iterable[Metric]:
 
 
 def _chart(system: System) -> Iterable[Definition]:
-    """Yield the meanings of the symbols of a regular chart."""
+    """Yield the meanings of a regular chart's symbols."""
     chart = system.coordinates
     if chart is None:
         return
@@ -59,7 +59,7 @@ def _chart(system: System) -> Iterable[Definition]:
 
 
 def _steps_of(plant: System) -> Iterable[Definition | Equation]:
-    """Yield the steps of the plant's vectors, and the shown equations of its symbols."""
+    """Yield the steps of the plant's vectors and the shown equations of its symbols."""
     entries = [entry for vector in vectors(plant) for entry in vector.entries]
     entries += [*plant.residual, *(s for condition in plant.limits for s in condition.shown)]
     definitions, needed = plant.definitions, set()

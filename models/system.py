@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vocabulary of a model: the parts of a system, a control law and a scenario.
+"""Vocabulary of a model: parts of a system, control laws, scenarios.
 
 Everything here is a small frozen dataclass. A model builds one `System`; code generation reads it and knows nothing
 else about the model. Quantities and derivations have their own modules, and classes that the runtime reads unchanged
@@ -72,7 +72,7 @@ __all__ = [
 
 
 def latex(expr: Expr, names: Mapping[sp.Symbol, str]) -> str:
-    """Return an expression as LaTeX, with the given names of its symbols."""
+    """Return an expression as LaTeX, with given names of its symbols."""
     text: str = sp.latex(expr, symbol_names=dict(names))
     return text
 
@@ -108,7 +108,7 @@ class Function(Located):
 
 @dataclass(frozen=True)
 class Coordinates(Located):
-    """Chart without the singularities of the paper's, in which continuous loops are integrated.
+    """Chart without the singularities of the state's chart, for the integration of continuous loops.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class Condition(Located):
 
 @dataclass(frozen=True)
 class Output:
-    """Quantity that a law reports along a run, computed from the recorded samples.
+    """Quantity that a law reports along a run, computed from recorded samples.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ class Controller(Located):
 
 @dataclass(frozen=True)
 class Actuator(Located):
-    """Actuator: the map from a commanded input to the input that acts, with limits, gimbals, wheels.
+    """Actuator: a map from commanded to acting inputs, with limits, gimbals, wheels.
 
     Parameters
     ----------
@@ -293,7 +293,7 @@ class Diffusion(Located):
 
 @dataclass(frozen=True)
 class RandomStep(Located):
-    """Random change of the state at each sample of a sampled law except the first.
+    """Random change of the state at each sample of a sampled law, except the first.
 
     Parameters
     ----------
@@ -309,7 +309,7 @@ class RandomStep(Located):
 
 @dataclass(frozen=True)
 class Variant(Located):
-    """Variant of a system for choices other than the defaults.
+    """Variant of a system for choices that are not defaults.
 
     Parameters
     ----------
@@ -327,12 +327,12 @@ class Variant(Located):
 
 
 _DEFAULT = Scenario("default", "from the defaults", 100.0, 0.1)
-"""Scenario of a system without scenarios: some turns of a craft at the rates of attitude control."""
+"""Scenario of a system that declares none: some rotations of a craft at typical rates."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class System(Located):
-    """Mechanical system with its laws and scenarios, ready for code generation.
+    """Mechanical system with laws and scenarios, from which code is generated.
 
     Name, states and their rates are required, all else is empty by default. Numbers may replace expressions.
 
@@ -455,7 +455,7 @@ class System(Located):
 
     @property
     def seen(self) -> Group:
-        """Quantities that laws receive: the states, or the sensor's own measured quantities."""
+        """Quantities that laws receive: the states, or a sensor's measurements."""
         return self.sensor.seen if self.sensor and len(self.sensor.seen) else self.states
 
     @property

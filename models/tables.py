@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Strict reading of parameters.toml and scenarios.toml: an unknown key is refused with a suggestion."""
+"""Strict reader of parameters.toml and scenarios.toml: unknown keys are refused with a suggestion."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .arrays import INCREASING, Table, Tensor, array_of, elements
 from .quantities import REALS, Group, Interval, ModelError, Parameter, place, wrong
 
 OF_COUNTS = ("sign_changes",)
-"""Kinds of metrics that read the band; those of seconds need one."""
+"""Kinds of metrics that use the band; those with seconds require one."""
 
 
 class _Strict(BaseModel):
@@ -119,7 +119,7 @@ def read_parameters(path: Path) -> dict[str, Group]:
     for group, rows in _read_toml(path).items():
         if not isinstance(rows, dict):
             raise ModelError(
-                f"{place_in(path, group)}: {group!r} stands outside a group; write it under a group: [plant.{group}]"
+                f"{place_in(path, group)}: {group!r} is outside of a group; write it into one, as in [plant.{group}]"
             )
         quantities = tuple(q for name, row in rows.items() for q in _parameters(path, group, name, row))
         groups[group] = Group(group, quantities)
@@ -128,7 +128,7 @@ def read_parameters(path: Path) -> dict[str, Group]:
 
 
 def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
-    """Read the scenarios of a model and the metrics they are judged by.
+    """Read the scenarios and metrics of a model.
 
     Parameters
     ----------
@@ -151,10 +151,10 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
 
 
 def check_scenario_numbers(scenario: Scenario, where: str) -> None:
-    """Refuse times that are not positive and expected values that are no numbers."""
+    """Refuse times that are not positive, and expected values that are not numbers."""
     for what, seconds in (("duration", scenario.duration), ("step", scenario.step)):
         if not 0 < seconds < math.inf:
-            raise ModelError(f"{where}: {what} = {seconds}: must be above zero, and finite")
+            raise ModelError(f"{where}: {what} = {seconds}: must be finite and above zero")
     for law, values in scenario.expect.items():
         for name, value in values.items():
             if math.isnan(value):  # infinite is a settling time that never comes
@@ -162,7 +162,7 @@ def check_scenario_numbers(scenario: Scenario, where: str) -> None:
 
 
 def check_metric_numbers(metric: Metric, where: str) -> None:
-    """Refuse a band or a window that a metric's kind cannot use."""
+    """Refuse a band or window that a metric's kind does not use."""
     if metric.kind not in (*OF_SECONDS, *OF_COUNTS) and metric.band != 0:
         raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} has none")
     least = "above zero" if metric.kind in OF_SECONDS else "zero or above"
@@ -175,7 +175,7 @@ def check_metric_numbers(metric: Metric, where: str) -> None:
 
 
 def suggestion(word: str, names: Iterable[str]) -> str:
-    """Return " (did you mean ...?)" for the nearest of some names, or nothing."""
+    """Return " (did you mean ...?)" with the most similar names; empty if none is similar."""
     near = difflib.get_close_matches(word, list(names), n=1)
     return f" (did you mean {near[0]!r}?)" if near else ""
 
@@ -188,7 +188,7 @@ def check_names(names: Iterable[str], allowed: Collection[str], what: str) -> No
 
 
 def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], where: str) -> None:
-    """Refuse a value of something that is no parameter, or that is outside its bounds."""
+    """Refuse a value that is out of bounds or not of a parameter."""
     check_names(values, allowed, f"{where}: parameter")
     for name, value in values.items():
         if value not in allowed[name].bounds:
@@ -196,7 +196,7 @@ def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], 
 
 
 def place_in(path: Path, *keys: str) -> str:
-    """Return file and line of an entry of a TOML file, or of the nearest table around it.
+    """Return file and line of an entry in a TOML file, or of the enclosing table.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def place_in(path: Path, *keys: str) -> str:
 
 
 def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
-    """Return the origin of a scenario or a metric: in the table of a model's folder, or where its system is made.
+    """Return the origin of a scenario or metric: a table of the model's folder, or the code that makes the system.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
 
 
 def _parameters(path: Path, group: str, name: str, row: object) -> Iterator[Parameter]:
-    """Yield the parameter of an entry, or those of an array."""
+    """Yield the parameter of an entry, or all parameters of an array."""
     entry = _validate(_ParameterRow, row, path, group, name)
     bounds, default = Interval.parse(entry.bounds), entry.default
     where = f"{place_in(path, group, name, 'default')}: [{group}.{name}]"
@@ -284,7 +284,7 @@ def _called(name: str, parameter: Parameter) -> str:
 
 
 def _check_axes(path: Path, group: Group) -> None:
-    """Refuse a table without one value for each point of an increasing array of its group."""
+    """Refuse a table whose values do not match the points on its axes, increasing arrays of the same group."""
     arrays = {q.array.name: q.array for q in group if isinstance(q, Parameter) and q.array is not None}
     for table in arrays.values():
         if isinstance(table, Table):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles generated models and runs them; needs NumPy and a C compiler."""
+"""Compilation and simulation of generated models; needs NumPy and a C compiler."""
 
 from mehvar.base.errors import BuildError, InputError
 from mehvar.base.manifest import Manifest, read_manifest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Types of arguments from Python callers; further conditions are checked where a value is used."""
+"""Checks of argument types from Python callers; further conditions are checked where a value is used."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _TYPES: Mapping[Argument, tuple[Callable[[object], bool], str]] = {
 
 
 def number(text: str) -> int | float | None:
-    """Return the number in a text, or None; Python's own readers also accept `1_0` and digits of any script."""
+    """Return the number in a text, or None; forms that only Python accepts, such as `1_0`, are refused."""
     if text.isascii() and "_" not in text:
         for kind in (int, float):  # a whole number exactly; as a float above 2^53 it would lose digits
             with contextlib.suppress(ValueError):
@@ -38,7 +38,7 @@ def number(text: str) -> int | float | None:
 
 
 def literals_are_numbers(tree: ast.AST, text: str) -> bool:
-    """Return True if `number` reads each number of an expression; Python's parser also accepts `1_0` and `0x10`.
+    """Return True if `number` can read each number of an expression; Python's parser also accepts `1_0` and `0x10`.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def literals_are_numbers(tree: ast.AST, text: str) -> bool:
 
 
 def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None:
-    """Refuse arguments of another type; None stands for one that is not given.
+    """Refuse arguments of a wrong type; None means that an argument is not given.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None
 
 
 def check_units(data: xarray.Dataset, units: Mapping[str, str], origin: str) -> None:
-    """Refuse variables of a dataset that say another unit than the model's, or hold dates or durations.
+    """Refuse variables of a dataset with another unit than the model's, and dates or durations.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from mehvar.base.errors import InputError, bad_value
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a temporary name beside `path`, and rename it to `path` when the block ends well.
+    """Yield a temporary name beside `path`, renamed to `path` after a successful block.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def check_folder(folder: str | os.PathLike[str], maker: str = "", names: Iterable[str] = ()) -> None:
-    """Refuse, before the work, a folder that could not be written afterwards.
+    """Refuse, before the work, a folder that cannot be written.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def _check_maker(folder: Path, maker: str, names: Iterable[str]) -> None:
 
 
 def _makers(folder: Path) -> dict[str, str]:
-    """Return the makers of a folder's contents by name; empty if the record cannot be read."""
+    """Return the command behind each entry of a folder; empty if the record is unreadable."""
     with suppress(OSError, ValueError):
         record = json.loads((folder / _MAKERS).read_text(encoding="utf-8"))
         return {str(name): str(maker) for name, maker in record.items()} if isinstance(record, dict) else {}
@@ -94,7 +94,7 @@ def _makers(folder: Path) -> dict[str, str]:
 
 
 def check_file(path: str | os.PathLike[str]) -> None:
-    """Refuse before the work a file that could not be written after it.
+    """Refuse, before the work, a file that cannot be written.
 
     Raises
     ------
@@ -110,12 +110,12 @@ def check_file(path: str | os.PathLike[str]) -> None:
 
 
 _MAKERS = ".mehvar"
-"""File that records the command behind each entry of a folder: the same command may replace it."""
+"""File that records the command behind each entry of a folder; the same command may replace the entry."""
 
 
 @contextmanager
 def filling(folder: str | os.PathLike[str], maker: str) -> Iterator[Path]:
-    """Yield a temporary folder, and move its contents into `folder` when the block succeeds.
+    """Yield a temporary folder whose contents move into `folder` after a successful block.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def filling(folder: str | os.PathLike[str], maker: str) -> Iterator[Path]:
 
 
 def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:
-    """Write a complete file; on failure the old one stays unchanged.
+    """Write a complete file; after a failure, the old one is unchanged.
 
     Parameters
     ----------

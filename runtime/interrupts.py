@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exceptions of signal handlers, such as Ctrl-C, at points where Python would drop them or libraries are not ready."""
+"""Exceptions of signal handlers, such as Ctrl-C, where Python would drop them or libraries cannot be interrupted."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from typing import Any
 
 _SIGNALS = tuple(map(int, signal.valid_signals()))
 _PATIENCE = 2.0
-"""Seconds after which a further signal no longer waits. Half is a slow disk's block; twice as long seems stuck."""
+"""Seconds after which another signal interrupts at once. Half is a slow disk's block; twice seems stuck."""
 
 
 def is_of_handler(error: BaseException) -> bool:
-    """Return True if a signal handler raised an error; the interrupted code is then not at fault."""
+    """Return True if an error comes from a signal handler and not from the interrupted code."""
     codes = {getattr(signal.getsignal(number), "__code__", None) for number in signal.valid_signals()}
     return isinstance(error, KeyboardInterrupt) or any(
         frame.f_code in codes for frame, _ in traceback.walk_tb(error.__traceback__)
@@ -28,7 +28,7 @@ def is_of_handler(error: BaseException) -> bool:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Call the handlers of signals after the block; at once for a signal 2 s after the first.
+    """Delay signal handlers until the end of the block; after 2 s, another signal acts at once.
 
     An exception inside `threading.Condition` leaves its lock taken for ever, and zarr, dask and thread pools wait by
     such locks. Handlers run in the main thread: in other threads this does nothing.
@@ -66,7 +66,7 @@ def deferred() -> Iterator[None]:
 
 
 class KeptInterrupts:
-    """Keeps exceptions of handlers in callbacks of C and of weak references, which Python drops; raises them later.
+    """Keeps exceptions of handlers in callbacks of C and of weak references, where Python drops them.
 
     The block ends with that exception, whatever else it raises; `check` raises it earlier. Handlers run in the main
     thread: in other threads this does nothing.
@@ -87,7 +87,7 @@ class KeptInterrupts:
         self.check()
 
     def check(self) -> None:
-        """Raise the kept exception."""
+        """Raise the kept exception, if any."""
         if self._lost is not None:
             raise self._lost
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Units that people write beside a number of a run or a batch, as text: `30deg`, `uniform(5ms, 20ms)`."""
+"""Units in numbers of a run or batch, written as text: `30deg`, `uniform(5ms, 20ms)`."""
 
 from __future__ import annotations
 
@@ -23,39 +23,38 @@ _FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)(?:-?\d|\(-?\d(?:/\d)?\)))?"
 _WITH_UNIT = re.compile(
     rf"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)"
 )
-"""A number and a product of units with powers of one digit, or of a fraction as in s^(1/2): pint computes what else a
-text says, such as 9**9**9."""
+"""Pattern of a number with a unit: products of units with powers of one digit or a fraction, as in s^(1/2). Pint
+would evaluate any text, such as 9**9**9."""
 
 _WORD = rf"(?!(?:and|or|not|if|else|in|is)\b){_FACTOR}"
 _QUANTITY = re.compile(
     rf"(?<![\w.])(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>{_WORD}(?:(?:\s*/\s*|\s+){_WORD})*)(?!\w)"
 )
-"""A number with a unit in a formula, where `*` multiplies numbers; the `e` of 1e5 is no unit."""
+"""Pattern of a number with unit in a formula, where `*` multiplies numbers; the `e` of 1e5 is not a unit."""
 
 _BASE = {
     "kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd",
     "radian": "rad",
 }  # fmt: skip
-"""Pint's names of the base units of the SI, and of the radian, which counts as one."""
+"""Pint's names of the SI base units, and of the radian, which counts as one."""
 
 _ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|arcsecond$|grade$")
-"""Pint's names of angles, which are numbers to it, so that 1 Hz or a count would be taken for radians."""
+"""Pint's names of angles. Pint treats them as numbers, so 1 Hz or a count would pass as radians."""
 
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
 _LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
-"""Distributions whose arguments are in the unit of the drawn value; a lognormal's are logarithms, covariances
-squares."""
+"""Distributions whose arguments have the drawn value's unit; a lognormal's are logarithms, covariances squares."""
 
 
 def setting_units(manifest: Manifest) -> dict[str, str]:
-    """Return the units of parameters of plant, laws and scenario, and of the options of a run."""
+    """Return the units of a run's parameters and options."""
     laws = (law.parameters for law in manifest.controllers.values())
     groups = (*laws, manifest.scenario_parameters, manifest.parameters)
     return {name: row.unit for name, row in OPTIONS.items()} | {q.name: q.unit for group in groups for q in group}
 
 
 def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -> str:
-    """Return the text of a distribution with its units converted to the unit of the drawn value.
+    """Return a distribution's text with units converted to that of the drawn value.
 
     Parameters
     ----------
@@ -82,7 +81,7 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
 
 
 def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
-    """Return the number of a text of the command line, in the unit of its name; another text unchanged.
+    """Return the number in a command line text, in the unit of its name; other texts unchanged.
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ def read_value(text: str, unit: str | None = None, name: str = "value", origin: 
 
 
 def without_units(text: str, quantity: Callable[[float, str, str], str], name: str) -> str:
-    """Return a formula with other texts in place of its numbers with units.
+    """Return a formula with its numbers with units replaced by other texts.
 
     Parameters
     ----------
@@ -153,7 +152,7 @@ def _converted(text: str, number: str, given: str, unit: str, name: str, origin:
 
 @functools.cache
 def _units() -> UnitRegistry:
-    """Return pint's units; half a second, for those who write one."""
+    """Return pint's registry of units, loaded at first use as it takes half a second."""
     import pint
 
     units = pint.UnitRegistry()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From CasADi to text: one instruction tape, printed as C and as Python."""
+"""From CasADi to code: one list of instructions, printed as C and Python."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CasADi's own C, for tools that expect its calling convention (acados, casadi.external)."""
+"""CasADi's own C, for tools with its calling convention (acados, casadi.external)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..functions.function import FunctionGraph
 
 
 def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
-    """Let CasADi print the same graphs, under names that begin with the model's.
+    """Print the graphs with CasADi, under names that begin with the model's.
 
     `casadi.external` asks a library for derivatives by the names `jac_NAME`, `fwd1_NAME`, `adj1_NAME` and
     `fwd1_adj1_NAME`: those of the right-hand side are added, so that an optimiser has exact first and second ones. The

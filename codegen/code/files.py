@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The C, header and Python texts of a model, filled into templates."""
+"""C, header and Python files of a model, filled into templates."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .tape import Tape, arranged, tape
 
 Signature = tuple[tuple[str, int | None], ...]
 Families = Mapping[str, tuple[tuple[Hashable, int], ...]]
-"""For vectors, which member of a family each element belongs to, and what members call it."""
+"""For each vector: the equal part, such as a pendulum, that each element belongs to, and its name there."""
 _TEMPLATES = Path(__file__).parent / "templates"
 _TITLES: dict[Part, str] = {
     "": "",
@@ -41,7 +41,7 @@ _TITLES: dict[Part, str] = {
 
 @dataclass(frozen=True)
 class PrintedFunction:
-    """A generated function with its tape and both spellings."""
+    """A generated function: its list of instructions, and its C and Python text."""
 
     name: str
     description: str
@@ -54,24 +54,24 @@ class PrintedFunction:
 
     @property
     def operations(self) -> int:
-        """Number of operations of one evaluation."""
+        """Operations of one evaluation."""
         return self.tape.operations
 
     def c_signature(self, real: str) -> str:
-        """Parameters of the C function, on numbers of a type: `mv_real` in public, `real` beside the body."""
+        """Parameters of the C function in a number type: `mv_real` in the public one, `real` in its body."""
         arguments = [f"const {real} *{name}" for name, _ in self.arguments]
         return ", ".join(arguments + [f"{real} *{name}" for name, _ in self.results])
 
     @property
     def unused(self) -> list[str]:
-        """Names of the arguments that the function does not read, and of results without elements."""
+        """Names of unused arguments, and of results without elements."""
         read = {i.args[0] for i in self.tape.instructions if i.op == "input"}
         unread = [name for k, (name, _) in enumerate(self.arguments) if k not in read]
         return unread + [name for name, size in self.results if size == 0]
 
     @property
     def places(self) -> dict[str, tuple[str, ...]]:
-        """Names in C for the places of the vectors that this part makes for others."""
+        """C names of positions in the vectors between the parts of a split function."""
         return {name: self.labels.constants[name] for name, _ in self.results if name in self.labels.parts}
 
     @property
@@ -89,7 +89,7 @@ class PrintedFunction:
 
     @cached_property
     def tags(self) -> Tags:
-        """Elements of arguments by member of a family."""
+        """Elements of arguments, with the equal parts that they belong to."""
         return tags_of(self.arguments, self.families)
 
     @property
@@ -99,7 +99,7 @@ class PrintedFunction:
 
     @property
     def python_unpack(self) -> str:
-        """Left side that receives the converted arguments."""
+        """Names on the left side of the assignment of converted arguments."""
         return self.python_arguments + ("," if len(self.arguments) == 1 else "")
 
     @property
@@ -109,7 +109,7 @@ class PrintedFunction:
 
     @property
     def python_lines(self) -> list[str]:
-        """Body of the Python function with its return statement; a Jacobian of the rates is columns of `jvp`."""
+        """Body of the Python function with its return statement; Jacobians of the rates are columns of `jvp`."""
         if self.part == "jac" and self.name != "jvp":
             names, sizes = [name for name, _ in self.arguments], dict(self.arguments)
             along, point = ("x", "u"), ", ".join(names)
@@ -136,7 +136,7 @@ class PrintedFunction:
         return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
 
     def result_families(self, result: int) -> tuple[tuple[Hashable, int], ...]:
-        """Return kind and member of each element of a result."""
+        """Return kind and number of the equal part, such as a pendulum, for each element of a result."""
         found = members(self.tape, self.tags)
         if found is None:
             return ()
@@ -145,14 +145,14 @@ class PrintedFunction:
         )
 
     def names_of(self, result: int) -> tuple[str, ...]:
-        """Return the names of a result's elements in the text, with or without a statement of their own."""
+        """Return the names of a result's elements in the code, with or without their own statements."""
         values = self.tape.results[result]
         names = names_of(self.tape, self.arguments, self.labels, [name for name, _ in self.results], values)
         return tuple(names.values[k] for k in values)
 
 
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
-    """Turn graphs into tapes ready to print; functions called in every step are also printed in two parts."""
+    """Convert graphs to lists of instructions; split functions are printed in two parts as well."""
     whole = [
         PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, _tape(f), _labels(f), f.families)
         for f in functions
@@ -162,14 +162,14 @@ def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
 
 
 def _tape(f: FunctionGraph) -> Tape:
-    """Read a graph; sums over a long family go along its members, so that a loop can."""
+    """Read a graph; order sums over many equal parts, such as pendulums, so that a loop can compute them."""
     plain, tags = tape(f.graph, f.parameters, f.derivation), tags_of(f.arguments, f.families)
     ordered = in_order(plain, tags, f.parameters)
     return plain if ordered is plain else arranged(ordered, f.derivation)
 
 
 def tags_of(arguments: Signature, families: Families) -> Tags:
-    """Return the elements of arguments that members of a family have."""
+    """Return the elements of arguments that belong to equal parts, such as pendulums."""
     return {
         (place, k): tag
         for place, (name, _) in enumerate(arguments)
@@ -183,7 +183,7 @@ def _labels(f: FunctionGraph) -> Labels:
 
 
 def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[int]) -> list[PrintedFunction]:
-    """Split off the parts computed once per run and once per sample of a law; empty if there are none."""
+    """Split off the values computed once per run and once per sample; empty without any."""
     rest, constant, parts = f, {f.arguments[k][0] for k in parameters}, list[PrintedFunction]()
     steps: tuple[tuple[str, str, str, set[str]], ...] = (
         ("prepare", "h", "once per run", set()),
@@ -222,7 +222,7 @@ def _with_part(labels: Labels, prefix: str, vector: str, names: tuple[str, ...])
 
 
 def _placed(f: PrintedFunction, manifest: Manifest) -> PrintedFunction:
-    """Let a function call the places of named vectors as the header does."""
+    """Rename a function's vector positions as the header names them."""
     named = {vector.prefix: vector.names for vector in vectors(manifest)}
     laws = [identifier(law) for law in manifest.controllers]
     own = [law for law in laws if f.name == law or f.name.startswith(f"{law}_")]
@@ -237,7 +237,7 @@ def _placed(f: PrintedFunction, manifest: Manifest) -> PrintedFunction:
 
 
 def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
-    """Return a hash of what the generated functions compute and of the names of their arguments."""
+    """Return a hash of the operations of all generated functions and of their argument names."""
     digest = hashlib.sha256(repr((manifest.model, sorted(manifest.structure.items()))).encode())
     for vector in vectors(manifest):
         digest.update(repr([(vector.prefix, q.name, q.unit) for q in vector.quantities]).encode())
@@ -248,7 +248,7 @@ def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
 
 
 def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str, str]:
-    """Fill the templates.
+    """Return the filled templates.
 
     Returns
     -------

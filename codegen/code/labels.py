@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names of values in generated text: from the model where it names them, otherwise from their contents.
+"""Names of values in generated code: from the model if it names them, otherwise from a hash of their contents.
 
 The names of a function depend on that function alone, and not on the number of values before one. So an edit of a model
 keeps the names of everything that it does not affect. See decision 0022.
@@ -19,34 +19,33 @@ from mehvar.base.names import identifier
 from .tape import COMMUTATIVE, MASKS, Instruction, Tape, is_sum
 
 Element = tuple[int, int]
-"""Place of an argument, and of an element in it."""
+"""Position of an argument, and of an element in it."""
 LEAVES = 8
-"""Operands of a statement, beyond which parts of it get statements of their own, so that a line has about a hundred
-letters; in a sum each term gets a line instead. Half makes more statements, twice longer lines; numbers stay."""
+"""Largest number of operands in a statement. Longer expressions are split into statements of about a hundred
+characters, long sums into one line per term. Half gives more statements, twice longer lines; results do not change."""
 _DEPTH = 2
-"""Number of statements below its own that decide a value's name. An early count of eight edits of satellite gave as
-median of lines changed over lines that must change 2.4 with 0, where more names have to be numbered, 2.8 with 1 and 2.1
-with 2, 3 and 8."""
+"""Levels of used statements that determine a value's name. For eight edits of the satellite, the median ratio of
+changed lines to necessary ones was 2.8 with 1 level, 2.1 with 2, 3 or 8; with 0 it was 2.4, but more names needed
+numbers."""
 _LETTERS = 5
-"""Letters of a name, 25 bits. Were the hashes spread evenly, two of two hundred temporaries of a function would share
-one in one function of 1700, and are then numbered; with one letter less in one of 50. That is an estimate, not a
-count."""
+"""Letters of a name, 25 bits. Among two hundred random names, two coincide in one function of 1700; with one letter
+less, in one of 50. Coinciding names get numbers. This is an estimate."""
 _LONGEST = 200
-"""Letters of a description before its digest of 64 stands for it; any number above that gives unique descriptions."""
+"""Letters of a description above which its digest of 64 letters replaces it; any larger limit is unique too."""
 _SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
-"""Distinctions that a name ignores: a sign, a truth value used as a number, a difference instead of a sum."""
+"""Operations that names ignore or merge: signs, truth values used as numbers, differences and sums."""
 _RESERVED = frozenset("""
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while linux unix
     real mask K SPLAT LT LE EQ NE NOT AND OR XOR NUM TRUTH SELECT SELECT0
     NAN INFINITY HUGE_VAL NULL EOF DOMAIN SING OVERFLOW UNDERFLOW PLOSS TLOSS I errno np
 """.split()) | frozenset(keyword.kwlist)  # fmt: skip  # noqa: SIM905
-"""Words of C and Python, macros of the headers that generated C includes, and of the C library's."""
+"""Reserved words of C and Python, macros of the included headers, and names of the C library."""
 
 
 @dataclass(frozen=True)
 class Labels:
-    """Names of a function's vectors, their elements and its steps.
+    """Names of a function's vectors, elements and steps.
 
     Attributes
     ----------
@@ -67,12 +66,12 @@ class Labels:
 
 
 PLAIN = Labels()
-"""Elements are called by their place."""
+"""Names of elements by their position."""
 
 
 @dataclass(frozen=True)
 class Names:
-    """Names of a function's values, in every language.
+    """Names of a function's values in every language.
 
     Attributes
     ----------
@@ -116,7 +115,7 @@ def names_of(
 
 
 def lines_of(tape: Tape) -> set[int]:
-    """Return the values that get a statement of their own.
+    """Return the values that have their own statements.
 
     Those are what is used more than once or defined in the model, truth values, sines with their cosines, and what
     would make a statement longer than LEAVES operands, unless it is the beginning of a sum.
@@ -136,7 +135,7 @@ def lines_of(tape: Tape) -> set[int]:
 
 
 def long_sums(tape: Tape, lined: set[int]) -> set[int]:
-    """Return the additions that begin a line, in sums with more than LEAVES operands."""
+    """Return the additions that begin a new line, in sums with more than LEAVES operands."""
     weight: list[int] = []
     for i in tape.instructions:
         weight.append(sum(1 if a in lined else weight[a] for a in i.operands) or 1)
@@ -151,12 +150,12 @@ def long_sums(tape: Tape, lined: set[int]) -> set[int]:
 
 
 def _users(tape: Tape) -> dict[int, int]:
-    """Return for each value one of its users; values that only results use are left out."""
+    """Return one user of each value; values that only results use are omitted."""
     return {a: k for k, i in enumerate(tape.instructions) for a in i.operands}
 
 
 def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
-    """Return True if a value that is used once needs a statement of its own, for its many operands."""
+    """Return True if a value used once needs its own statement because it has many operands."""
     if size <= LEAVES or k not in users:
         return False
     user = tape.instructions[users[k]]
@@ -164,7 +163,7 @@ def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
 
 
 def sincos_pairs(tape: Tape) -> dict[int, int]:
-    """Return for each sine the cosine of the same angle, and the reverse, where both occur."""
+    """Return for each sine the cosine of the same angle, and the reverse, if both occur."""
     places: dict[tuple[str, int], int] = {}
     for k, i in enumerate(tape.instructions):
         if i.op in ("sin", "cos"):
@@ -176,7 +175,7 @@ def sincos_pairs(tape: Tape) -> dict[int, int]:
 def element_names(
     arguments: Sequence[tuple[str, int | None]], results: Iterable[str], labels: Labels
 ) -> dict[Element, str]:
-    """Name the elements of a function's vectors; the name of the vector precedes a name that is taken."""
+    """Name the elements of a function's vectors; an ambiguous name is prefixed with its vector's."""
     names: dict[Element, str] = {}
     taken = {*(name for name, _ in arguments), *results, *_RESERVED}
     for place, (argument, size) in enumerate(arguments):
@@ -240,7 +239,7 @@ def _hashed(kind: str, content: str) -> str:
 
 
 def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> list[str]:
-    """Describe what values are made of: their own statement and those it uses, without coefficients and signs.
+    """Describe values by their own statement and the statements it uses, without coefficients and signs.
 
     Definitions count by the elements that they name, so that neither a new name of one nor an edit within it that takes
     the same elements changes another name.
@@ -270,7 +269,7 @@ def _described(
     leaves: Mapping[int, str],
     operands: Sequence[str],
 ) -> list[str]:
-    """Describe each value, with `operands` for the statements that its own uses."""
+    """Describe each value by its statement, with `operands` in place of the statements that it uses."""
     own: list[str] = []
     shown: list[str] = []
     parts: list[tuple[str, tuple[str, ...]]] = []
@@ -300,12 +299,12 @@ def _described(
 
 
 def _is_multiple(instruction: Instruction) -> bool:
-    """Return True for a value that equals another except for its sign, or a factor two that CasADi writes as a sum."""
+    """Return True for a value that equals another up to its sign or a factor two, which CasADi writes as a sum."""
     return instruction.op in _SIGNS or (instruction.op == "add" and instruction.args[0] == instruction.args[1])
 
 
 def _leaves(tape: Tape, elements: Mapping[Element, str]) -> dict[int, str]:
-    """Return for each definition the elements of arguments that it is made of, as far as other definitions.
+    """Return the arguments' elements in each definition, without those inside of other definitions.
 
     A set of elements is a number with a bit for each, as there are as many sets as values.
     """
@@ -325,6 +324,6 @@ def _leaves(tape: Tape, elements: Mapping[Element, str]) -> dict[int, str]:
 
 
 def _short(kind: str, members: Sequence[str]) -> str:
-    """Write an operation down, or its digest, so that a description stays short however much it is made of."""
+    """Return an operation as text, or its digest, so that descriptions stay short."""
     text = f"{kind}({','.join(members)})"
     return text if len(text) < _LONGEST else hashlib.sha256(text.encode()).hexdigest()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loops over the members of a family, where a tape does the same for each, and the statements between loops."""
+"""Loops over equal parts, such as pendulums, with equal instructions, and the statements between loops."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .tape import Tape
 
 @dataclass(frozen=True)
 class Sum:
-    """A sum over the members; each turn of a loop adds one member's terms.
+    """A sum over equal parts; each turn of the loop adds the terms of one part.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Sum:
 
 @dataclass(frozen=True)
 class Store:
-    """Elements of a result that are members' values.
+    """Elements of a result that a loop computes.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Store:
 
 @dataclass(frozen=True)
 class Block:
-    """Statements, and the loop behind them.
+    """Statements and the loop that follows them.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Loops:
-    """A tape as statements and loops.
+    """A list of instructions as statements and loops.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Loops:
 
 
 def loops(tape: Tape, tags: Tags) -> Loops | None:
-    """Find the loops of a tape; None where no family is long enough."""
+    """Return the loops of a list of instructions; None if there are too few equal parts."""
     found = members(tape, tags)
     if found is None:
         return None
@@ -121,7 +121,7 @@ def loops(tape: Tape, tags: Tags) -> Loops | None:
 
 
 def _stores(tape: Tape, found: Members, phase: Sequence[int]) -> tuple[list[list[Store]], list[tuple[int, int]]]:
-    """Return the results that loops compute, and the rest."""
+    """Return the results that loops compute, and the others."""
     stores: list[list[Store]] = [[] for _ in range(max(phase) + 1)]
     apart: list[tuple[int, int]] = []
     for r, result in enumerate(tape.results):
@@ -141,7 +141,7 @@ def _stores(tape: Tape, found: Members, phase: Sequence[int]) -> tuple[list[list
 
 
 def _sums(tape: Tape, found: Members) -> tuple[dict[int, Sum], set[int]]:
-    """Return the sums that a loop can do, and the partial sums in them."""
+    """Return the sums that a loop can compute, with their partial sums."""
     sums: dict[int, Sum] = {}
     hidden = set[int]()
     roots = list(found.sums)
@@ -167,7 +167,7 @@ def _sums(tape: Tape, found: Members) -> tuple[dict[int, Sum], set[int]]:
 
 
 def _phases(tape: Tape, found: Members, sums: dict[int, Sum], hidden: set[int]) -> list[int]:
-    """Return for each value the block that computes it; the block behind the loop for a sum over the members."""
+    """Return the block of each value; for a sum over equal parts, the block after the loop."""
     phase: list[int] = []
     for k, i in enumerate(tape.instructions):
         if k in sums:
@@ -187,7 +187,7 @@ def _made(tape: Tape, k: int) -> bool:
 
 
 def _used(tape: Tape, found: Members, sums: dict[int, Sum], hidden: set[int], phase: Sequence[int]) -> set[int]:
-    """Return the members' values that a statement or another loop needs."""
+    """Return the loop's values that a statement or another loop uses."""
     used = set[int]()
     for k, i in enumerate(tape.instructions):
         if k in sums:

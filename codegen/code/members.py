@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of a tape that exist once for each member of a family, such as one for each pendulum.
+"""Values that exist once per equal part, such as once per pendulum.
 
 A value that follows from the quantities of one member, and from shared ones, belongs to that member. Values of two
 members are of one kind if the same operations make them. Sums over all members are put in the order of the members, so
@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from .tape import COMMUTATIVE, Builder, Instruction, Tape, early, is_sum
 
 Tags = Mapping[tuple[int, int], tuple[Hashable, int]]
-"""For elements of arguments that belong to a member: the shared name and the member's number."""
+"""For each element of an equal part: its name in the part, and the part's number."""
 LEAST = 8
-"""Least number of members for a loop; fewer members have statements of their own."""
+"""Smallest number of equal parts for a loop."""
 
 
 @dataclass(frozen=True)
 class Members:
-    """The members' values in a tape.
+    """Values of equal parts in a list of instructions.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class Members:
     inside: set[int]
 
     def first(self, k: int) -> int:
-        """Return the first member's value of the kind of a member's."""
+        """Return the counterpart of a value in the first of the equal parts."""
         return self.kinds[self.kind[k]][0]
 
     def alike(self, terms: Sequence[tuple[bool, int]]) -> bool:
-        """Return True if terms, sorted by member, are the same for each member."""
+        """Return True if terms, sorted by part, are equal for all parts."""
         each: dict[int, list[tuple[bool, int]]] = {number: [] for number in self.numbers}
         for negative, k in terms:
             if k not in self.kind:
@@ -61,7 +61,7 @@ class Members:
 
 
 def members(tape: Tape, tags: Tags) -> Members | None:
-    """Tell members' values from the rest; None where no family is long enough."""
+    """Separate the values of equal parts from the others; None if there are too few parts."""
     numbers = _numbers(tags)
     if len(numbers) < LEAST:
         return None
@@ -86,7 +86,7 @@ def members(tape: Tape, tags: Tags) -> Members | None:
 
 
 def _numbers(tags: Tags) -> tuple[int, ...]:
-    """Return the numbers of the longest family; another family belongs to it if it has the same."""
+    """Return the numbers of the largest group of equal parts; groups with the same numbers join it."""
     families: dict[Hashable, set[int]] = {}
     for name, number in tags.values():
         families.setdefault(name, set()).add(number)
@@ -94,7 +94,7 @@ def _numbers(tags: Tags) -> tuple[int, ...]:
 
 
 def _partial(tape: Tape) -> set[int]:
-    """Return the sums that only another sum continues."""
+    """Return the sums that are only used in another sum."""
     uses = tape.uses()
     return {
         a
@@ -108,7 +108,7 @@ def _partial(tape: Tape) -> set[int]:
 def _owned(
     tape: Tape, tags: Tags, numbers: set[int], dropped: set[int], partial: set[int]
 ) -> tuple[list[int], list[int], set[int]]:
-    """Return the member and the kind of each value, and which are sums over several members."""
+    """Return part and kind of each value, and the sums over several parts."""
     owner, kind, spread = list[int](), list[int](), list[int]()
     known: dict[Hashable, int] = {}
     mixed = set[int]()
@@ -135,7 +135,7 @@ def _owned(
 
 
 def _inside(tape: Tape, mixed: set[int], partial: set[int]) -> set[int]:
-    """Return the partial sums below sums over several members."""
+    """Return the partial sums within sums over several equal parts."""
     inside = set[int]()
     for k in range(len(tape.instructions) - 1, -1, -1):
         if k in mixed or k in inside:
@@ -144,7 +144,7 @@ def _inside(tape: Tape, mixed: set[int], partial: set[int]) -> set[int]:
 
 
 def _leaves(tape: Tape, root: int, inside: set[int]) -> list[tuple[bool, int]]:
-    """Return the terms of a sum in order, each with its sign."""
+    """Return the terms of a sum in order with their signs."""
     leaves, stack = list[tuple[bool, int]](), [(False, root)]
     while stack:
         negative, k = stack.pop()
@@ -157,7 +157,7 @@ def _leaves(tape: Tape, root: int, inside: set[int]) -> list[tuple[bool, int]]:
 
 
 def in_order(tape: Tape, tags: Tags, parameters: frozenset[int]) -> Tape:
-    """Reorder sums over all members: in the order of members, terms that depend only on parameters first.
+    """Reorder sums over equal parts by part, with terms of parameters only first.
 
     Reordering a sum changes its last bits, equally in every language that the tape is printed in. Values that only the
     old sums needed stay in the tape, unused.
@@ -184,7 +184,7 @@ def in_order(tape: Tape, tags: Tags, parameters: frozenset[int]) -> Tape:
 
 
 def _merged(tape: Tape) -> Tape:
-    """Merge values that differ only in the order of operands of a commutative operation, exact to the last bit."""
+    """Merge values that differ only in operand order of a commutative operation; results stay bit-identical."""
     builder, moved, known = Builder(), list[int](), dict[Hashable, int]()
     for i in tape.instructions:
         args = tuple(moved[a] for a in i.operands) or i.args
@@ -200,7 +200,7 @@ def _merged(tape: Tape) -> Tape:
 def _runs(
     found: Members, terms: Sequence[tuple[bool, int]], constant: Sequence[bool], deep: Sequence[bool]
 ) -> list[list[tuple[bool, int]]] | None:
-    """Split a sum's terms into shared and members' runs; None where the members' terms differ.
+    """Split a sum's terms into common ones and one sequence per equal part; None if the parts differ.
 
     Shared terms that follow from members' values, such as another sum over them, come last, so that no loop waits for
     them.
@@ -217,7 +217,7 @@ def _runs(
 
 
 def _deep(tape: Tape, found: Members) -> list[bool]:
-    """Tell for each value whether it follows from a member's."""
+    """Return for each value True if it depends on a value of an equal part."""
     deep: list[bool] = []
     for k, i in enumerate(tape.instructions):
         deep.append(bool(found.owner[k]) or any(deep[a] for a in i.operands))
@@ -227,7 +227,7 @@ def _deep(tape: Tape, found: Members) -> list[bool]:
 def _chain(
     builder: Builder, runs: Sequence[Sequence[tuple[bool, int]]], shared: bool, known: dict[Hashable, int]
 ) -> int:
-    """Append a sum's runs of terms in order; common beginnings of sums are appended once."""
+    """Append a sum's terms in order; sums with a common beginning share it."""
     if shared and not runs[0][0][0]:
         (_, total), *first = runs[0]
     else:

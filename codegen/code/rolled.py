@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Print a tape as C with loops over the members of a family."""
+"""Printer of instructions as C with loops over equal parts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Vectors = Sequence[tuple[str, int | None]]
 
 
 def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> list[str]:
-    """Print the body of a C function.
+    """Return the body of a C function.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loo
 
 
 class _Rolled(Printer):
-    """Printer with two kinds of texts: inside loops the names of the first member serve all members."""
+    """Printer with separate texts inside loops, where names of the first part stand for all parts."""
 
     def __init__(self, tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> None:
         alone = loops.kept | {s.root for block in loops.blocks for s in block.sums}
@@ -61,7 +61,7 @@ class _Rolled(Printer):
         return [*self._lines, *self._declared, *lines]
 
     def _strides(self) -> None:
-        """Spell the inputs of the members as elements with the index of the loop."""
+        """Write the inputs of equal parts as elements indexed by the loop."""
         for values in self._loops.members.kinds.values():
             if self._tape.instructions[values[0]].op == "input":
                 elements = [self._tape.instructions[k].args[1] for k in values]
@@ -70,7 +70,7 @@ class _Rolled(Printer):
                 self._without[values[0]] = self._text[values[0]]
 
     def _along(self, start: str, elements: Sequence[int]) -> str:
-        """Spell the element of a vector that a loop is at; `start` is the first, without its bracket."""
+        """Write the element of a vector at the loop's index; `start` is the first one, without its bracket."""
         step = elements[1] - elements[0]
         if all(b - a == step for a, b in itertools.pairwise(elements)):
             return f"{start} + {step} * {_INDEX}]" if step != 1 else f"{start} + {_INDEX}]"
@@ -130,13 +130,13 @@ class _Rolled(Printer):
         self._add(f"mv_sincos({self._text[instruction.args[0]]}, &{sine}, &{cosine});")
 
     def _keep(self, k: int, kind: str) -> None:
-        """Make an array of a member's value."""
+        """Store a value of an equal part in an array."""
         values = self._loops.members.kinds[self._loops.members.kind[k]]
         self._declared.append(f"{kind} {self._names[k]}[{len(values)}];")
         self._text[k] = self._within[k] = f"{self._names[k]}[{_INDEX}]"
         self._without |= {value: f"{self._names[k]}[{n}]" for n, value in enumerate(values)}
 
     def _read(self) -> set[Element]:
-        """Return the elements that have a text outside of loops, or begin one in a loop."""
+        """Return the elements with a text outside of loops, or at the start of a loop."""
         read = (self._tape.instructions[k].args for k in self._loops.read)
         return {(argument, element) for argument, element in read}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Print a tape as C or Python, with a table of spellings for each."""
+"""Printer of instructions as C or Python, with a table of notations for each."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _PRECEDENCE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 3}
 _ATOM = 4
 _WIDTH = 110
-"""Characters of a line that names elements: 120 without the indentation."""
+"""Characters of a line of element names: 120 minus indentation."""
 _BESIDE = 4
-"""Elements named on one line, always those of the same places, so that a further element moves none."""
+"""Elements named on one line, grouped by position, so that a new element changes one line only."""
 _Load = tuple[str, object, int]
 
 
 @dataclass(frozen=True)
 class Language:
-    """Spelling of a tape in a language.
+    """Notation of a language for instructions.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ def statements(
     labels: Labels = PLAIN,
     names: Names | None = None,
 ) -> tuple[list[str], list[list[str]]]:
-    """Print a tape.
+    """Print the instructions.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def statements(
 
 
 class Printer:
-    """Prints a tape, value by value."""
+    """Prints instructions value by value."""
 
     def __init__(
         self,
@@ -217,7 +217,7 @@ class Printer:
         return self._lines, [[self._result(v) for v in result] for result in self._tape.results]
 
     def _load(self) -> None:
-        """Name the elements that are read of the vectors."""
+        """Name the elements of vectors that the code reads."""
         read = self._read()
         for place, (vector, _) in enumerate(self._arguments):
             constants = self._labels.constants.get(vector)
@@ -231,7 +231,7 @@ class Printer:
                 self._add_load(vector, elements)
 
     def _add_load(self, vector: str, elements: Sequence[_Load]) -> None:
-        """Name elements in one statement, or in two halves that are shorter."""
+        """Add a statement that names elements, or two shorter ones."""
         statement, half = self._language.load(vector, elements), len(elements) // 2
         if half and len(statement) > _WIDTH:
             self._add_load(vector, elements[:half])
@@ -240,7 +240,7 @@ class Printer:
             self._add(statement)
 
     def _read(self) -> set[Element]:
-        """Return the elements that the text reads."""
+        """Return the elements that the code reads."""
         return {(i.args[0], i.args[1]) for i in self._tape.instructions if i.op == "input"}
 
     def _add(self, statement: str) -> None:
@@ -284,7 +284,7 @@ class Printer:
         self._add(self._language.declare.format(kind=kind, name=self._text[k], value=value) + self._remark(instruction))
 
     def _remark(self, instruction: Instruction) -> str:
-        """Return the number of a definition's equation, as a comment."""
+        """Return the equation number of a definition as a comment."""
         number = self._labels.numbers.get(instruction.name, "")
         return self._language.comment.format(number) if number else ""
 
@@ -301,7 +301,7 @@ class Printer:
         )
 
     def _operand(self, k: int, least: int) -> str:
-        """Spell an operand, in brackets when it binds less tightly than needed; rounding follows the tape's order."""
+        """Return an operand, in brackets if it binds too weakly; rounding follows the order of instructions."""
         return self._text[k] if self._precedence.get(k, _ATOM) >= least else f"({self._text[k]})"
 
     def _argument(self, op: str, k: int) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Split of a tape in two: values that depend on parameters alone, computed once per run, and the rest."""
+"""Split of a function: values that depend on parameters only, computed once per run, and the rest."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Signature = tuple[tuple[str, int | None], ...]
 
 @dataclass(frozen=True)
 class Split:
-    """A function as two.
+    """A function in two parts.
 
     Attributes
     ----------
@@ -30,12 +30,12 @@ class Split:
 
     @property
     def size(self) -> int:
-        """Length of that vector."""
+        """Length of the vector between the parts."""
         return len(self.prepare.results[0])
 
 
 def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: str) -> Split | None:
-    """Split a function, or return None when no operation depends on parameters alone.
+    """Split a function; return None if no operation depends on parameters only.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
 
 
 def _frontier(tape: Tape, constant: Sequence[bool]) -> list[int]:
-    """Return the values that depend on parameters only and are needed later; values without cost are not moved."""
+    """Return the values of parameters only that the rest needs; values without cost are not moved."""
     stack, seen, frontier = [v for result in tape.results for v in result], set[int](), set[int]()
     while stack:
         k = stack.pop()

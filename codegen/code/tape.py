@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CasADi's instruction list as static single assignments: the one form that C and Python are printed from.
+"""CasADi's instructions in static single assignment form, from which C and Python are printed.
 
 Registers are renamed so that every value has one definition; divisions by a shared denominator become products with
 its reciprocal; sine and cosine of one angle are fused; CasADi's pair of `if_else_zero` becomes one select.
@@ -19,10 +19,10 @@ from mehvar.base.errors import MehvarError
 from ..functions.function import NamedSteps
 
 MASKS = frozenset({"lt", "le", "eq", "ne", "not", "and", "or", "truth"})
-"""Operations whose value is a truth value per lane."""
+"""Operations whose result is a truth value per lane."""
 
 COMMUTATIVE = frozenset({"add", "mul", "min", "max", "eq", "ne", "and", "or", "hypot"})
-"""Operations whose operands may change places without a change of the result."""
+"""Operations whose operands may be exchanged without a change of the result."""
 
 _NAMES = {
     ca.OP_ADD: "add", ca.OP_SUB: "sub", ca.OP_MUL: "mul", ca.OP_DIV: "div", ca.OP_NEG: "neg",
@@ -41,15 +41,15 @@ _CALLS = frozenset({
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "log1p", "expm1", "pow", "fmod", "hypot",
     "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "erf",
 })  # fmt: skip
-"""Functions that C calls in one lane: what is alive across a call goes through memory (decision 0022)."""
+"""Functions that C calls lane by lane. Values needed after such a call go through memory (decision 0022)."""
 
 
 class TapeError(MehvarError, ValueError):
-    """A CasADi operation that the generated code has no counterpart for."""
+    """A CasADi operation without counterpart in the generated code."""
 
 
 class Instruction(NamedTuple):
-    """One value: an operation on earlier values.
+    """A value: an operation on earlier values.
 
     A tuple and not a dataclass: a model has a million of them, and deriving one makes them four times as fast.
 
@@ -72,13 +72,13 @@ class Instruction(NamedTuple):
 
     @property
     def operands(self) -> tuple[int, ...]:
-        """The values this one is computed from."""
+        """Values that the operation uses."""
         return () if self.op in ("input", "const") else self.args
 
 
 @dataclass(frozen=True)
 class Tape:
-    """A function as assignments.
+    """A function as a list of assignments.
 
     Attributes
     ----------
@@ -97,14 +97,14 @@ class Tape:
         return sum(i.op not in _FREE for i in self.instructions)
 
     def uses(self) -> Counter[int]:
-        """Count how often each value is used, results included."""
+        """Count the uses of each value, including results."""
         counts = Counter(a for i in self.instructions for a in i.operands)
         counts.update(v for result in self.results for v in result)
         return counts
 
 
 def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), derivation: NamedSteps | None = None) -> Tape:
-    """Read a CasADi SX function into a tape.
+    """Convert a CasADi SX function to a list of instructions.
 
     Parameters
     ----------
@@ -127,14 +127,14 @@ def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), deriva
 
 
 class Builder:
-    """Appends instructions, each distinct one once."""
+    """Appends instructions; equal ones only once."""
 
     def __init__(self) -> None:
         self.instructions: list[Instruction] = []
         self._known: dict[tuple[str, tuple[int, ...], str], int] = {}
 
     def add(self, op: str, *args: int, value: float = 0.0) -> int:
-        """Return the position of an operation, which is appended unless it is there."""
+        """Return the position of an operation; append it if it is new."""
         # repr tells -0.0 from 0.0, which compare equal
         position = self._known.setdefault((op, args, repr(value) if op == "const" else ""), len(self.instructions))
         if position == len(self.instructions):
@@ -147,7 +147,7 @@ class Builder:
         self.instructions[position] = instruction._replace(name=instruction.name or name)
 
     def mask(self, position: int) -> int:
-        """Return a truth value: the value itself, or whether it differs from zero."""
+        """Return a truth value: the value itself, or its comparison with zero."""
         if self.instructions[position].op in MASKS:
             return position
         return self.add("truth", position)
@@ -157,7 +157,7 @@ class Builder:
         return self.add("num", position) if self.instructions[position].op in MASKS else position
 
     def is_flag(self, bound: int, position: int) -> bool:
-        """Return True if a number is above the bound exactly when its truth value holds."""
+        """Return True if a number exceeds the bound exactly when its truth value is true."""
         low, flag = self.instructions[bound], self.instructions[position]
         if low.op != "const" or flag.op != "select0":
             return False
@@ -206,7 +206,7 @@ def _operation(builder: Builder, op: int, operands: list[int], function: ca.Func
 
 
 def _named(tape_: Tape, derivation: NamedSteps) -> Tape:
-    """Mark the values of definitions: those with the same operations on the same values."""
+    """Mark the values of definitions, found by equal operations on equal values."""
     known: dict[tuple[object, ...], int] = {}
     steps = _read(derivation.graph)
     own, others = _identities(tape_, known), _identities(steps, known)
@@ -221,7 +221,7 @@ def _named(tape_: Tape, derivation: NamedSteps) -> Tape:
 
 
 def _identities(tape_: Tape, known: dict[tuple[object, ...], int]) -> list[int]:
-    """Give values of several tapes numbers, the same ones wherever the same operations make them."""
+    """Return numbers of the values of several functions; values of equal operations have equal numbers."""
     numbers: list[int] = []
     for i in tape_.instructions:
         if i.op == "input":
@@ -243,7 +243,7 @@ def _rewrite(tape_: Tape, change: dict[int, Instruction]) -> Tape:
 
 
 def _fuse_selects(tape_: Tape) -> Tape:
-    """Turn select0(c, a) + select0(not c, b) into select(c, a, b)."""
+    """Replace select0(c, a) + select0(not c, b) by select(c, a, b)."""
     instructions, change = tape_.instructions, {}
     for k, instruction in enumerate(instructions):
         if instruction.op != "add":
@@ -257,7 +257,7 @@ def _fuse_selects(tape_: Tape) -> Tape:
 
 
 def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
-    """Tell for each value whether it depends on the parameters only."""
+    """Return for each value True if it depends on parameters only."""
     constant: list[bool] = []
     for i in tape_.instructions:
         constant.append(i.args[0] in parameters if i.op == "input" else all(constant[a] for a in i.operands))
@@ -270,12 +270,12 @@ def is_sum(instruction: Instruction) -> bool:
 
 
 def keeps_place(instruction: Instruction) -> bool:
-    """Return True if a value is as cheap to compute again as to keep, or is no number that could be kept."""
+    """Return True if a value is as cheap to recompute as to store, or is not a number."""
     return instruction.op in _FREE or instruction.op in MASKS
 
 
 def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
-    """Divide once by each denominator that is used more than once, or that never changes from call to call."""
+    """Divide only once by a denominator that is used repeatedly or never changes from call to call."""
     constant = early(tape_, parameters)
     quotients = [i.args for i in tape_.instructions if i.op == "div"]
     divisors = Counter(below for _, below in quotients)
@@ -305,7 +305,7 @@ def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
 
 
 def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
-    """Put each value before its first use and drop what no result needs.
+    """Move each value before its first use, and drop unused ones.
 
     Calls come first, in the order in which what follows takes them, then definitions in that of the derivation, then
     results. So the place of a value depends on what uses it, not on how many values there are elsewhere.
@@ -319,7 +319,7 @@ def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
 
 
 def prune(tape_: Tape) -> Tape:
-    """Drop what no result needs and renumber."""
+    """Drop unused values and renumber."""
     return _reordered(tape_, _needed(tape_))
 
 
@@ -346,7 +346,7 @@ def _reordered(tape_: Tape, order: Sequence[int]) -> Tape:
 
 
 def _order(tape_: Tape, roots: Sequence[int]) -> list[int]:
-    """Return the values that some need, each after its operands, by depth first."""
+    """Return the values that others need, each after its operands, by depth-first search."""
     order: list[int] = []
     entered, seen = set[int](), set[int]()
     stack = list(reversed(roots))

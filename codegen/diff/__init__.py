@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Comparison of two versions of derived equations by mathematics, not text; needs neither SymPy nor CasADi.
+"""Mathematical comparison of two versions of derived equations; needs neither SymPy nor CasADi.
 
 `Document.read` reads an equations.json with the manifest beside it; `compare` compares two of them.
 """

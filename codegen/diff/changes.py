@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits as replacements in an expression, and their application."""
+"""Edits of expressions as replacements."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .report import Kind, Path
 
 Values = tuple[Element, ...]
 _SMALL = 10_000
-"""Square root of the limit on numerators and denominators of a number in an equation. One of these few fractions, about
-10^16, hits an arbitrary value of the field, one of 2^154, by chance once in 10^30."""
+"""Square root of the limit on numerators and denominators of numbers in equations. About 10^16 such fractions exist,
+so a random value of the field, one of 2^154, matches one with probability 10^-30."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """An edit as a replacement in the old expression.
+    """An edit: a replacement in the old expression.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Change:
 
 
 def mutations(pool: Pool, root: int, path: Path, atoms: Sequence[int]) -> Iterator[Change]:
-    """Yield every small edit inside an expression; `atoms` may replace a symbol or a sine."""
+    """Yield every small edit of an expression; `atoms` may replace a symbol or a sine."""
     stack = [(root, path, False)]
     while stack:
         node, place, term = stack.pop()
@@ -95,7 +95,7 @@ def coefficient_of(pool: Pool, node: int) -> Fraction:
 
 
 def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
-    """Return an expression with edits applied to it."""
+    """Return an expression after edits."""
     here = [change for change in changes if not change.path]
     added = [change.with_ for change in here if change.kind is Kind.TERM_ADDED and change.with_ is not None]
     for change in here:
@@ -115,7 +115,7 @@ def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:
 
 
 def rational(values: Values) -> Fraction | None:
-    """Return the small fraction that all values represent, if there is one."""
+    """Return the common small fraction that all field values represent; None without one."""
     first = values[0]
     if isinstance(first, field.Complex) or any(value != first for value in values):
         return None

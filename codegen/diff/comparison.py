@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compare two documents: a verdict on every row, and the edits of rows whose own text changed."""
+"""Comparison of two documents: a verdict on each row, and edits of rows with changed text."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def compare(old: Document, new: Document) -> Comparison:
 
 
 class _Verdicts:
-    """Judge rows in order, so that the definitions of a text are judged before the text."""
+    """Verdicts on rows in order, definitions before their users."""
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
         self.verdict: dict[Key, tuple[Fate, Verdict]] = {}
         self.sources: dict[Key, dict[Key, None]] = {}
-        """For each row with a different value, the rows that cause the difference."""
+        """For each row with a different value, the rows that cause it."""
         self.names = {item.key: item.name for item in versions.news}
         self._overruled: dict[Key, Verdict] = {}
         self._modes = Modes(versions)
@@ -92,7 +92,7 @@ class _Verdicts:
                 self.verdict[item.key] = self._at_modes(partner, item, *self._judge(partner, item))
 
     def _at_modes(self, old: Item, new: Item, fate: Fate, verdict: Verdict) -> tuple[Fate, Verdict]:
-        """Return the verdict on a row, or a negative one where a mode has a value at which both differ."""
+        """Return the verdict on a row, or "different" if the sides differ at some value of a mode."""
         if fate not in _EQUAL or verdict.how in _PROOFS:
             return fate, verdict
         other = self._modes.difference((self.versions.before, old.root), (self.versions.after, new.root))
@@ -107,7 +107,7 @@ class _Verdicts:
         return (Fate.INHERITED if causes else Fate.CHANGED), other
 
     def _ask_again(self) -> None:
-        """Test verdicts "equal" a second time, and judge again where that test disagrees."""
+        """Test verdicts "equal" again with another method, and repeat the judgement where that disagrees."""
         tested = [item for item in self.versions.news if self._is_tested(item)]
         if not tested:
             return
@@ -155,7 +155,7 @@ class _Verdicts:
         return (Fate.UNDECIDED if local.equal is None else Fate.CHANGED), local
 
     def _local(self, old: Item, new: Item) -> Verdict:
-        """Compare the new text with the old one over the same children."""
+        """Compare old and new text with equal values of their children."""
         versions = self.versions
         if new.key in self._overruled:
             return self._overruled[new.key]
@@ -172,7 +172,7 @@ class _Verdicts:
         return decision
 
     def _whole(self, old: Item, new: Item, local: Verdict, unequal: list[Item]) -> Verdict:
-        """Compare the values themselves where children differ."""
+        """Compare the values themselves if children differ."""
         if not unequal:
             return local
         judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))
@@ -181,7 +181,7 @@ class _Verdicts:
         return judge.decide(*pair)
 
     def _follower(self, unequal: list[Item], whole: Verdict) -> tuple[Fate, Verdict]:
-        """Return the verdict on a row that differs by its definitions only."""
+        """Return the verdict on a row that differs through its definitions only."""
         undecided = [child.name for child in unequal if self.verdict[child.key][0] is Fate.UNDECIDED]
         if len(undecided) == len(unequal):
             return Fate.UNDECIDED, Verdict(None, f"{', '.join(undecided)} may be equal")
@@ -207,7 +207,7 @@ class _Verdicts:
         return self.verdict[item.key][0] in _UNEQUAL
 
     def _recombined(self) -> None:
-        """Mark implicit equations that were combined with each other and describe the same motion."""
+        """Mark implicit equations that were combined and describe the same motion."""
         motions = [item for item in self.versions.news if item.row.kind == "motion"]
         if any(self._differs(item) for item in motions) and recombined(self.versions):
             for item in motions:
@@ -216,7 +216,7 @@ class _Verdicts:
                     self.verdict[item.key] = (Fate.SCALED, Verdict(True, "recombined: the same accelerations"))
 
     def _extensions(self) -> set[Key]:
-        """Return the changed rows that differ only by terms of members that only one side has."""
+        """Return the rows that changed only by terms of added or removed equal parts, such as pendulums."""
         if self.extension is None:
             return set()
         extended, partner = Extended(self.versions, self.extension), self.versions.partner
@@ -224,7 +224,7 @@ class _Verdicts:
         return {item.key for item in changed if extended(partner[item.key], item)}
 
     def _lost(self) -> None:
-        """Attribute the change of a removed definition to that definition, not to each of its users."""
+        """Attribute the change of a removed definition to it, not to its users."""
         changed = [
             item
             for item in self.versions.news
@@ -238,7 +238,7 @@ class _Verdicts:
                 self._blame(user.key, lost.item.key)
 
     def _causes(self) -> dict[Key, str]:
-        """Return, for each changed row that another row explains, the name of that row."""
+        """Return for each changed row the name of the row that explains it, if any."""
         changed = [
             item
             for item in self.versions.news
@@ -255,7 +255,7 @@ class _Verdicts:
             explained |= dict.fromkeys((item.key for item in cause.followers), handle(cause.source.row))
             self.stories.append(_story("follows", self.explainer.words(cause.says), [cause.source, *cause.followers]))
         if solved:
-            says = "the form that is solved for the rates follows the equations of motion, as generate makes sure"
+            says = "the form that is solved for the rates follows the equations of motion, as generation ensures"
             self.stories.append(_story("solved", says, solved))
         return {**explained, **dict.fromkeys((item.key for item in solved), MOTION)}
 
@@ -264,7 +264,7 @@ class _Verdicts:
 
     @functools.cached_property
     def explainer(self) -> Explainer:
-        """Explainer of changed rows."""
+        """Explanations of changed rows."""
         return Explainer(self.versions)
 
     def _blame(self, old: Key, new: Key) -> None:
@@ -274,7 +274,7 @@ class _Verdicts:
     # The report
 
     def equations(self) -> tuple[EquationChange, ...]:
-        """Return every row of either side, in the order of the new side."""
+        """Return all rows of both sides in the new order."""
         if not hasattr(self, "_equations"):
             explainer = self.explainer
             users = self._users()
@@ -294,7 +294,7 @@ class _Verdicts:
         return users
 
     def _mattering(self) -> set[Key]:
-        """Return the definitions that no row uses, or on which an equation or result with another value depends."""
+        """Return the definitions that no row uses, and those that a changed equation or result depends on."""
         versions = self.versions
         used = {child.key for item in versions.news for child in versions.children(item)}
         mattering: set[Key] = set()
@@ -352,7 +352,7 @@ class _Verdicts:
         )
 
     def _of_member(self, item: Item) -> str:
-        """Return a note for a row of a member that the other side lacks; empty for other rows."""
+        """Return a note for a row of an equal part, such as a pendulum, that the other side lacks; else empty."""
         alone = item.key not in self.versions.partner and self.extension is not None
         return MEMBER if alone and self.extension and self.extension.holds(item.name) else ""
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Search for single edits that give an expression a required value.
+"""Search for a single edit that gives an expression the required values.
 
 The required value is pushed down the old expression: for each part, the value that would make the whole equal the new
 one. In sums and products this takes one subtraction or division per part. Comparing the required value with the actual
@@ -26,9 +26,8 @@ from .report import Kind, Path
 
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
 _LARGEST = 60
-"""Limit on nodes of a function inside which edits are tried one by one. There are about ten edits per node, and each
-evaluates the function anew, so twice the size takes four times as long. Larger functions are reported as rewritten
-parts."""
+"""Largest function, in nodes, in which edits are tried one by one. A function has about ten edits per node, each
+with a complete evaluation, so the time grows with the square. Larger functions are reported as rewritten parts."""
 
 
 class Edits:
@@ -50,16 +49,16 @@ class Edits:
         self._written: frozenset[int] = frozenset()
 
     def single(self, old: int, required: Values) -> list[Change]:
-        """Return single edits that give an expression the required values, the likeliest first."""
+        """Return single edits that give an expression the required values, most likely first."""
         self._atoms, self._parts, self._written = self._atoms_of(old, old), {}, frozenset()
         return sorted(self.walk(old, required, ()), key=lambda change: (change.cost, change.says))
 
     def old(self, node: int) -> Values | None:
-        """Return the values of an old expression."""
+        """Return the values of an old expression at the test points."""
         return _values(self._olds, node)
 
     def new(self, node: int) -> Values | None:
-        """Return the values of a new expression."""
+        """Return the values of a new expression at the test points."""
         return _values(self._news, node)
 
     def _values_of(self, new: int) -> dict[Values, int]:
@@ -71,7 +70,7 @@ class Edits:
         return parts
 
     def _atoms_of(self, old: int, new: int) -> dict[Values, int]:
-        """Return the symbols of both expressions, and sines and cosines of arguments that occur, by value."""
+        """Return the symbols of both expressions, and the sines and cosines that occur, by value."""
         atoms: dict[Values, int] = {}
         for worlds, root in ((self._olds, old), (self._news, new)):
             for node in reached(self.pool.nodes, [root]):
@@ -89,7 +88,7 @@ class Edits:
         return self.pool.nodes[node][0] not in ("exprcondpair", "num")
 
     def walk(self, root: int, required: Values, path: Path) -> list[Change]:
-        """Return every single edit below a node that gives the node the required values."""
+        """Return all single edits at or below a node that give it the required values."""
         changes: list[Change] = []
         seen: set[tuple[int, Values]] = set()
         stack = [(root, required, path, True)]
@@ -110,12 +109,12 @@ class Edits:
         return changes
 
     def _doubt(self, change: Change, value: Values) -> float:
-        """Return the cost of an edit, lower if it replaces a part that the new side lacks by one that it has."""
+        """Return the cost of an edit; lower if it removes a part that only the old side has and adds one of the new."""
         stays, written = value in self._parts, change.with_ in self._written
         return (costs.STAYS if stays else 0.0) - (costs.WRITTEN if written else 0.0)
 
     def _below(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[tuple[int, Values, Path, bool]]:
-        """Yield the operands of a node with the values they need, and whether they are terms."""
+        """Yield the operands of a node with their required values; True for terms of a sum."""
         operation, *operands = self.pool.nodes[node]
         for k, operand in enumerate(operands):
             if not isinstance(operand, int):
@@ -210,7 +209,7 @@ class Edits:
         return Change(Kind.EXPONENT, path, node, new, new, says, costs.LOST_FACTOR + extra)
 
     def _times(self, node: int, atom: int, exponent: int, number: Fraction) -> int:
-        """Return a term times number * atom^exponent, with powers of the atom collected."""
+        """Return a term times number * atom^exponent, with powers of the atom combined."""
         parts = list(self.pool.operands(node)) if self.pool.nodes[node][0] == "mul" else [node]
         total = Fraction(exponent)
         rest = []
@@ -274,7 +273,7 @@ class Edits:
             yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", costs.ADDED_NUMBER)
 
     def _inside(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
-        """Yield single edits in the operands of a function without an inverse here, found by trying."""
+        """Yield single edits in the operands of a function without known inverse, by trial."""
         if self._size(node) > _LARGEST:
             return
         for change in mutations(self.pool, node, path, tuple(self._atoms.values())):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of a changed row in words, tested by applying them, and a simple point where both sides differ."""
+"""Edits of a changed row in words, checked by applying them, and a simple point where both sides differ."""
 
 from __future__ import annotations
 
@@ -21,18 +21,17 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
-"""Points of the field. An edit fits at both by chance once in 2^178, and is replayed at more points anyway."""
+"""Points of the field. An edit fits both by chance with probability 2^-178, and is checked at more points."""
 _ROOTED = 16
-"""Points of the field where even roots have random signs. An edit that flips a sign on half of the space would pass two
-points once in four times, and all of these once in 65 000."""
+"""Points of the field for expressions with even roots, which have random signs there. An edit that flips a sign on
+half of the space passes two points in one of four cases, all of these in one of 65 000."""
 _TRIED = 60
-"""Limit on points tried to find these; an expression that exists at none of them will not exist at more."""
+"""Largest number of points tried to find valid ones; further ones would hardly succeed."""
 _VISITED = 20_000
-"""Limit on places of an expression as written that are searched for marks: shared nodes multiply their number without
-bound."""
+"""Largest number of places searched for marks in a written expression; shared nodes can multiply their number
+without bound."""
 _LARGEST_CONE = 400
-"""Limit on nodes up to which a counterexample is simplified: each of its names costs a few evaluations of all of
-them."""
+"""Largest number of nodes for which a counterexample is simplified: each name costs several evaluations."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Explanation:
 
 
 class Explainer:
-    """Explain changed rows of two versions."""
+    """Explanations of changed rows of two versions."""
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
@@ -56,7 +55,7 @@ class Explainer:
         self._changes: dict[tuple[int, int], tuple[list[Change], bool]] = {}
 
     def explain(self, old: Item, new: Item, point: Point | None = None) -> Explanation:
-        """Return the edits that turn the old text into the new one, over the same children.
+        """Return the edits that turn the old text into the new one, with equal values of their children.
 
         `point` is a known point where both sides differ, if any.
         """
@@ -70,7 +69,7 @@ class Explainer:
         )
 
     def changes(self, old: Item, new: Item) -> tuple[list[Change], bool]:
-        """Return the edits of a row over the same children, and True if they reproduce the new text."""
+        """Return the edits of a row with equal children, and True if they reproduce the new text."""
         key = (old.root, new.root)
         if key not in self._changes:
             self._changes[key] = self.account((self.versions.before, old.root), (self.versions.across, new.root))
@@ -88,7 +87,7 @@ class Explainer:
         return changes, bool(made.equal)
 
     def _worlds(self, old: Expression, new: Expression) -> tuple[list[FieldWorld], list[FieldWorld]]:
-        """Return worlds of both sides at points where both have values."""
+        """Return evaluations of both sides at points where both have values."""
         pairs = [(self.versions.before, self.versions.across), (self.versions.free_old, self.versions.free_new)]
         if old[0] is not self.versions.before:
             pairs = [(old[0], new[0])]
@@ -107,7 +106,7 @@ class Explainer:
     # Words
 
     def edit(self, change: Change, old: int, new: int | None = None) -> Edit:
-        """Return an edit of an old expression in words; places of its new part are searched in the new expression."""
+        """Return an edit of an old expression in words, with the places of its new part in the new expression."""
         return Edit(
             change.kind,
             tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
@@ -117,14 +116,14 @@ class Explainer:
         )
 
     def words(self, says: str) -> str:
-        """Return a text with each {number} replaced by the printed node."""
+        """Return a text with each {number} replaced by that node's text."""
         return re.sub(r"\{(\d+)\}", lambda match: self._text.text(int(match[1])), says)
 
     def _part(self, node: int | None, places: tuple[Path, ...]) -> Part | None:
         return None if node is None else Part(self._text.text(node), self._latex.text(node), places)
 
     def _way(self, root: int, change: Change) -> Iterator[int]:
-        """Yield the terms that contain the edited part, from outside to inside, and the part itself."""
+        """Yield the terms that contain the edited part, from outside to inside, then the part."""
         pool, node = self.versions.pool, root
         for k in change.path:
             parent, node = node, int(pool.nodes[node][1 + k])
@@ -178,7 +177,7 @@ class Explainer:
         return (simple for simple in self.judge.sampler.simple(name, value) if simple > 0 or not positive)
 
     def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
-        """Return True if only one side exists at a point without zero coordinates, where a domain may end."""
+        """Return True if only one side has a value at a point without zero coordinates, where a domain may end."""
         return 0 not in point.values() and self.judge.one_exists(self.judge.real(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Implicit equations 0 = ...: detection of multiples of each other, and of recombined systems."""
+"""Implicit equations 0 = ...: detection of multiples and of combined systems."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .changes import Values, rational
 from .versions import Item, Versions
 
 _POINTS = 3
-"""Points of the field, as many as for any equality; see `codegen.equal.judge`."""
+"""Number of points of the field, as for any equality; see `codegen.equal.judge`."""
 _PARTS = {"add": "sum", "exp": "factor", "cosh": "factor", "pow": "factor"}
-"""Operations whose values may never be zero, in words."""
+"""Operations whose values are never zero, in words."""
 
 
 def scale(versions: Versions, old: Item, new: Item) -> str:
-    """Return the factor by which an implicit equation was multiplied, in words; empty if it was not.
+    """Return the factor of a multiplied implicit equation in words; empty if it was not multiplied.
 
     A number, or a power of a positive name times a number, adds no zeros. Neither does an expression that is never zero
     where it has a value.
@@ -54,7 +54,7 @@ def _scale(versions: Versions, old: Item, new: Item) -> str:
 
 
 def _part(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
-    """Return the part by which an equation was multiplied or divided, if intervals prove that it is not zero."""
+    """Return the factor or divisor of an equation if intervals prove that it is never zero."""
     for meaning, root in ((versions.before, old.root), (versions.across, new.root)):
         for node in meaning.cone(root):
             operation = versions.pool.nodes[node][0]
@@ -69,7 +69,7 @@ def _part(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
 
 
 def _factors(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
-    """Return a note if an equation was multiplied by several factors, none of which is ever zero; else nothing."""
+    """Return a note if an equation was multiplied by several factors that are never zero, else an empty text."""
     for meaning, root in ((versions.across, new.root), (versions.before, old.root)):
         for factor in _common(versions.pool, root):
             values = versions.judge.values(meaning, factor, len(ratio))
@@ -80,7 +80,7 @@ def _factors(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
 
 
 def _common(pool: Pool, root: int) -> Sequence[int]:
-    """Return the factors of a product, or the common factors of all terms of a sum."""
+    """Return the factors of a product, or those common to all terms of a sum."""
     if pool.nodes[root][0] == "mul":
         return [factor for part in pool.operands(root) for factor in _common(pool, part)]
     if pool.nodes[root][0] != "add":
@@ -90,7 +90,7 @@ def _common(pool: Pool, root: int) -> Sequence[int]:
 
 
 def recombined(versions: Versions) -> bool:
-    """Return True if the equations of motion of both sides have the same solution for the rates in the field."""
+    """Return True if both sides' equations of motion have the same solution for the rates in the field."""
     rates = sorted(versions.new.rates.values())
     olds = [item.root for item in versions.olds if item.row.kind == "motion"]
     news = [item.root for item in versions.news if item.row.kind == "motion"]
@@ -130,7 +130,7 @@ def _residual(
 
 
 def _solved(rows: list[list[Element]]) -> list[Element]:
-    """Return the solution of a linear system; each row ends with its right side."""
+    """Return the solution of a linear system; the last entry of each row is its right side."""
     size = len(rows)
     for k in range(size):
         pivot = next((i for i in range(k, size) if rows[i][k] != 0), None)

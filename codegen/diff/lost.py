@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions that changed while they were inlined into their users, so that the new side lacks them."""
+"""Definitions that were changed and inlined at once, so that the new side lacks them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
-"""Points of the field, as many as the search for edits needs; see `explain`."""
+"""Number of points of the field, as in the search for edits; see `explain`."""
 
 
 @dataclass(frozen=True)
 class Lost:
-    """A definition of the old side whose edit explains all its changed users."""
+    """A definition of the old side whose edit explains all changes of its users."""
 
     item: Item
     change: Change
@@ -28,7 +28,7 @@ class Lost:
 
 
 def lost_definitions(versions: Versions, changed: Iterable[Item]) -> list[Lost]:
-    """Return the removed definitions for which one edit on the old side reproduces every changed user."""
+    """Return the removed definitions for which one edit on the old side reproduces all changed users."""
     changed = list(changed)
     lost = []
     for removed in versions.removed:
@@ -64,7 +64,7 @@ def _explains(versions: Versions, meaning: Meaning, user: Item) -> bool:
 
 
 def _with(versions: Versions, removed: Item, root: int | None) -> Meaning:
-    """Return the old meaning of names with another expression for one of them, or with that name free."""
+    """Return the old meanings with one name redefined, or free."""
 
     def targets(name: str) -> Expression | None:
         if name == removed.name:
@@ -77,7 +77,7 @@ def _with(versions: Versions, removed: Item, root: int | None) -> Meaning:
 
 
 def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
-    """Return the values a definition needs to give a user its new value, if the user is affine in it."""
+    """Return the value that a definition must have to give a user its new value, if the user is affine in it."""
     free = _with(versions, removed, None)
     old = versions.partner[user.key]
     try:
@@ -97,7 +97,7 @@ def _at(versions: Versions, point: int, name: str, value: int) -> Worlds:
 
 
 def _solved(required: field.Element, values: Sequence[field.Element]) -> field.Element:
-    """Solve values[0] + c (values[1] - values[0]) = required."""
+    """Solve values[0] + c (values[1] - values[0]) = required for c."""
     slope = field.sub(values[1], values[0])
     if field.sub(values[2], values[1]) != slope:
         raise Undefined("not affine")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that may stay on a threshold, where `<` and `<=` differ.
+"""Names that may rest exactly on a threshold, where `<` and `<=` differ.
 
 A state that moves passes a threshold at an instant, but may rest where it starts. Modes, which only resets change, and
 parameters stay on it, as do the memory of a law, references and held inputs for a sample or more, above all at a whole
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
     from .versions import Versions
 
 _POINTS = 16
-"""Points of all other names, at each number of a mode. A branch that most of them miss is compared by the judge."""
+"""Points of the other names for each value of a mode. Rarely taken branches are compared by the judge."""
 _FEW = 4
-"""Limit for numbers that a parameter may have: there are more of these, and one difference is enough."""
+"""Number of parameter values that are tried: there are more, but one difference suffices."""
 _MOST_JOINT = 32
-"""Joint numbers of modes that are compared; with more, each mode is taken alone."""
+"""Largest number of combinations of modes; beyond it, each mode is varied alone."""
 _WHOLE = tuple(map(Fraction, range(4)))
-"""Numbers that a count may have, for parameters inside of steps such as `floor`."""
+"""Values of a count that are tried, for parameters inside of steps such as `floor`."""
 _HELD = ("memory", "reference", "input", "command", "commanded", "applied")
-"""Roles of names that a sampled law or its user holds."""
+"""Roles of names whose values a sampled law or its user holds constant."""
 _LARGEST = 10**6
-"""Of the numerator and denominator of a threshold; those that depend on drawn numbers are longer."""
+"""Largest numerator and denominator of a threshold; those of random numbers are longer."""
 
 Fixed = Mapping[str, Fraction]
 
 
 class Modes:
-    """Modes and other states with the numbers that resets and starts assign to them, parameters, and held names.
+    """Modes and other states with the numbers that resets and starts give them; parameters and held names.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Modes:
         self._open: set[str] = set()
         """Modes that a reset sets to an expression, such as 1 - mode."""
         self._starts: dict[str, set[Fraction]] = {}
-        """Numbers at which the other states start, with the defaults of their parameters."""
+        """Initial numbers of the other states, with default parameters."""
         for item in (*versions.olds, *versions.news):
             if item.row.kind not in ("initial", "reset"):
                 continue
@@ -72,7 +72,7 @@ class Modes:
                 self._open.add(name)
 
     def difference(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a verdict if two expressions differ where a name may stay on a threshold, else None.
+        """Return a verdict if two expressions differ where a name may rest on a threshold, else None.
 
         It is undecided at a number that a name may or may not have.
         """
@@ -102,13 +102,13 @@ class Modes:
         return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'which it may be'}")
 
     def _default(self, root: int) -> set[Fraction]:
-        """Return the default of a parameter alone, or nothing."""
+        """Return the default of an expression that is one parameter, else None."""
         operation, *operands = self._pool.nodes[root]
         default = self._judge.sampler.names.get(str(operands[0]), (None,) * 3)[2] if operation == "sym" else None
         return set() if default is None else {Fraction(default)}
 
     def _joint(self, names: list[str]) -> Iterator[Fixed]:
-        """Yield the numbers that modes are set to: each one's alone, and joint ones if there are few."""
+        """Yield the numbers of modes: of each alone, and of all together if there are few."""
         known = {name: sorted(self._values[name]) for name in names if self._values.get(name)}
         yield from ({name: value} for name, values in known.items() for value in values)
         joint = list(itertools.islice(itertools.product(*known.values()), _MOST_JOINT + 1))
@@ -120,12 +120,12 @@ class Modes:
         return {node for node in reached(nodes, [side[1]]) if nodes[node][0] in BRANCHING - {"abs", "max", "min"}}
 
     def _witness(self, old: Expression, new: Expression, fixed: Fixed, count: int) -> dict[str, Fraction] | None:
-        """Return a point with some values fixed at which two expressions differ."""
+        """Return a point with given values at which two expressions differ."""
         points = ({**self._judge.sampler.point(number), **fixed} for number in range(count))
         return next((point for point in points if self._judge.differ(self._judge.stepped(point), old, new)), None)
 
     def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
-        """Return the numbers to look at of a name that is no mode with known numbers: thresholds of the texts."""
+        """Return the values to try for a name that is not a mode: the thresholds in both texts."""
         starts = self._starts.get(name)
         if not starts and name not in self._open and not self._is_parameter(name) and not self._is_held(name):
             return set()
@@ -138,7 +138,7 @@ class Modes:
         return {value for value in candidates if value is not None and self._may_be(name, value)}
 
     def _threshold(self, name: str, node: int, fixed: Fixed) -> Fraction | None:
-        """Return where a comparison turns in a name by which it is linear, if nothing that moves enters that place."""
+        """Return the value at which a comparison, linear in a name, changes, if no moving quantity enters it."""
         operation, *operands = self._pool.nodes[node]
         if operation not in COMPARISONS:
             return None
@@ -171,7 +171,7 @@ class Modes:
         return any(symbol.role.split(" ")[0] in _HELD for symbol in self._symbols.get(name, ()))
 
     def _may_be(self, name: str, value: Fraction) -> bool:
-        """Return True if some declaration of a name allows a number."""
+        """Return True if some declaration of a name allows a value."""
         return any(_allows(symbol, value) for symbol in self._symbols[name])
 
 
@@ -190,7 +190,7 @@ def _allows(symbol: Symbol, value: Fraction) -> bool:
 
 
 def _declared(versions: Versions) -> dict[str, list[Symbol]]:
-    """Return the declarations of names on both sides, by their old names."""
+    """Return the declarations of names on both sides, by old name."""
     symbols: dict[str, list[Symbol]] = {}
     for symbol in versions.old.symbols:
         symbols.setdefault(symbol.name, []).append(symbol)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Second test of expressions that are called equal: a hundred thousand points in double.
+"""Second test of expressions judged equal: a hundred thousand points in double precision.
 
 Doubles only find the points. A difference there is decided with 50 digits, so that rounding cannot cause one.
 """
@@ -14,19 +14,19 @@ from ..equal.reals import DIGITS
 from ..equations.document import reached
 
 POINTS = 100_000
-"""Number of points. In an independent corpus of 281 pairs, 20 000 points exposed 9 of 15 false answers. Five times as
-many points reach a region of 1 in 30 000 with a probability of 96 in 100."""
+"""Number of points. In a corpus of 281 pairs, 20 000 points found 9 of 15 wrong answers. Five times as many reach a
+region of 1 in 30 000 with probability 0.96."""
 _WORK = 400_000_000
-"""Limit on node evaluations for all expressions together, about two seconds; more than 4000 nodes get fewer points."""
+"""Limit on node evaluations for all expressions, about two seconds; above 4000 nodes there are fewer points."""
 _LOOKS = 8
-"""Points per pair examined with 50 digits, largest differences first: rounding differs less than terms do."""
+"""Points per pair examined with 50 digits, largest differences first, as rounding differs less than terms."""
 _FEW = 16
-"""Points with a value on both sides that agreement in roots needs to count; as in `judge`."""
+"""Number of points with values on both sides from which agreement in roots counts; as in `judge`."""
 _SEED = 40_000
 
 
 def second_opinion(judge: Judge, pairs: Sequence[tuple[Expression, Expression]]) -> tuple[dict[int, Verdict], int]:
-    """Search for points at which expressions that are called equal differ.
+    """Search for points at which expressions judged equal differ.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names, units, bounds, sources and numbers that differ between two documents and their manifests."""
+"""Differences in names, units, bounds, sources and numbers of two documents and manifests."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ..equations.document import Document, Symbol
 from .report import ParameterChange
 
 _QUIET = frozenset(("rate", "shown", "time", "argument"))
-"""Roles of names that occur only in equations; their changes show there."""
+"""Roles of names that occur only in equations, where their changes are shown."""
 EXEMPT = {
     "Manifest.schema": "of the file, not of the model",
     "Manifest.model": "the models that are compared have one name",
@@ -58,19 +58,19 @@ _ROLES = {
     "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
     "delays": "delay",
 }  # fmt: skip
-"""Names of manifest fields in reports, equal to the roles of symbols."""
+"""Reported names of manifest fields, equal to the roles of symbols."""
 _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
-"""Names of a law's own quantities in reports, equal to the roles of symbols."""
+"""Reported names of a law's own quantities, equal to the roles of symbols."""
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
 )
-"""Names of the groups into which the fields of a parameter fall."""
+"""Reported names of groups of parameter fields."""
 Place = tuple[str, str, str]
-"""Role, name and field."""
+"""Role, name and field of a value."""
 
 
 def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> tuple[ParameterChange, ...]:
-    """Compare names and numbers.
+    """Compare names and numbers of two documents and manifests.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
 
 
 def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> Iterator[ParameterChange]:
-    """Merge the changes of several elements of an array into one."""
+    """Merge the changes of an array's elements."""
     arrays = {(s.role, s.name): s.array for side in sides for s in side.symbols if s.array}
     groups: dict[tuple[str, str, str], list[ParameterChange]] = {}
     for change in changes:
@@ -99,7 +99,7 @@ def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> 
 
 
 def _together(values: list[tuple[str, str]]) -> str:
-    """Return the values of elements, each with its name unless all are equal."""
+    """Return the values of elements, with names unless all are equal."""
     texts = {text for _, text in values}
     return ", ".join(f"{name} = {text}" for name, text in values) if len(texts) > 1 else texts.pop()
 
@@ -121,14 +121,14 @@ def _symbol_changes(old: Document, new: Document, renamed: Mapping[str, str]) ->
 
 
 def event_of(guard: str) -> tuple[str, dict[str, str]]:
-    """Return the event of a guard, with its law, and the properties that the guard's name encodes."""
+    """Return the event of a guard with its law, and the properties in the guard's name."""
     event, _, text = guard.rpartition(": ")
     direction, _, ends = text.partition(" ends ")
     return event, {"direction": direction, "ends": ends}
 
 
 def _event_changes(old: Document, new: Document) -> Iterator[ParameterChange]:
-    """Compare directions and ends of the events of both sides, once for all components of a guard."""
+    """Compare directions and ends of both sides' events, once per event."""
     before, after = (dict(event_of(row.name) for row in side.results if row.kind == "guard") for side in (old, new))
     for name in [name for name in after if name in before]:
         law, _, event = name.rpartition(": ")
@@ -142,7 +142,7 @@ def _by_role(document: Document) -> dict[tuple[str, str], Symbol]:
 
 
 def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
-    """Compare every field of two manifests that is not exempt and that both have."""
+    """Compare all fields that both manifests have, except exempt ones."""
     if old is None or new is None:
         return
     skipped = _unsaid(old) | _unsaid(new) | EXEMPT.keys()
@@ -164,7 +164,7 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
 
 
 def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
-    """Yield the names whose order has a meaning, by kind.
+    """Yield the names whose order matters, by kind.
 
     Elements of a vector have places, in C and in arrays. The first scenario is the default of a run. Simultaneous
     events act in order, each on the result of the one before it.
@@ -183,7 +183,7 @@ def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
 def _order_changes(
     old: Mapping[str, list[str]], new: Mapping[str, list[str]], renamed: Mapping[str, str]
 ) -> Iterator[ParameterChange]:
-    """Compare the order of the names that both sides have."""
+    """Compare the order of common names."""
     for what in [what for what in new if what in old]:
         before = old[what]
         origin = {renamed.get(name, name): name for name in new[what]}
@@ -193,7 +193,7 @@ def _order_changes(
 
 
 def _unsaid(manifest: Manifest) -> set[str]:
-    """Return the fields that older manifests lack and that this one lacks: their values are unknown."""
+    """Return the fields that older manifests do not have, so that their values are unknown."""
     kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event, Manifest)
     optional = (
         (kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING)
@@ -202,7 +202,7 @@ def _unsaid(manifest: Manifest) -> set[str]:
 
 
 def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:
-    """Yield the values in a manifest, each with its place."""
+    """Yield the values in a manifest with their places."""
     for key, value in _fields(manifest, skipped):
         role = _ROLES.get(key, "model")
         if isinstance(value, Mapping):
@@ -250,7 +250,7 @@ def _fields(record: Any, skipped: Collection[str]) -> Iterator[tuple[str, Any]]:
 
 
 def _numbers(key: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the numbers of a scenario: its own, and those of its laws."""
+    """Yield the numbers of a scenario and of its laws."""
     for name, value in values.items():
         if isinstance(value, Mapping):
             for inner, number in value.items():

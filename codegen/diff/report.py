@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Result of a comparison, as plain frozen values for pages, terminals and tests."""
+"""Result of a comparison as frozen values, for pages, terminals and tests."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..equations.document import Row
 
 SCHEMA = 1
 Path = tuple[int, ...]
-"""Positions of operands on the path from the root of an expression to a part of it."""
+"""Positions of operands along the path from an expression's root to one of its parts."""
 
 
 EXTENDED = "the same text with terms of the other members of a family, by its form"
 MEMBER = "of a member of a family that the other side lacks"
-"""Reason given for a change that the length of a family explains."""
+"""Reason for a change that only follows from another number of equal parts, such as pendulums."""
 
 
 class ModelStatus(StrEnum):
@@ -33,7 +33,7 @@ class ModelStatus(StrEnum):
 
 
 class Fate(StrEnum):
-    """Fate of an equation between two versions.
+    """Verdict on an equation in two versions.
 
     `SAME`: the same text. `REARRANGED`: different text, equal value. `RENAMED`: equal value under another name.
     `SCALED`: an equation `0 = ...` was multiplied by a nonzero factor. `CHANGED`: its own text has another meaning.
@@ -68,7 +68,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Part:
-    """Part of an expression, as shown.
+    """Part of an expression as text.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class EquationChange:
 
     @property
     def extended(self) -> bool:
-        """True if the length of a family explains its fate."""
+        """True if another number of equal parts explains the change."""
         return self.how in (EXTENDED, MEMBER)
 
 
@@ -175,13 +175,13 @@ def label(row: Row | EquationChange) -> str:
 
 
 def handle(row: Row | EquationChange) -> str:
-    """Return a distinctive name of an equation: its left side, or the number of an equation 0 = ..."""
+    """Return a unique name of an equation: its left side, or its number if the left side is 0."""
     return label(row) if row.latex == "0" and row.kind == "equation" else row.name
 
 
 @dataclass(frozen=True)
 class Story:
-    """Group of related changes with one description.
+    """Group of related changes with a common description.
 
     Attributes
     ----------
@@ -258,38 +258,38 @@ class Comparison:
     new_latex: tuple[tuple[str, str], ...] = ()
 
     def extended(self) -> frozenset[str]:
-        """Return the names of the family members that only one side has."""
+        """Return the names of the equal parts that one side lacks."""
         return frozenset(name for group in self.groups if group.kind == "extended" for name in group.names)
 
     @property
     def sources(self) -> tuple[EquationChange, ...]:
-        """Equations whose own text has another meaning: the sources of changes."""
+        """Equations whose own text changed its meaning: the causes of other changes."""
         return self.of(Fate.CHANGED)
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
-        """Equations whose value differs, or may differ, by their own text or through their definitions."""
+        """Equations whose value changed or is undecided, by their own text or through definitions."""
         unequal = self.of(Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED)
         return tuple(equation for equation in unequal if equation.matters)
 
     @property
     def added(self) -> tuple[EquationChange, ...]:
-        """Equations on the new side only."""
+        """Equations of the new side only."""
         return self.of(Fate.ADDED)
 
     @property
     def removed(self) -> tuple[EquationChange, ...]:
-        """Equations on the old side only."""
+        """Equations of the old side only."""
         return self.of(Fate.REMOVED)
 
     @property
     def equivalent(self) -> tuple[EquationChange, ...]:
-        """Equations with different text or names but the same meaning."""
+        """Equations with a different text or name but the same meaning."""
         return self.of(Fate.REARRANGED, Fate.RENAMED, Fate.SCALED)
 
     @property
     def differs(self) -> bool:
-        """True if the physics differs, or may differ, also by a parameter or a structural choice."""
+        """True if the physics differs or is undecided, including parameters and structural choices."""
         return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
 
     def of(self, *verdicts: Fate) -> tuple[EquationChange, ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of an expression, term by term: a single edit if one explains the change, otherwise paired parts."""
+"""Edits of an expression term by term: a single edit if one explains the change, else pairs of parts."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from .edits import Edits
 from .report import Kind, Path
 
 _MOST = 40
-"""Limit on leftover terms that are paired: each is tried with each, 1600 searches."""
+"""Largest number of unmatched terms that are paired: each with each, 1600 searches."""
 
 
 class Account(Edits):
-    """Explain the difference between an old and a new expression."""
+    """Explanation of the difference between two expressions."""
 
     def explain(self, old: int, new: int) -> list[Change]:
-        """Return edits that turn the old expression into the new one; empty if none were found."""
+        """Return edits that turn the old expression into the new one; empty if there are none."""
         self._atoms = self._atoms_of(old, new)
         self._parts = self._values_of(new)
         self._written = frozenset(reached(self.pool.nodes, [new]))
         return self._explain(old, new, ()) or [self.whole(old, new)]
 
     def whole(self, old: int, new: int) -> Change:
-        """Return the edit that replaces the whole old expression by the new one."""
+        """Return the edit that replaces the old expression as a whole."""
         return self._rewritten(old, new, ())
 
     def _explain(self, old: int, new: int, path: Path) -> list[Change]:
@@ -67,7 +67,7 @@ class Account(Edits):
         return [] if exchanged else changes
 
     def _aligned(self, node: int, before: Sequence[int], after: Sequence[int]) -> list[int]:
-        """Order the operands of a commutative function by their equal counterparts."""
+        """Order the operands of a commutative function so that equal ones correspond."""
         if self.pool.nodes[node][0] not in ("max", "min", "and", "or"):
             return list(after)
         left = list(after)
@@ -110,7 +110,7 @@ class Account(Edits):
         return rest, left
 
     def _paired(self, before: list[tuple[int, Path]], after: list[int], path: Path) -> list[Change]:
-        """Pair leftover terms by the cheapest edit; unpaired ones were lost or added."""
+        """Pair unmatched terms by the cheapest edit; the rest were lost or added."""
         options: list[tuple[float, int, int, Change]] = []
         for i, (node, place) in enumerate(before):
             for j, other in enumerate(after):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two documents over one pool of expressions, with their rows matched."""
+"""Two documents in one pool of expressions, with matched rows."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from .parameters import event_of
 Key = tuple[str, str, int]
 Interval = tuple[Fraction | None, Fraction | None]
 _RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"))
-"""Kinds of rows that may continue under another name."""
+"""Kinds of rows that may have been renamed."""
 
 
 @dataclass(frozen=True)
 class Item:
-    """Row of one side with its expression in the pool."""
+    """A row of one side with its expression."""
 
     row: Row
     key: Key
@@ -39,7 +39,7 @@ class Item:
 
 
 class Versions:
-    """Rows of both sides, and the meanings of names on either side.
+    """Rows of both sides, and the meanings of names on each.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Versions:
         self._old_named = {item.name: item for item in self.olds if item.row.named}
         self._new_named = {item.name: item for item in self.news if item.row.named}
         self.partner: dict[Key, Item] = {}
-        """Old items by the key of the new one."""
+        """Old rows by the key of the new row."""
         self.before = Meaning(self.pool, lambda name: _target(self.before, self._old_named.get(name)))
         self.after = Meaning(self.pool, lambda name: _target(self.after, self._new_named.get(name)))
         self.across = Meaning(self.pool, self._partner_of)
@@ -72,7 +72,7 @@ class Versions:
         self._match()
 
     def _positive(self, name: str) -> bool:
-        """Return True if a name is positive wherever either side declares it."""
+        """Return True if all declarations of a name are positive."""
         signs = {symbol.sign for called, symbol in _declared(self.old, self.new, self.renamed) if called == name}
         return signs == {"positive"}
 
@@ -93,7 +93,7 @@ class Versions:
         return None if partner.name == name else (self.free_old, self.pool.intern("sym", partner.name))
 
     def children(self, item: Item, side: str = "new") -> list[Item]:
-        """Return the definitions that a text names directly, and those named by children without a partner."""
+        """Return the definitions that a text uses directly, and those used by children without partner."""
         named = self._new_named if side == "new" else self._old_named
         children: dict[Key, Item] = {}
         stack = [item]
@@ -145,7 +145,7 @@ class Versions:
         return self._values[key]
 
     def _match_values(self, left: dict[Key, Item]) -> None:
-        """Match rows of equal meaning with different names."""
+        """Match rows of equal meaning and different names."""
         by_value: dict[Any, list[Item]] = defaultdict(list)
         for item in left.values():
             if item.row.kind in _RENAMED:
@@ -161,14 +161,14 @@ class Versions:
                 self.partner[item.key] = left.pop(best.key)
 
     def _may_be_renamed(self, old: Item, new: Item, left: Mapping[Key, Item]) -> bool:
-        """Return True if either name is missing on the other side, or the two rows have changed places."""
+        """Return True if a name is missing on the other side, or two rows exchanged their positions."""
         back, there = self._new_keys.get(old.key), left.get(new.key)
         if back is None or there is None:
             return True
         return bool(self._value(True, back) == self._value(False, there))
 
     def _match_local(self, left: dict[Key, Item]) -> None:
-        """Match rows with different names and values, but the same text over the same partners."""
+        """Match rows with different names and values whose texts are equal after matching their children."""
         for item in self.news:
             if item.key in self.partner or item.row.kind != "definition":
                 continue
@@ -183,7 +183,7 @@ class Versions:
                     break
 
     def _match_used(self, left: dict[Key, Item]) -> None:
-        """Match renamed and changed definitions by the places at which the same expressions use them."""
+        """Match renamed and changed definitions by their positions in equal texts of their users."""
         alone = [item for item in self.news if item.key not in self.partner and item.row.kind == "definition"]
         for item in reversed(alone):  # users come after their definitions
             users = [user for user in self.news if user.key in self.partner and item.name in self._names(user.root)]
@@ -193,7 +193,7 @@ class Versions:
                     break
 
     def _is_in_place(self, new: Item, old: Item, user: Item) -> bool:
-        """Return True if the text of a user is the old one with one name replaced by the other."""
+        """Return True if a user's text equals the old one with one name replaced."""
         partner = self.partner[user.key]
         if old.name not in self._names(partner.root):
             return False
@@ -222,14 +222,14 @@ def _items(document: Document, numbers: Sequence[int]) -> tuple[Item, ...]:
 
 
 def _label(row: Row) -> str:
-    """Return the label that identifies a row: for a guard its event; direction and end are compared separately."""
+    """Return the label that identifies a row; for a guard, its event without direction and end."""
     if row.kind == "equation":
         return f"{row.name} {row.number} {row.title}"
     return event_of(row.name)[0] if row.kind == "guard" else row.name
 
 
 def renamed_symbols(old: Document, new: Document) -> dict[str, str]:
-    """Return old names by new ones, for quantities that only changed their name.
+    """Return old names by new ones, for quantities that were only renamed.
 
     A removed and an added quantity count as the same if role, unit and sign agree and they have the same LaTeX or
     description. Without that, they do if no other pair fits.
@@ -252,13 +252,13 @@ def _alike(old: Symbol, new: Symbol) -> bool:
 
 
 def _declared(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[tuple[str, Symbol]]:
-    """Yield every declaration of either side by its old name; a name may have several, as in two laws."""
+    """Yield the declarations of both sides by old name; a name may have several, as in two laws."""
     yield from ((symbol.name, symbol) for symbol in old.symbols)
     yield from ((renamed.get(symbol.name, symbol.name), symbol) for symbol in new.symbols)
 
 
 def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> PointSampler:
-    """Return a sampler that covers every declaration: one side's bounds or unit never replace the other's."""
+    """Return a sampler that respects every declaration's bounds and units."""
     defaults = _defaults(old.manifest) | {renamed.get(n, n): value for n, value in _defaults(new.manifest).items()}
     symbols: dict[str, list[Symbol]] = defaultdict(list)
     for name, symbol in _declared(old, new, renamed):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Branches of expressions: possible branches of a node, the smooth form in fixed branches, the conditions of a branch.
+"""Branches of expressions: possible branches of a node, the smooth form in each, and their conditions.
 
 A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the
 piece of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
@@ -16,29 +16,29 @@ from .pool import Pool, live, ways
 
 COMPARISONS = frozenset(("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality"))
 STEPS = frozenset(("floor", "ceiling", "mod"))
-"""Operations with infinitely many branches, each named by its whole number."""
+"""Operations with infinitely many branches, numbered by whole numbers."""
 BRANCHING = COMPARISONS | STEPS | {"abs", "sign", "max", "min", "piecewise"}
 Atom = tuple[int, int]
-"""A node and its sign: 1, -1, or 0 where it is zero."""
+"""A node and its sign: 1, -1 or 0."""
 Way = tuple[int, int]
-"""A branching node and the branch it takes."""
+"""A branching node and its branch."""
 _MOST = 32
-"""Alternatives kept for one condition: five inside five others."""
+"""Largest number of alternatives for one condition: five within five others."""
 
 
 def branching(pool: Pool, roots: Iterable[int]) -> list[int]:
-    """Return the branching nodes of expressions."""
+    """Return the nodes of expressions that branch."""
     return [node for node in reached(pool.nodes, list(roots)) if pool.nodes[node][0] in BRANCHING]
 
 
 def ways_of(pool: Pool, node: int) -> list[Way]:
-    """Return every branch of a node; none if it has infinitely many."""
+    """Return all branches of a node; none if it has infinitely many."""
     count = 2 if pool.nodes[node][0] in COMPARISONS else ways(pool, node)
     return [(node, way) for way in range(count)]
 
 
 def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
-    """Return an expression in which some nodes are replaced by others."""
+    """Return an expression with some nodes replaced by others."""
     numbers = dict(by)
     for node in reached(pool.nodes, [root]):
         if node not in numbers:
@@ -52,7 +52,7 @@ def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
 
 
 def smooth(pool: Pool, root: int, taken: Mapping[int, Any]) -> int:
-    """Return the smooth form of an expression for given ways of its branching nodes."""
+    """Return the smooth form of an expression for given branches."""
     numbers: dict[int, int] = {}
     stack = [root]
     while stack:
@@ -68,7 +68,7 @@ def smooth(pool: Pool, root: int, taken: Mapping[int, Any]) -> int:
 
 
 def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
-    """Return the branching nodes that affect a value for given ways of some nodes."""
+    """Return the branching nodes that affect a value, for given branches of some nodes."""
     seen: set[int] = set()
     stack = [root]
     while stack:
@@ -81,7 +81,7 @@ def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
 
 
 def _open(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
-    """Return the operands that may affect a value: for a case distinction, those that its conditions leave open."""
+    """Return the operands that may affect a value; for a case distinction, those that its conditions allow."""
     operands = pool.operands(node)
     if pool.nodes[node][0] != "piecewise":
         return operands
@@ -95,7 +95,7 @@ def _open(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
 
 
 def _known(pool: Pool, node: int, taken: Mapping[int, Any]) -> bool | None:
-    """Return the truth of a condition for given ways of its comparisons; None where other comparisons decide it."""
+    """Return the truth of a condition for given branches of its comparisons; None if others decide it."""
     operation, *operands = pool.nodes[node]
     if operation == "const":
         return bool(operands[0] == "True")
@@ -111,7 +111,7 @@ def _known(pool: Pool, node: int, taken: Mapping[int, Any]) -> bool | None:
 
 
 def _taken(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
-    """Return the operands that stay in an expression."""
+    """Return the operands that remain in an expression."""
     operation = pool.nodes[node][0]
     way = taken.get(node)
     if operation == "piecewise" and way is not None:
@@ -142,14 +142,14 @@ def _fixed(pool: Pool, node: int, taken: Mapping[int, Any], numbers: Mapping[int
 
 
 def difference(pool: Pool, a: int, b: int) -> int:
-    """Return the node of a - b; for two exponentials, the difference of the exponents, which has the same sign."""
+    """Return the node a - b; for two exponentials, the difference of the exponents, which has the same sign."""
     if pool.nodes[a][0] == pool.nodes[b][0] == "exp":
         a, b = pool.operands(a)[0], pool.operands(b)[0]
     return pool.many("add", [a, pool.many("mul", [b, pool.number(-1)])])
 
 
 def atoms(pool: Pool, node: int) -> list[int]:
-    """Return the nodes at whose zeros a branching node changes its branch."""
+    """Return the nodes at whose zeros a node changes its branch."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     if operation in ("abs", "sign"):
@@ -160,7 +160,7 @@ def atoms(pool: Pool, node: int) -> list[int]:
 
 
 def implied(pool: Pool, way: Way) -> dict[int, int]:
-    """Return the ways of comparisons that follow from a node's way, including that way."""
+    """Return the branches of comparisons implied by a node's branch, itself included."""
     node, number = way
     if pool.nodes[node][0] != "piecewise":
         return {node: number}
@@ -182,7 +182,7 @@ def _implied(pool: Pool, node: int, wanted: bool) -> dict[int, int]:
 
 
 def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives in which a node takes a branch, each with its conditions; None if there are too many."""
+    """Return the alternative sets of conditions for a node's branch; None if there are too many."""
     node, number = way
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
@@ -199,7 +199,7 @@ def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:
 
 
 def _truth(pool: Pool, node: int, wanted: bool) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives that make a condition true, or false."""
+    """Return the alternatives that make a condition true or false."""
     operation, *operands = pool.nodes[node]
     if operation == "const":
         return [()] if (operands[0] == "True") is wanted else []
@@ -217,7 +217,7 @@ def _truth(pool: Pool, node: int, wanted: bool) -> list[tuple[Atom, ...]] | None
 
 
 def every(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives that satisfy one entry of every list; None if there are too many."""
+    """Return the combinations of one entry from each list; None if there are too many."""
     product: list[tuple[Atom, ...]] = [()]
     for part in parts:
         if part is None or len(product) * len(part) > _MOST:
@@ -227,7 +227,7 @@ def every(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ..
 
 
 def either(parts: Sequence[list[tuple[Atom, ...]] | None]) -> list[tuple[Atom, ...]] | None:
-    """Return the alternatives that satisfy one entry of any list; None if a list is unknown."""
+    """Return the union of the lists of alternatives; None if a list is unknown."""
     if any(part is None for part in parts):
         return None
     return [alternative for part in parts for alternative in part or ()]

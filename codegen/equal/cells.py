@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equality of expressions with branches, decided cell by cell.
+"""Equality of expressions with branches, decided for each cell of constant branches.
 
 A cell is a region in which every branching node goes one way. Both sides are smooth there, and the field decides
 exactly whether they are equal. The remaining task is to find the cells. Lines through ordinary points are searched for
@@ -52,80 +52,79 @@ from .slopes import slope
 Point = dict[str, float]
 State = frozenset[Way]
 _LINES = 3
-"""Lines through each name. Each starts where the line before it led, and every third one starts from an ordinary point
-again. A state that needs two names is reached when one line leads into it from another. Fewer lines leave more ways to
-be searched for; more lines cost time for every question."""
+"""Lines through the space for each name. A line starts where the previous one led, every third at an ordinary point,
+so that states of two names are reached. Fewer lines leave more branches to search for; more cost time."""
 _MOST_LINES = 60
-"""Limit on lines through all names; with more names, a random selection is taken."""
+"""Largest number of lines over all names; with more names, a random selection is used."""
 _TRIES = 40
-"""Lines on which one missing way or pair of ways is searched for: each name of a condition comes up a few times."""
+"""Lines on which one missing branch, or pair of branches, is searched for."""
 _MOST_MISSING = 400
-"""Ways and pairs that are searched for or proved impossible, in turn; with more, the answer is "undecided"."""
+"""Largest number of branches and pairs that are searched for or proved impossible; with more, the answer is
+"undecided"."""
 _WORK = 180_000_000
-"""Limit on node evaluations in double per question, about three seconds. A third of it leaves some windows undecided
-(products of two windows inside arcs). Twice as many double the time where nothing can be found."""
+"""Limit on node evaluations in double per question, about three seconds. A third leaves some windows undecided
+(products of two windows inside arcs); twice as many double the time of hopeless searches."""
 _MOST_JOINT = 300_000
-"""Limit on nodes of all joint states compared in the field, about ten seconds. With half as many, one saturation less
-of a product or sum of rearranged ones is decided here."""
+"""Limit on nodes of all joint states compared in the field, about ten seconds. Half as many decide one saturation
+less in a product or sum of rearranged ones."""
 _SIXTEENTHS = 16
-"""Parts into which a bracket is cut each time: 13 times give the 52 bits of a double."""
+"""Parts into which a bracket is divided at each step: 13 steps give the 52 bits of a double."""
 _CUTS = 14
 _MOST_PLACES = 64
-"""Limit on places on one line: more than a table has. The endless places of a floor are sampled evenly."""
+"""Largest number of places on one line: more than a table has. Those of a floor, infinitely many, are sampled."""
 _BESIDE = 1e-12
-"""Relative distance of the points beside a place where a condition changes. It exceeds the rounding of a double, and
-lies between the old and the new place of anything that was moved by more."""
+"""Relative distance of test points from a place where a condition changes: above double rounding, and between the
+old and the new place after any larger shift."""
 _GRID = tuple(
     sign * digit * 10.0**decade for sign in (-1, 1) for decade in range(-9, 40, 1) for digit in (1.0, 2.0, 5.0)
 )
-"""Places on a line between which a change of sign is searched for, in addition to the constants of the expressions."""
+"""Grid points on a line between which sign changes are searched for, besides the expressions' constants."""
 _TURN = tuple(np.linspace(-doubles.TURNS, doubles.TURNS, 129) * 2 * np.pi)
 _PROOFS = (linear.impossible, intervals.impossible)
 _MOST_PROVED = 60_000
-"""Limit on nodes of joint states compared in the field before points are searched for: a second or two."""
+"""Limit on nodes of joint states compared in the field before the search for points: one or two seconds."""
 _MOST_OPEN = 24
-"""Joint states that may remain after that; if more remain, ways and pairs of ways are searched for."""
+"""Largest number of remaining joint states after that; with more, branches and pairs are searched for."""
 _MOST_CASES = 3
-"""Case distinctions inside conditions that are expanded for a proof: eight cases of two each."""
+"""Largest number of case distinctions inside conditions that a proof expands: eight of two cases."""
 _MOST_PATTERNS = 4000
-"""Limit on combinations of ways that are evaluated with 50 digits."""
+"""Largest number of branch combinations evaluated with 50 digits."""
 _MOST_STEPS = 128
-"""Limit on those combinations that differ only in the whole numbers of steps, of which there are infinitely many: twice
-the number of ordinary points. Each costs a comparison in the field."""
+"""Largest number of those that differ only in whole numbers of steps, of which there are infinitely many. Twice the
+number of ordinary points; each costs a comparison in the field."""
 _FAR = 1e9
-"""Size of a number beyond which no line starts if it can be avoided: a thousand times the drawn sizes."""
+"""Size of a coordinate beyond which no line starts if possible: a thousand times the drawn sizes."""
 _WIDEST = 60
-"""Letters of an expression in a message, so that two of them and the message fit into three lines of a terminal."""
+"""Characters of an expression in a message: two of them fit into three lines of a terminal."""
 _TOLD = 64
-"""Agreeing points, with 50 digits, that decide a cell where the field cannot prove equality: the number of ordinary
-points, see `_BRANCHED` in `judge`."""
+"""Agreeing points, with 50 digits, that decide a cell that the field cannot: as many as ordinary points, see
+`_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
-"""Limit on these points per line, so that they lie on sixteen lines or more."""
+"""Largest number of these points per line, so that they lie on at least sixteen lines."""
 _MOST_INSIDE = 12
-"""Lines tried per line needed: after a change of another name, only some lines reach the cell again."""
+"""Lines tried for each needed one: after a change of another name, only some reach the cell again."""
 _INNER = 3
-"""Points between two places of a line inside a cell."""
+"""Points between two places of a line inside of a cell."""
 _BURNT = 3
-"""Limit on points of one pattern that are evaluated with 50 digits to find the branch of each node."""
+"""Largest number of points of one branch combination evaluated with 50 digits to find each node's branch."""
 _ARCS = frozenset(("asin", "acos", "atan2"))
 _NARROW = frozenset(
     ("exp", "tanh", "sinh", "cosh", "atan", "asinh", "log", "sin", "cos", "tan", "acos", "asin", "atan2")
 )
-"""Functions that may change within a narrow region only, around a zero or an extremum of their operand."""
+"""Functions that may change within a narrow region only, near a zero or extremum of their operand."""
 _BROAD = 3
-"""Largest exponent of a power that changes over a region as wide as its base does."""
+"""Largest exponent of a power whose change is as wide as that of its base."""
 _MOST_CENTRES = 24
-"""Places around which a narrow feature is searched for, those of one side first: each costs a line through each
-name."""
+"""Largest number of centres around which narrow features are searched for; each costs one line per name."""
 _JUMPS = COMPARISONS - {"equality", "unequality"} | {"sign"}
 _LIT = Fraction(1, 10**30)
-"""Threshold, relative to the size of its parts, above which a sign counts: 30 of 50 digits. The square of a window of
-1e-9 has 18; an arc beside one keeps half of the 90 computed digits."""
+"""Relative size above which a sign counts: 30 of 50 digits. The square of a window of 1e-9 has 18; an arc beside one
+keeps half of the 90 computed digits."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Answer: equal, different or undecided (None), its reason, and for a difference a point in its cell.
+    """Answer: equal, different or undecided (None), with its reason and, for a difference, a point in its cell.
 
     `points` is the smallest number of agreeing points among the cells that only points show to be equal; zero if there
     is no such cell.
@@ -139,7 +138,7 @@ class Outcome:
 
 @dataclass
 class _Inside:
-    """Joint state that the field cannot decide: the last point inside it and the count of agreeing points."""
+    """A joint state that the field cannot decide: its last point, and the number of agreeing points."""
 
     at: Point
     lines: set[int] = field(default_factory=set)
@@ -147,7 +146,7 @@ class _Inside:
 
 
 class Cells:
-    """Decides equality of two expressions whose names are free.
+    """Decides equality of two expressions with free names.
 
     Parameters
     ----------
@@ -216,7 +215,7 @@ class Cells:
         self._draw = random.Random(1)
 
     def decide(self, doubtful: Sequence[tuple[Way, ...]] = (), complete: bool = False) -> Outcome:
-        """Search for every way, every pair of ways, and the doubtful joint states; call after `walk`.
+        """Search for all branches, pairs of branches and doubtful joint states; call after `walk`.
 
         Parameters
         ----------
@@ -229,7 +228,7 @@ class Cells:
         return self._look_inside() or self._missing() or (None if complete else self._joint()) or self._equal()
 
     def open_states(self) -> list[tuple[Way, ...]] | None:
-        """Return the joint states that are neither equal in the field nor excluded; None if there are too many."""
+        """Return the joint states neither equal in the field nor excluded; None if there are too many."""
         found: list[tuple[Way, ...]] = []
         stack: list[dict[int, int]] = [{}]
         left, proofs = _MOST_PROVED, _MOST_MISSING
@@ -253,7 +252,7 @@ class Cells:
         return found
 
     def settle(self, states: Sequence[tuple[Way, ...]]) -> Outcome:
-        """Search for the given joint states, outside which both sides are equal; call after `walk`."""
+        """Search for the given joint states, outside of which both sides are equal; call after `walk`."""
         if not states:
             return Outcome(
                 True, f"each joint state of {len(self._units)} branching nodes is equal in the field or excluded"
@@ -266,7 +265,7 @@ class Cells:
         return f"{self._points} points beside every change of {len(self._units)} branching nodes"
 
     def _factors(self) -> list[int]:
-        """Return the parts whose signs may decide a root's sign: those on one side only, if there are even roots."""
+        """Return the factors that may decide a root's sign: those on one side only, if there are even roots."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
         rooted = any(self._is_root(node) for node in first | second)
         kinds = ("add", "sin", "cos", "tan", "sym")
@@ -278,7 +277,7 @@ class Cells:
         return [*self._signed, *self._turning]
 
     def _turns(self, arc: int) -> list[int]:
-        """Return the nodes that are zero where an arc changes to another branch of the function it undoes."""
+        """Return the nodes that are zero where an arc changes its branch."""
         operands = self.pool.operands(arc)
         other = {"sin": "cos", "cos": "sin"}.get(self.pool.nodes[operands[0]][0])
         return [*operands, *([self.pool.intern(other, *self.pool.operands(operands[0]))] if other else [])]
@@ -296,7 +295,7 @@ class Cells:
     # Lines
 
     def walk(self) -> Outcome | None:
-        """Visit ordinary points and those beside every change along lines; None if both sides are equal there."""
+        """Visit ordinary points, and points beside all changes along lines; return None if both sides agree there."""
         starts = doubles.draw(self._names, self.sampler, 256, seed=7)
         if outcome := self._visit(starts):
             return outcome
@@ -315,16 +314,16 @@ class Cells:
         return None
 
     def _chosen(self, columns: Mapping[str, Array], among: Sequence[int]) -> int:
-        """Return the number of a point from which the next line starts."""
+        """Return the index of the point at which the next line starts."""
         return self._draw.choice(self._near(columns, among))
 
     def _near(self, columns: Mapping[str, Array], among: Sequence[int]) -> Sequence[int]:
-        """Return the points whose numbers are small enough to avoid rounding, or all if there are none."""
+        """Return the points with coordinates small enough to avoid rounding; all points if there are none."""
         far = np.max(np.abs([*columns.values()]), axis=0, initial=0.0)
         return [k for k in among if far[k] <= _FAR] or among
 
     def _line(self, base: Point, name: str, inner: int = 0) -> dict[str, Array]:
-        """Return points along a name: beside every place where a condition changes, and between these places.
+        """Return points along a name: beside every place where a condition changes, and in between.
 
         With `inner`, that many more points between two places, and more beyond the last one.
         """
@@ -365,11 +364,11 @@ class Cells:
         return {other: values if other == name else np.full(len(values), base[other]) for other in self._names}
 
     def _signs(self, base: Point, name: str, grid: Array) -> Array:
-        """Return the sign of every condition at places on a line; NaN where it has no value."""
+        """Return the sign of every condition at places on a line; NaN without a value."""
         return np.sign(self._conditions(self._along(base, name, grid), len(grid)))
 
     def _conditions(self, point: Mapping[str, Array], count: int) -> Array:
-        """Return values that change sign where a condition changes; for a floor, half a wave per whole number."""
+        """Return values whose sign changes with a condition; a floor changes sign at each whole number."""
         found = self._values(point, count)
         rows = [found[k] for k in (*self._atoms, *self._signed, *self._turning)]
         for node in self._steps:
@@ -384,7 +383,7 @@ class Cells:
         return doubles.values(self.pool, self._nodes, point)
 
     def _narrowed(self, base: Point, name: str, rows: NDArray[np.intp], low: Array, high: Array) -> Array:
-        """Return the places between pairs of points where conditions change, to the last bit but two."""
+        """Return the places of condition changes between pairs of points, to the last bit but two."""
         return self._cut_down(lambda cuts: self._signs(base, name, cuts), rows, low, high)
 
     @staticmethod
@@ -402,7 +401,7 @@ class Cells:
     # Points
 
     def _visit(self, point: Mapping[str, Array], inside: State | None = None) -> Outcome | None:
-        """Compare both sides at points, and as smooth expressions in every new cell.
+        """Compare both sides at points, and as smooth expressions in each new cell.
 
         With `inside`, some of the points in this joint state are evaluated with 50 digits.
         """
@@ -421,7 +420,7 @@ class Cells:
         return self._look_at(point, np.isfinite(old) & np.isfinite(new), self._table(found, count), inside)
 
     def _table(self, found: Mapping[int, Any], count: int) -> Array:
-        """Return the combination of ways of the branching nodes at each point."""
+        """Return the branches of all branching nodes at each point."""
         rows = [np.broadcast_to(np.asarray(found[node], dtype=float), count) for node in self._steps]
         rows += [
             np.sign(np.broadcast_to(np.asarray(found[node], dtype=float), count))
@@ -432,7 +431,7 @@ class Cells:
     def _look_at(
         self, point: Mapping[str, Array], defined: NDArray[np.bool_], table: Array, inside: State | None
     ) -> Outcome | None:
-        """Judge points with a new combination of ways, and some of those inside a joint state."""
+        """Judge points with a new branch combination, and some points inside of joint states."""
         members = []
         for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
@@ -450,7 +449,7 @@ class Cells:
         return None
 
     def _is_wanted(self, pattern: bytes) -> bool:
-        """Return True where a combination of ways needs another point, and count the point."""
+        """Return True if a branch combination needs another point, and count it."""
         without = self._signs_of(pattern)
         seen = len(self._patterns), self._patterns[pattern], self._numbers_seen[without]
         if seen[0] >= _MOST_PATTERNS or seen[1] >= _BURNT or (self._steps and seen[2] >= _MOST_STEPS):
@@ -460,11 +459,11 @@ class Cells:
         return True
 
     def _signs_of(self, pattern: bytes) -> bytes:
-        """Return a combination of ways without the whole numbers of steps, which joint states do not hold."""
+        """Return a branch combination without the whole numbers of steps, which joint states omit."""
         return pattern[8 * len(self._steps) :]
 
     def _judge(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
-        """Compare both sides at a point with 50 digits, and in its cell exactly."""
+        """Compare both sides at a point with 50 digits, and exactly within its cell."""
         point = {name: Fraction(value) for name, value in here.items()}
         world = self._world(point)
         worlds = iter((world, self._world(point)))
@@ -496,7 +495,7 @@ class Cells:
         return None
 
     def _is_told(self, state: State, here: Point) -> bool:
-        """Record that both sides agree at a point of a joint state; True if enough points agree."""
+        """Record that both sides agree at a point of a joint state; return True if enough points agree."""
         inside = self._insides.setdefault(state, _Inside(here))
         inside.lines.add(self._line_number)
         inside.points += 1
@@ -506,7 +505,7 @@ class Cells:
         return inside.points >= _TOLD and len(inside.lines) >= self._lines_wanted()
 
     def _lines_wanted(self) -> int:
-        """Return the lines needed to decide a cell by points: at least two per name."""
+        """Return the number of lines needed to decide a cell by points: at least two per name."""
         return max(_TOLD // _OF_A_LINE, min(2 * len(self._names), _MOST_LINES)) if self._names else 1
 
     def _look_inside(self) -> Outcome | None:
@@ -527,7 +526,7 @@ class Cells:
     # Centres
 
     def _visit_centres(self) -> Outcome | None:
-        """Visit the places around which a narrow feature may lie, first one by one, then all together.
+        """Visit the centres of possible narrow features, first one by one, then together.
 
         A bump such as exp(-s^2 (f - c)^2), or a difference of two steep slopes, lies where f - c is zero. An expression
         without a zero, such as an expanded square, has its extremum there.
@@ -559,7 +558,7 @@ class Cells:
         return next((outcome for outcome in map(self._visit, lines) if outcome), None)
 
     def _centre(self, node: int, base: Point, names: Sequence[str]) -> tuple[Point | None, str]:
-        """Return a zero of a node on a line through a point, and the name along which the line runs."""
+        """Return a zero of a node on a line through a point, and the name of the line."""
         for name in names:
             grid = self._grid(base, name)
             signs = self._sign_at(node, base, name, grid)[0]
@@ -583,7 +582,7 @@ class Cells:
         return sorted({name for operation, name, *_ in nodes if operation == "sym"})
 
     def _centres(self) -> list[int]:
-        """Return the nodes that are zero at the centre of a narrow feature, those on one side only first."""
+        """Return the nodes that are zero at the centre of a narrow feature, first those of one side only."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
         centres: dict[int, None] = {}
         for node in (*sorted(first ^ second), *sorted(first & second)):
@@ -597,7 +596,7 @@ class Cells:
         return [k for k in centres if k not in self._atoms and self._names_of(k)][:_MOST_CENTRES]
 
     def _is_plain(self, node: int) -> bool:
-        """Return True for a power that is a root or a small power, which is not narrow."""
+        """Return True for a root or small power, which is not narrow."""
         exponent = self.pool.constant(self.pool.operands(node)[1])
         return exponent is not None and 0 < exponent <= _BROAD
 
@@ -633,25 +632,25 @@ class Cells:
         return world.ways[node]
 
     def _compared(self, taken: Mapping[int, int]) -> bool | None:
-        """Return True if both sides are the same function for these ways; None where the field cannot decide."""
+        """Return True if both sides are the same function for these branches; None if the field cannot decide."""
         forms = smooth(self.pool, self._roots[0], taken), smooth(self.pool, self._roots[1], taken)
         if forms not in self._forms:
             self._forms[forms] = self._same(*forms)
         return self._forms[forms]
 
     def _is_thin(self, node: int, way: int) -> bool:
-        """Return True for a way taken only on a surface, where different forms may have the same value."""
+        """Return True for a branch taken on a surface only, where different forms may have equal values."""
         return (self.pool.nodes[node][0], way) in (("equality", 1), ("unequality", 0))
 
     def _is_edge(self, world: RealWorld) -> bool:
-        """Return True at a point on a step, where values alone show no difference; for equations they may."""
+        """Return True at a point on a step, where values show no difference although equations may differ."""
         steps = (k for k in self._units if self.pool.nodes[k][0] in _JUMPS and world.memo.get(k) is not None)
         cuts = (self.pool.operands(k)[0] for k in self._nodes if self.pool.nodes[k][0] == "atan2")
         edges = itertools.chain((atom for k in steps for atom in atoms(self.pool, k)), cuts)
         return any(world.defined(edge) == 0 for edge in edges)
 
     def _is_clear(self, world: RealWorld, node: int) -> bool:
-        """Return True if rounding cannot change the way of a node."""
+        """Return True if rounding cannot change the branch of a node."""
         if self.pool.nodes[node][0] in STEPS:
             return self._is_between(world, node)
         if self._is_thin(node, int(bool(world.memo[node]))):
@@ -663,7 +662,7 @@ class Cells:
         return True
 
     def _is_between(self, world: RealWorld, node: int) -> bool:
-        """Return True if a rounded operand is no whole number: on a step, either cell beside it may be meant."""
+        """Return True if a rounded operand is not a whole number; on a step, its side is unknown."""
         operands = [world.value(operand) for operand in self.pool.operands(node)]
         whole = operands[0] / operands[1] if len(operands) == 2 else operands[0]
         return bool(abs(whole - reals.floor(whole + 0.5)) > reals.real(_LIT) * 2 ** max(world.size(node), 0))
@@ -671,7 +670,7 @@ class Cells:
     # Ways without a point
 
     def _missing(self) -> Outcome | None:
-        """Search for the ways and pairs of ways without a point, or prove that they are impossible."""
+        """Search for branches and pairs of branches without a point, or prove them impossible."""
         ways = [way for node in self._units for way in ways_of(self.pool, node)]
         joint = itertools.combinations(sorted(ways), 2)
         wanted = [*((way,) for way in ways), *self._doubtful, *(pair for pair in joint if pair[0][0] != pair[1][0])]
@@ -682,7 +681,7 @@ class Cells:
         return next((outcome for outcome in outcomes if outcome), None)
 
     def _joint(self) -> Outcome | None:
-        """Compare both sides in every joint state of ways that occur in pairs; None if no reachable one differs.
+        """Compare both sides in all joint states of branches that occur in pairs; None if no reachable one differs.
 
         Outer nodes get their ways first, so that nodes they exclude need none. Where both sides are equal whatever the
         other nodes do, the ways of these are not enumerated.
@@ -706,32 +705,32 @@ class Cells:
         return None
 
     def _free(self, taken: Mapping[int, int]) -> set[int]:
-        """Return the open branching nodes, except comparisons, that count under the branches taken."""
+        """Return the undetermined branching nodes, without comparisons, that matter under given branches."""
         counting = (k for root in self._roots for k in counted(self.pool, root, taken) if ways_of(self.pool, k))
         return {k for k in counting if k not in taken and self.pool.nodes[k][0] not in COMPARISONS}
 
     def _are_equal(self, taken: Mapping[int, int]) -> bool:
-        """Return True if both sides are equal for the given ways, whatever the other nodes do."""
+        """Return True if both sides are equal for given branches, whatever the other nodes do."""
         return self._same(*(smooth(self.pool, root, taken) for root in self._roots)) is True
 
     def _goes_with(self, way: Way, taken: Mapping[int, int]) -> bool:
-        """Return True if a way was met together with each of the others; pairs that were not met exclude each other."""
+        """Return True if a branch occurred together with each of the others; other pairs exclude each other."""
         return way in self._ways and all(tuple(sorted((way, other))) in self._pairs for other in taken.items())
 
     def _sought(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Search for a joint state in which both sides may differ; None if they are equal there or it is excluded."""
+        """Search for a joint state with a possible difference; None if the sides are equal there or it is excluded."""
         if self._is_met(ways) or self._is_out(ways):
             return None
         return self._look(ways) or (None if self._is_met(ways) else self._undecided(ways))
 
     def _is_apart(self, ways: tuple[Way, ...]) -> bool:
-        """Return True if the branch of one node makes the other node irrelevant or changes its branch."""
+        """Return True if one node's branch makes the other node irrelevant or changes its branch."""
         return len(ways) == 2 and any(
             b[0] not in self._beside(a) or self._follows[a].get(b[0], b[1]) != b[1] for a, b in (ways, ways[::-1])
         )
 
     def _beside(self, way: Way) -> frozenset[int]:
-        """Return the branching nodes that may count for a given way of a node."""
+        """Return the branching nodes that may matter for a given branch of a node."""
         if way not in self._company:
             self._follows[way] = implied(self.pool, way)
             counting = (counted(self.pool, root, self._follows[way]) for root in self._roots)
@@ -744,7 +743,7 @@ class Cells:
         return any(state.issuperset(ways) for state in self._states)
 
     def _is_out(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> bool:
-        """Return True if ways are proved to exclude each other, given ways of other nodes, which need not count.
+        """Return True if branches are proved to exclude each other under given branches of other nodes.
 
         The sign of a sum of case distinctions proves little before each case is taken separately.
         """
@@ -763,7 +762,7 @@ class Cells:
         return self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
 
     def _where(self, taken: Mapping[int, int], required: tuple[Atom, ...]) -> tuple[Atom, ...]:
-        """Return required signs for the smooth forms of their nodes under given ways."""
+        """Return required signs of the smooth forms of nodes under given branches."""
         return tuple(dict.fromkeys((smooth(self.pool, node, taken), sign) for node, sign in required))
 
     def _is_impossible(self, required: tuple[Atom, ...]) -> bool:
@@ -775,7 +774,7 @@ class Cells:
         return self._impossible[required]
 
     def _alternatives(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> list[tuple[Atom, ...]] | None:
-        """Return the conditions under which nodes count and go these ways: one list per alternative."""
+        """Return the alternative conditions under which nodes matter and take these branches."""
         product = every([*(requirements(self.pool, way) for way in (*ways, *others)), [self._inside]])
         for node in dict.fromkeys(node for node, _ in ways) if product else ():
             for needed in self._needs(node):
@@ -783,7 +782,7 @@ class Cells:
         return product
 
     def _needs(self, node: int) -> list[list[tuple[Atom, ...]] | None]:
-        """Return the conditions under which a node counts, one entry per node that excludes it by some of its ways."""
+        """Return the conditions under which a node matters, one entry per node whose branches can exclude it."""
         if node not in self._needed:
             choices = [(k, [way for way in ways_of(self.pool, k) if node in self._beside(way)]) for k in self._units]
             self._needed[node] = [
@@ -794,14 +793,14 @@ class Cells:
         return self._needed[node]
 
     def _may_lack(self, node: int) -> bool:
-        """Return True if a node may have no value because no case applies."""
+        """Return True if a node may lack a value because no case applies."""
         last = self.pool.operands(node)[-1]
         return bool(
             self.pool.nodes[node][0] == "piecewise" and self.pool.nodes[self.pool.operands(last)[1]][0] != "const"
         )
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Search along one straight line after another for a point where nodes take wanted branches."""
+        """Search along straight lines for a point at which nodes take required branches."""
         possible = [
             required
             for alternative in self._alternatives(ways) or []
@@ -827,7 +826,7 @@ class Cells:
         return self._look_inside()
 
     def _score(self, required: Sequence[Atom], line: Mapping[str, Array]) -> Array:
-        """Count the required signs at points."""
+        """Count the fulfilled signs at points."""
         nodes = reached(self.pool.nodes, [node for node, _ in required])
         count = len(next(iter(line.values())))
         found = doubles.values(self.pool, nodes, line)
@@ -849,7 +848,7 @@ class Cells:
         return Outcome(None, f"equal at {self._points} points, but {before}{where} {what}")
 
     def _text(self, node: int) -> str:
-        """Return the text of a branching expression, or its beginning."""
+        """Return the text of a branching expression, shortened."""
         text = Printer(self.pool.nodes).text(node)
         return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 

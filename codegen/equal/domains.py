@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Domain of an expression, as an expression itself: one where it has a real value, zero elsewhere.
+"""Domain of an expression, as an expression that is one where it has a real value and zero elsewhere.
 
 Roots, logarithms, arc functions and case distinctions without a last case have no value on open sets of points. A
 quotient has none only on a set of measure zero, which is ignored. Domains are expressions with branches, so two of them
@@ -16,11 +16,11 @@ from .branches import Atom, difference
 from .pool import Pool
 
 Factors = frozenset[int]
-"""Nodes that are one or zero; a domain is where all of them are one."""
+"""Nodes that are one or zero; the domain is where all are one."""
 
 
 class Domains:
-    """Build the domains of expressions whose names are free.
+    """Builder of domains of expressions with free names.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Domains:
         self._never_has = never_has
         self._shortest = shortest
         self.positive: dict[int, int] = {}
-        """Expression that must be positive, by its factor."""
+        """Expression that must be positive, for each factor."""
         self._memo: dict[int, Factors] = {}
 
     def __call__(self, root: int) -> Factors:
@@ -53,11 +53,11 @@ class Domains:
         return self._memo[root]
 
     def product(self, factors: Iterable[int]) -> int:
-        """Return the node that is one where all factors are."""
+        """Return the node that is one where all factors are one."""
         return self.pool.many("mul", sorted(factors))
 
     def inside(self, *roots: int) -> list[Atom]:
-        """Return signs that hold where all expressions have a value."""
+        """Return signs that hold wherever all expressions have a value."""
         factors = sorted(frozenset[int]().union(*map(self, roots)))
         return [(self.positive[factor], 1) for factor in factors if factor in self.positive]
 
@@ -69,7 +69,7 @@ class Domains:
         return frozenset(own).union(*(self._memo[operand] for operand in operands))
 
     def _parts(self, node: int, operands: Sequence[int]) -> list[int]:
-        """Return the expressions that must be positive for an operation on defined operands to have a value."""
+        """Return the expressions that must be positive for an operation on valid operands to have a value."""
         operation = self.pool.nodes[node][0]
         if operation == "pow":
             exponent = self.pool.constant(operands[1])
@@ -83,7 +83,7 @@ class Domains:
         return []
 
     def _inside(self, part: int) -> int:
-        """Return the factor that is one where a part is positive."""
+        """Return the factor that is one where an expression is positive."""
         part = self._signed(part)
         value = self.pool.constant(part)
         if value is not None or self.pool.nodes[part][0] == "const":
@@ -96,7 +96,7 @@ class Domains:
         return factor
 
     def _signed(self, part: int) -> int:
-        """Return a simpler expression of the same sign, if a part is a sum with a root or a positive multiple of one.
+        """Return a simpler expression of equal sign for a sum with a root, or a positive multiple of one.
 
         P + c sqrt(Q) with c > 0 is positive where c^2 Q - P^2 is positive. Where that is negative, it has the sign of
         P.
@@ -139,7 +139,7 @@ class Domains:
         return self.pool.intern("piecewise", *pairs)
 
     def _cases(self, pairs: Sequence[int]) -> Factors:
-        """Return the domain of a case distinction: of each condition up to the one that holds, and of its value."""
+        """Return the domain of a case distinction: of each condition up to the true one, and of its value."""
         rest = frozenset([self.pool.number(Fraction(0))])
         for pair in reversed(pairs):
             value, condition = self.pool.operands(pair)

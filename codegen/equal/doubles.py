@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expressions at a hundred thousand points at once, in double: a search for possible differences."""
+"""Evaluation at a hundred thousand points in double, to find possible differences."""
 
 from __future__ import annotations
 
@@ -16,17 +16,16 @@ from .reals import PointSampler
 
 Array = NDArray[np.float64]
 TURNS = 4
-"""Turns to either side over which an angle is drawn. A lost wrap shows at seven of eight points, one at half an angle
-at every second point."""
+"""Turns in each direction over which angles are drawn. A lost wrap shows at seven of eight points, in a half angle
+at every second."""
 _DECADES = (0.5, 3.0, 6.0)
-"""Decades around one over which numbers without a default or two bounds are drawn, with equal frequency: ordinary
-sizes, lengths and rates of other models, and far ones. The first reaches a table that starts at Mach 1, the second one
-that ends at 300."""
+"""Decades around one from which numbers without default or two bounds are drawn. The first reaches a table that
+starts at Mach 1, the second one that ends at 300."""
 _CHUNK = 2048
-"""Points at a time: the values of some thousand nodes then stay in the processor's cache."""
+"""Points per pass, so that values of some thousand nodes stay in the processor's cache."""
 _APART = 1e-9
-"""Relative difference of two doubles above which 50 digits are used. A tenth of it would examine more rounding, ten
-times as much would miss smaller differences. Both change little, because another engine decides."""
+"""Relative difference of doubles above which 50 digits are used. A tenth would examine more rounding, ten times
+would miss smaller differences; both matter little, as another engine decides."""
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
@@ -44,7 +43,7 @@ _MANY: dict[str, Any] = {
 
 
 def values(pool: Pool, nodes: Sequence[int], point: Mapping[str, Array]) -> dict[int, Any]:
-    """Return the values of nodes, which are sorted operands first; NaN where a node has none."""
+    """Return the values of nodes, sorted with operands first; NaN for nodes without a value."""
     found: dict[int, Any] = {}
     with np.errstate(all="ignore"):
         for node in nodes:
@@ -100,7 +99,7 @@ def _piecewise(pairs: Sequence[Any]) -> Any:
 
 
 def draw(names: Iterable[str], sampler: PointSampler, count: int, seed: int) -> dict[str, Array]:
-    """Draw values of names: over several turns, over decades, around defaults, inside bounds."""
+    """Draw values of names: angles over several turns, others over decades, around defaults, within bounds."""
     generator = np.random.default_rng(seed)
     return {name: _drawn(generator, sampler, name, count) for name in sorted(names)}
 
@@ -126,7 +125,7 @@ def _inside(drawn: Array, low: float, high: float) -> Array:
 
 
 def apart(a: Any, b: Any) -> tuple[Array, int]:
-    """Return the relative differences of values, zero where they are rounding, and the number of defined pairs."""
+    """Return the relative differences of values, zero for rounding, and the number of defined pairs."""
     with np.errstate(all="ignore"):
         gap = np.abs(np.atleast_1d(a) - b)
         size = np.abs(a) + np.abs(b)
@@ -137,7 +136,7 @@ def apart(a: Any, b: Any) -> tuple[Array, int]:
 def suspects(
     pool: Pool, pairs: Sequence[tuple[int, int]], sampler: PointSampler, count: int, most: int, seed: int
 ) -> tuple[dict[int, list[dict[str, Fraction]]], list[int]]:
-    """Evaluate pairs of expressions and return the points at which their doubles differ.
+    """Return the points at which the doubles of two expressions differ.
 
     Parameters
     ----------

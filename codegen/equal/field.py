@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A finite field in which sine, cosine, exponential and roots exist and obey their identities exactly.
+"""A finite field with sine, cosine, exponential and roots that fulfil their identities exactly.
 
 Equal expressions have equal values there, without rounding, so that values can be looked up in dictionaries. Different
 expressions agree at a random point with a probability of about degree / 2^89.
@@ -28,12 +28,12 @@ BITS = P.bit_length()
 
 
 class Undefined(ArithmeticError):  # noqa: N818
-    """An operation without a value, such as a division by zero."""
+    """An operation without a value, such as division by zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Complex:
-    """An element of F_P(i) that is not in F_P."""
+    """An element of F_P(i) outside of F_P."""
 
     re: int
     im: int
@@ -41,7 +41,7 @@ class Complex:
 
 Element: TypeAlias = int | Complex
 Circle: TypeAlias = tuple[Element, Element]
-"""Cosine and sine: an element of the unit circle."""
+"""Cosine and sine as an element of the unit circle."""
 ONE: Circle = (1, 0)
 UNIT: Element = 1
 T = TypeVar("T")
@@ -94,7 +94,7 @@ def power(a: Element, n: int) -> Element:
 
 
 def _repeated(operation: Callable[[T, T], T], neutral: T, a: T, n: int) -> T:
-    """Return n times a by doubling, in the sense of an operation."""
+    """Return n times a by repeated doubling with the given operation."""
     result = neutral
     while n:
         if n & 1:
@@ -104,14 +104,14 @@ def _repeated(operation: Callable[[T, T], T], neutral: T, a: T, n: int) -> T:
 
 
 def number(value: Fraction) -> Element:
-    """Return a fraction as an element."""
+    """Return a fraction as a field element."""
     if value.denominator % P == 0:
         raise Undefined("division by zero")
     return value.numerator * pow(value.denominator, -1, P) % P
 
 
 def sign(a: Element) -> int:
-    """Return the Legendre symbol, the sign of a number in a field without order.
+    """Return the Legendre symbol, which replaces the sign in a field without order.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def sign(a: Element) -> int:
 
 
 def sqrt(a: Element) -> Element:
-    """Return the root that is itself a square; without a root in F_P, i times the root of the negative."""
+    """Return the root that is a square; without a root in F_P, i times the root of the negative."""
     if isinstance(a, Complex):
         return _complex_root(a)
     root = pow(a, (P + 1) // 4, P)
@@ -136,7 +136,7 @@ def sqrt(a: Element) -> Element:
 
 
 def _complex_root(a: Complex) -> Element:
-    """Return one of the two roots, always the same one."""
+    """Return one of the two roots, always the same."""
     size = (a.re * a.re + a.im * a.im) % P
     norm = pow(size, (P + 1) // 4, P)
     if norm * norm % P != size:
@@ -151,7 +151,7 @@ def _complex_root(a: Complex) -> Element:
 
 
 class Roots:
-    """Square roots at one point, some with the opposite sign; equal squares have equal roots.
+    """Square roots at one point, some with reversed sign; equal squares have equal roots.
 
     Parameters
     ----------
@@ -172,14 +172,14 @@ class Roots:
         return self.known[a]
 
     def others(self) -> Iterator[Roots]:
-        """Yield copies with one more root turned: each root that was used after the given ones."""
+        """Yield copies with one more root reversed, for each root used after the given ones."""
         given = len(self.turned)
         for number in range(given, len(self.known)):
             yield Roots((*self.turned, *(False for _ in range(given, number)), True))
 
 
 def rational_power(a: Element, exponent: Fraction, roots: Callable[[Element], Element] = sqrt) -> Element:
-    """Return a^(p/q): odd roots are unique, even ones come from `roots`."""
+    """Return a^(p/q); odd roots are unique, even ones come from `roots`."""
     q, root = exponent.denominator, a
     while q % 2 == 0:
         root, q = roots(root), q // 2
@@ -191,12 +191,12 @@ def rational_power(a: Element, exponent: Fraction, roots: Callable[[Element], El
 
 
 def hashed(*parts: object) -> int:
-    """Return an arbitrary element that depends only on these values."""
+    """Return a pseudorandom element that depends on these values only."""
     return int.from_bytes(hashlib.blake2b(repr(parts).encode(), digest_size=48).digest(), "big")
 
 
 def turn(a: Circle, b: Circle) -> Circle:
-    """Return the element of the sum of two angles."""
+    """Return the element of a sum of two angles."""
     return sub(mul(a[0], b[0]), mul(a[1], b[1])), add(mul(a[1], b[0]), mul(a[0], b[1]))
 
 
@@ -216,7 +216,7 @@ def halved(a: Circle, roots: Callable[[Element], Element] = sqrt) -> Circle:
 
 @functools.cache
 def _generators() -> tuple[Circle, Circle, int]:
-    """Return circle elements of order Q and of order 24, the latter turned by pi/12, and one of order R."""
+    """Return circle elements of order Q and, turned by pi/12, of order 24, and one of order R."""
     for k in range(2, 100):
         norm = (1 + k * k) % P
         unit = turn((1, k), (1, k))
@@ -232,7 +232,7 @@ def _generators() -> tuple[Circle, Circle, int]:
 
 @functools.lru_cache(maxsize=4096)
 def circle(exponent: int, twelfths: int) -> Circle:
-    """Return the element of an angle: an exponent, and a multiple of pi/12."""
+    """Return the element of an angle, given as an exponent and a multiple of pi/12."""
     angle, twelfth, _ = _generators()
     return turn(turned(angle, exponent % Q), turned(twelfth, twelfths % 24))
 

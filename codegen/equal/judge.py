@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equality of two expressions, with the reason and, if they differ, a point where they do.
+"""Equality of two expressions with a reason and, if they differ, a point.
 
 Methods are tried from cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary
 functions in place of maxima, absolute values and the like; ordinary points of the reals; the cells in which branches
@@ -32,46 +32,46 @@ from .shared import INEXACT, Shared
 from .values import FieldWorld, Lookup, World
 
 SEED = 5
-"""Seed of the points of the field: any number, fixed so that the same question gets the same answer."""
+"""Seed of the field's points: arbitrary but fixed, so that a question always has the same answer."""
 _POINTS = 3
-"""Points of the field. Different functions agree at one of them by chance with probability degree / 2^89, so one would
-do. Three confirm the arithmetic itself, and matching by value needs two that exist."""
+"""Points of the field. Different functions agree at one by chance with probability degree / 2^89, so one would
+suffice. Three check the arithmetic; matching by value needs two."""
 _ROOTED = 32
-"""Points of the field where even roots of more than a name occur. The field's root of a square has a random sign: that
-of (a + b)^2 is a + b at every second point. All of 3 points have this sign once in 8 times, all of 32 once in 2^32."""
+"""Points of the field for even roots of expressions. A root of a square has a random sign: for (a + b)^2 it is a + b
+at every second point. All of 3 points have this sign in one of 8 cases, all of 32 in one of 2^32."""
 _BRANCHED = 64
-"""Points of the reals, and of the field with signs where two nodes branch: each of their four joint ways is then missed
-in one of 10^8 cases. Each further node doubles the joint ways and the points."""
+"""Points of the reals, and of the field with signs, for two branching nodes: each of their four joint branches is
+then missed in one of 10^8 cases. Each further node doubles branches and points."""
 _MOST_SIGNED = 512
-"""Limit on points of the field with signs: five branching nodes have all their joint ways there. With more nodes the
-reals decide. Doubling the points costs seconds for a law and would add one node."""
+"""Largest number of points of the field with signs: enough for all joint branches of five nodes. With more nodes the
+reals decide. Twice as many cost seconds per law and add one node."""
 _SIGNS = 64
-"""Choices of signs of roots compared at a point of the field: all those of six roots."""
+"""Sign choices of roots compared at a point of the field: all those of six roots."""
 _ARCS = frozenset(("asin", "acos", "atan", "atan2"))
-"""Functions whose angle the field represents by a root: that of acos(cos(a)) is a or -a by chance."""
+"""Functions whose angle the field represents by a root: acos(cos(a)) is a or -a at random."""
 _LOOKS, _LOOK_DIGITS = 8, 12
-"""Points, and digits there, by which equal parts of two sides are paired before they are compared. With fewer, more
-unequal parts are paired, and each costs a comparison. With more digits, rounding separates equal parts."""
+"""Points, and digits, by which equal parts of two sides are paired before the comparison. Fewer points pair unequal
+parts, which costs comparisons; with more digits, rounding separates equal parts."""
 _MOST_DOUBTFUL = 24
-"""Limit on combinations of branches that are searched for among the reals; further ones are similar."""
+"""Largest number of branch combinations searched for among the reals; further ones are similar."""
 _FEW = 16
-"""Points at which both sides must exist before their agreement counts: fewer are too few to reach branches at all."""
+"""Points with values on both sides from which agreement counts: fewer may not reach branches."""
 _DRAWS = 4
-"""Points of the field tried for each one needed: roots of roots exist at every second or fourth one."""
+"""Points of the field tried for each needed one: nested roots exist at every second or fourth point."""
 _HOPELESS = 48
-"""Points without a value after which the search stops: a chance of one in ten would have shown in 99 of 100 cases."""
+"""Points without a value after which the search stops: a probability of 0.1 would have shown in 99 of 100 cases."""
 _MOST_NAMES = 60
-"""Limit on names that are sent far out in turn; each costs two evaluations of all expressions."""
+"""Largest number of names that are moved far out in turn; each costs two evaluations of all expressions."""
 _SQUARES = 64
-"""Points of the field at which the values of a square are squares; for other functions all of them are once in 2^64."""
+"""Points of the field at which a square's values are squares; for other functions all of them are once in 2^64."""
 _LEAST = Fraction(1, 10**300)
-"""Smallest positive number in proofs with doubles: still smaller doubles have fewer digits."""
+"""Smallest positive number in proofs with doubles: smaller doubles have fewer digits."""
 VISIBLE = 1e-4
 """Relative difference that a counterexample must show: two of the six printed digits."""
 _PASSES = 2
-"""Passes over all names: a name may allow a simple value only after later names have theirs."""
+"""Passes over all names: a name may allow a simple value only after later names have one."""
 _TRIES = 6
-"""Points tried for each one wanted: enough for domains of a sixth of the drawn points, such as arguments of roots."""
+"""Points tried for each needed one: enough for domains of a sixth of the drawn points, such as arguments of roots."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Answer: equal, different or undecided (None), with its reason and a point where the sides differ.
+    """Answer: equal, different or undecided (None), with its reason and a point of difference.
 
     `point` lies in a cell in which both sides are different functions, or where one of them does not exist. `points`
     counts the agreeing points where only points show equality; it is zero where equality is proved.
@@ -107,7 +107,7 @@ class Verdict:
 
 
 class Worlds:
-    """Worlds of several meanings at one point."""
+    """Evaluations of several meanings at one point."""
 
     def __init__(self, make: Callable[[Pool, Lookup], World[Any]]) -> None:
         self._make = make
@@ -122,7 +122,7 @@ class Worlds:
         return iter(self._worlds.values())
 
     def again(self) -> Worlds:
-        """Return new worlds at the same point, without computed values."""
+        """Return new evaluations at the same point, without computed values."""
         return Worlds(self._make)
 
     def _lookup(self, meaning: Meaning, name: str) -> tuple[World[Any], int] | None:
@@ -131,7 +131,7 @@ class Worlds:
 
 
 class Judge:
-    """Decide equality of expressions at a fixed sequence of points, whose values are computed once.
+    """Decides equality of expressions at a fixed sequence of points, whose values are cached.
 
     Parameters
     ----------
@@ -167,19 +167,19 @@ class Judge:
         self._needed = Domains(pool, self._is_positive, self._never_has, shortest=True)
 
     def how(self, *sides: Expression) -> str:
-        """Return the reason for equality in the field, in words."""
+        """Return the reason for equality in the field in words."""
         return f"{self.count(*sides)} points of a {field.BITS}-bit field, seed {self.seed}"
 
     def is_rooted(self, *sides: Expression) -> bool:
-        """Return True if an expression has even roots whose signs the field chooses by chance."""
+        """Return True if an expression has even roots, whose signs in the field are random."""
         return self.count(*sides) == _ROOTED
 
     def count(self, *sides: Expression) -> int:
-        """Return the number of field points that decide whether expressions are equal."""
+        """Return the number of field points that decide equality of expressions."""
         return _ROOTED if any(self._is_rooted(*side) for side in sides) else _POINTS
 
     def _is_rooted(self, meaning: Meaning, root: int) -> bool:
-        """Return True if an expression has an even root of something that may be the square of a signed value."""
+        """Return True if an expression has an even root of a possible square of a signed value."""
         if (meaning, root) not in self._rooted:
             for node in reached(self.pool.nodes, [root]):
                 if (meaning, node) not in self._rooted:
@@ -206,18 +206,18 @@ class Judge:
         fixed: Mapping[str, field.Element] = MappingProxyType({}),
         roots: Callable[[field.Element], field.Element] = field.sqrt,
     ) -> Worlds:
-        """Return new worlds at a point of the field, optionally with given values of free names and signs of roots."""
+        """Return new evaluations at a point of the field, with optional values of names and signs of roots."""
         seed = 100_000 * self.seed + number
         return Worlds(lambda pool, lookup: FieldWorld(pool, lookup, seed, self.positive, interpreted, fixed, roots))
 
     def point(self, number: int) -> Worlds:
-        """Return the worlds at a point of the field; they are cached."""
+        """Return the cached evaluations at a point of the field."""
         while number >= len(self._plain):
             self._plain.append(self.at(len(self._plain)))
         return self._plain[number]
 
     def values(self, meaning: Meaning, root: int, count: int = _POINTS) -> tuple[Any, ...]:
-        """Return the values of an expression at points of the field; None where it has no value."""
+        """Return the values of an expression at points of the field; None for missing ones."""
         return tuple(self.point(number)[meaning].defined(root) for number in range(count))
 
     def decide(self, old: Expression, new: Expression) -> Verdict:
@@ -227,7 +227,7 @@ class Judge:
         return self.where_defined(self._by_values(old, new), old, new)
 
     def where_defined(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
-        """Return a verdict, or a negative one where only one of two sides has a value."""
+        """Return a verdict, or "different" if only one of two sides has a value somewhere."""
         roots = self.written_out(old), self.written_out(new)
         if verdict.equal is False or self._domain(roots[0]) == self._domain(roots[1]):
             return verdict
@@ -253,7 +253,7 @@ class Judge:
         return intervals.impossible(self.pool, [(node, -1)], self._bounds())
 
     def _never_has(self, node: int, sign: int) -> bool:
-        """Return True if an expression with free names never has this sign because it, or its negative, is a square.
+        """Return True if an expression never has this sign because it, or its negative, is a square.
 
         An expression with square values at many points of the field is a number times a square. A real point gives the
         sign of that number.
@@ -267,7 +267,7 @@ class Judge:
         return value is not None and bool(value * sign < 0)
 
     def _is_square(self, node: int) -> bool:
-        """Return True if an expression, its negative or its product with a positive inner sum appears square."""
+        """Return True if an expression, its negative, or its product with a positive inner sum appears square."""
         sums = (part for part in reached(self.pool.nodes, [node]) if self.pool.nodes[part][0] == "add")
         return any(
             self._has_one_sign(factors) for factors in ([node], *([node, part] for part in sums if part != node))
@@ -283,7 +283,7 @@ class Judge:
         return all(self._is_positive(factor) for factor in factors[1:])
 
     def _by_values(self, old: Expression, new: Expression) -> Verdict:
-        """Decide whether two expressions have the same values where both have one."""
+        """Decide if two expressions have equal values wherever both have one."""
         equal = self.same_in_field(old, new)
         if equal:
             return Verdict(True, self.how(old, new))
@@ -293,7 +293,7 @@ class Judge:
         return self._by_reals(old, new)
 
     def same_in_field(self, old: Expression, new: Expression) -> bool | None:
-        """Compare values at the first points where both exist; None if there are too few such points."""
+        """Compare values at the first points where both exist; None if there are too few."""
         same = self._same_at(old, new, _POINTS)
         return self._same_at(old, new, _ROOTED) if same and self.count(old, new) == _ROOTED else same
 
@@ -312,7 +312,7 @@ class Judge:
         return None
 
     def _by_branches(self, old: Expression, new: Expression) -> Verdict:
-        """Decide by the cells of the branching nodes, if needed with free numbers in place of shared parts."""
+        """Decide by cells of the branching nodes, if needed with free numbers for common parts."""
         roots = self.written_out(old), self.written_out(new)
         if roots[0] == roots[1]:
             return Verdict(True, "the same text with all names written out")
@@ -326,7 +326,7 @@ class Judge:
         )
 
     def _by_parts(self, old: int, new: int) -> Verdict:
-        """Decide by cells; first by points, then with shared parts as free numbers."""
+        """Decide by cells: first by points, then with free numbers for common parts."""
         cells = self._cells(old, new)
         if outcome := cells.walk():
             return Verdict(outcome.equal, outcome.how, point=outcome.point)
@@ -343,16 +343,16 @@ class Judge:
         return self._settled(cells, old, new)
 
     def _points_of(self, old: int, new: int) -> int | None:
-        """Return the number of agreeing points of two expressions, 0 where equality is proved; None if not equal."""
+        """Return the number of agreeing points, 0 if equality is proved; None if not equal."""
         verdict = self._by_cells(old, new)
         return verdict.points if verdict.equal else None
 
     def _values_of(self, node: int) -> tuple[Any, ...]:
-        """Return values of a node in the field, enough to prove that a node with the same values is equal."""
+        """Return enough field values of a node to identify equal nodes."""
         return self.values(self._free, node, self.count((self._free, node)))
 
     def _look_of(self, node: int) -> tuple[str, ...]:
-        """Return the values of an expression at some real points; equal parts share them."""
+        """Return an expression's values at some real points, which equal parts share."""
         worlds = self._real[:_LOOKS]
         return tuple(
             mpmath.nstr(value, _LOOK_DIGITS) for w in worlds if (value := w[self._free].defined(node)) is not None
@@ -375,7 +375,7 @@ class Judge:
         )  # fmt: skip
 
     def _settled(self, cells: Any, old: int, new: int) -> Verdict:
-        """Decide after a walk without a difference: by joint states, and by those the field with signs leaves open."""
+        """Decide after a walk without difference: by joint states, and by those left open in the field with signs."""
         states = cells.open_states()
         outcome = None if states is None else cells.settle(states)
         if outcome is None or outcome.equal is None:
@@ -387,7 +387,7 @@ class Judge:
         return Verdict(outcome.equal, outcome.how, point=outcome.point, points=outcome.points)
 
     def never_zero(self, expression: Expression) -> bool:
-        """Return True if form or intervals prove that an expression has no zero within the bounds of its names."""
+        """Return True if form or intervals prove that an expression is never zero within its names' bounds."""
         stack = [self.written_out(expression)]
         while stack:
             operation, *operands = self.pool.nodes[node := stack.pop()]
@@ -400,14 +400,14 @@ class Judge:
         return True
 
     def _bounds(self) -> dict[str, tuple[Fraction | None, Fraction | None]]:
-        """Return the bounds of every free name; the lower bound of a positive name is above zero."""
+        """Return the bounds of all free names; the lower bound of a positive name is above zero."""
         bounds = {name: row[:2] for name, row in self.sampler.names.items()}
         return {
             name: (_LEAST if low == 0 and self.positive(name) else low, high) for name, (low, high) in bounds.items()
         }
 
     def _smooth_sides(self, old: int, new: int) -> bool | None:
-        """Return True if two expressions without branches are equal; None where the field cannot prove a difference."""
+        """Return True if two expressions without branches are equal; None if the field proves no difference."""
         equal = old == new or self.same_in_field((self._free, old), (self._free, new))
         if equal is not False:
             return equal
@@ -423,7 +423,7 @@ class Judge:
         return any(self._never_meet(old, new, number) for number in range(_POINTS))
 
     def _never_meet(self, old: int, new: int, number: int) -> bool:
-        """Return True if two expressions differ at a point of the field for all signs of their roots."""
+        """Return True if two expressions differ at a field point for all signs of their roots."""
         waiting = [field.Roots()]
         for _ in range(_SIGNS):
             roots = waiting.pop()
@@ -437,7 +437,7 @@ class Judge:
         return False
 
     def _have_other_slopes(self, old: int, new: int) -> bool:
-        """Return True if the field proves that derivatives differ; this reveals features between the points.
+        """Return True if the field proves different derivatives, which reveals features between points.
 
         The field does not know logarithms and arcs, but it knows their derivatives.
         """
@@ -448,7 +448,7 @@ class Judge:
         return False
 
     def _doubtful(self, old: int, new: int) -> tuple[list[tuple[Way, ...]], int]:
-        """Return the joint ways at which the field with signs finds a difference, and the number of points compared.
+        """Return the joint branches with a difference in the field with signs, and the number of compared points.
 
         The signs of the field are random and multiplicative; whether they can occur together is not decided here. The
         number is zero where there are too few points for all joint ways.
@@ -493,7 +493,7 @@ class Judge:
         tries: int = _TRIES,
         hopeless: int = _HOPELESS,
     ) -> Iterator[Worlds]:
-        """Yield worlds where all expressions have real values and those of the domain are positive.
+        """Yield evaluations at points where all expressions are real and those of the domain positive.
 
         The points are the same each time. There are fewer than `count` if not enough can be found.
 
@@ -520,11 +520,11 @@ class Judge:
                 return
 
     def real(self, point: Point) -> Worlds:
-        """Return new worlds at a real point."""
+        """Return new evaluations at a real point."""
         return Worlds(lambda pool, lookup: RealWorld(pool, lookup, point))
 
     def stepped(self, point: Point) -> Worlds:
-        """Return new worlds at a real point that was chosen on a step."""
+        """Return new evaluations at a real point on a step."""
         return Worlds(lambda pool, lookup: SteppedWorld(pool, lookup, point))
 
     def _by_reals(self, old: Expression, new: Expression) -> Verdict:
@@ -544,7 +544,7 @@ class Judge:
         return self._by_branches(old, new)
 
     def extreme_points(self, old: Expression, new: Expression) -> Iterator[Worlds]:
-        """Yield worlds in which one free name at a time is far out, for limits beyond the usual range."""
+        """Yield evaluations with one free name at a time far out, for limits beyond the usual range."""
         base = self.sampler.point(0)
         for name in sorted({*old[0].free(old[1]), *new[0].free(new[1])})[:_MOST_NAMES]:
             for value in self.sampler.extremes(name):
@@ -576,7 +576,7 @@ def simplified(
     candidates: Callable[[str, Fraction], Iterable[Fraction]],
     fails: Callable[[Point], bool],
 ) -> dict[str, Fraction]:
-    """Return a point of failure with as many simple coordinates as possible, tried name by name."""
+    """Return a point of difference with as many simple coordinates as possible, tried name by name."""
     simple = dict(point)
     for _ in range(_PASSES):
         for name in (name for name in sorted(point) if simple[name] == point[name]):
@@ -594,7 +594,7 @@ def inside(worlds: Worlds, domain: Sequence[Expression]) -> bool:
 
 
 def shown(worlds: Worlds, old: Expression, new: Expression) -> tuple[str, str]:
-    """Return two values at a real point, with as many of six, twelve, ... digits as distinguish them."""
+    """Return two values at a real point with as many of six, twelve, ... digits as distinguish them."""
     digits = 6
     while True:
         first, second = (_shown(worlds, expression, digits) for expression in (old, new))
@@ -604,7 +604,7 @@ def shown(worlds: Worlds, old: Expression, new: Expression) -> tuple[str, str]:
 
 
 def _shown(worlds: Worlds, expression: Expression, digits: int) -> str:
-    """Return the text of a value at a real point; "no value" without one, zero where it is only rounding error."""
+    """Return a real value as text: "no value" without one, zero for rounding error."""
     meaning, root = expression
     value = worlds[meaning].defined(root)
     if value is None:

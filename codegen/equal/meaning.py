@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expressions with named definitions, and their form with every definition written out."""
+"""Expressions with named definitions, and their form with all definitions inserted."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .pool import Pool
 
 
 class Meaning:
-    """A system of named expressions over a pool; names that are not in it are free.
+    """Definitions over a pool of expressions; names outside of it are free.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Meaning:
         self.targets = targets
 
     def cone(self, root: int) -> list[int]:
-        """Return every node that an expression depends on, including those in definitions."""
+        """Return all nodes that an expression depends on, definitions included."""
         return sorted({node for _, node in self.depends(root)})
 
     def free(self, root: int) -> list[str]:
@@ -35,7 +35,7 @@ class Meaning:
         return sorted({name for meaning, name in names if meaning.targets(name) is None})
 
     def depends(self, root: int) -> Iterator[tuple[Meaning, int]]:
-        """Yield every node that an expression depends on, with the meaning of its names."""
+        """Yield all nodes that an expression depends on, with the meaning of its names."""
         seen: set[Expression] = set()
         stack: list[Expression] = [(self, root)]
         while stack:
@@ -52,18 +52,18 @@ class Meaning:
 
 
 Expression = tuple[Meaning, int]
-"""An expression with the meaning of its names."""
+"""An expression together with the meaning of its names."""
 
 
 class Flat:
-    """Write out definitions, so that equal parts of two sides become one node of the pool."""
+    """Expands definitions, so that equal parts of two sides become one node of the pool."""
 
     def __init__(self, pool: Pool) -> None:
         self.pool = pool
         self._memo: dict[Expression, int] = {}
 
     def __call__(self, expression: Expression) -> int:
-        """Return the node of an expression in which every name is free."""
+        """Return the node of an expression with free names only."""
         stack = [expression]
         while stack:
             place = stack[-1]

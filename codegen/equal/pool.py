@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pool of expressions as shared nodes, and the ways of branching nodes."""
+"""Pool of expressions as shared nodes, and the branches of branching nodes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ COMMUTATIVE = frozenset(("add", "mul", "min", "max", "and", "or", "equality", "u
 
 @functools.cache
 def fraction(text: str) -> Fraction:
-    """Return the value of a number; cached, because few numbers recur at every point."""
+    """Return the value of a number; cached, as few numbers recur often."""
     return Fraction(text)
 
 
 class Pool:
-    """Expressions of both sides as nodes; equal text, in any order of commutative operands, is one node."""
+    """Expressions of both sides as nodes; texts that are equal up to operand order are one node."""
 
     def __init__(self) -> None:
         self.nodes: list[Node] = []
@@ -39,7 +39,7 @@ class Pool:
     def copy(
         self, nodes: Sequence[Sequence[Any]], names: Mapping[str, str] | None = None, before: Sequence[int] = ()
     ) -> list[int]:
-        """Copy a graph into the pool and return the numbers of its nodes.
+        """Copy a graph into the pool and return its node numbers.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class Pool:
         return fraction(rest[0]) if operation == "num" else None
 
     def many(self, operation: str, parts: Sequence[int]) -> int:
-        """Return a sum or a product, flat and with one number, as in documents."""
+        """Return a sum or product, flattened and with one number, as in documents."""
         flat = [p for part in parts for p in (self.operands(part) if self.nodes[part][0] == operation else (part,))]
         neutral = Fraction(operation == "mul")
         total = neutral
@@ -94,7 +94,7 @@ class Pool:
 
 
 def ways(pool: Pool, node: int) -> int:
-    """Return the number of ways of a node; 0 if it does not branch."""
+    """Return the number of branches of a node; 0 if it does not branch."""
     operation, *operands = pool.nodes[node]
     if operation in ("abs", "sign"):
         return 2
@@ -102,7 +102,7 @@ def ways(pool: Pool, node: int) -> int:
 
 
 def live(pool: Pool, node: int, way: int | None) -> Sequence[int]:
-    """Return the operands that affect a value, for a node that went this way."""
+    """Return the operands that affect a node's value in a given branch."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     if way is None or operation in ("abs", "sign"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of expressions as real numbers with 50 digits, at points that suit the names, with the branches taken."""
+"""Evaluation as real numbers with 50 digits, at suitable points, with the branches taken."""
 
 from __future__ import annotations
 
@@ -17,18 +17,17 @@ from .pool import Pool, fraction
 from .values import Lookup, World
 
 DIGITS = 50
-"""Guaranteed digits. Computing with 90 leaves 40 for cancellation: enough for parts up to 2^43 whose errors multiply,
-as `apart` allows for. More digits make every operation slower; with fewer, more differences count as rounding."""
+"""Guaranteed digits. Computation uses 90, which leaves 40 for cancellation: enough for parts up to 2^43 with
+multiplying errors, see `apart`. More digits slow every operation; fewer hide differences in rounding."""
 _WORKING = 90
 _ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)
-"""Relative rounding error of one operation. Five digits are reserved for functions, which mpmath does not round to the
-last digit."""
+"""Relative rounding error of one operation, with five digits reserved for mpmath's functions."""
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = _WORKING
 _LARGEST = 1300
-"""Bits before the point above which a value counts as undefined: far beyond doubles, which end at 1024."""
+"""Bits before the point above which a value is undefined: far above 1024, the limit of doubles."""
 _FAR = Fraction(10) ** 32
-"""A number beyond any limit that a model sets: the square of the sixteen digits of a double."""
+"""A number above any limit of a model: the square of a double's sixteen digits."""
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
@@ -60,14 +59,14 @@ OPERATIONS = tuple(
         | {"sign", "piecewise", "exprcondpair"}
     )
 )
-"""All operations that have a value."""
+"""All operations with a value."""
 Point = Mapping[str, Fraction]
 Sized = tuple[Any, int]
 """A value with its size."""
 
 
 class RealWorld(World[Any]):
-    """Values as real numbers.
+    """Evaluation with real numbers.
 
     Parameters
     ----------
@@ -81,7 +80,7 @@ class RealWorld(World[Any]):
         self._size: dict[int, int] = {}
 
     def size(self, root: int) -> int:
-        """Return the binary exponent of the largest part of an expression, which bounds its rounding error."""
+        """Return the binary exponent of an expression's largest part, which bounds its rounding error."""
         self.value(root)
         return self._size[root]
 
@@ -122,7 +121,7 @@ class RealWorld(World[Any]):
         return self._strict(node, operation, values), size
 
     def _is_on_a_step(self, operation: str, operands: Sequence[int], values: Sequence[Any], size: int) -> bool:
-        """Return True if a value lies within rounding of a jump of an operation, so that its side is unknown.
+        """Return True if a value lies within rounding of a jump, so that its side is unknown.
 
         Values of names and numbers are exact. Two computed values may be equal only by rounding, and an equation
         between them then holds nowhere else.
@@ -198,7 +197,7 @@ class RealWorld(World[Any]):
 
 
 class SteppedWorld(RealWorld):
-    """Values as real numbers at a point on a step: values within rounding of the step count as on it."""
+    """Evaluation at a point on a step: values within rounding of the step count as on it."""
 
     def _on_a_step(self, operation: str, values: list[Any]) -> list[Any]:
         if operation in _TESTS:
@@ -218,12 +217,12 @@ def real(value: Fraction) -> Any:
 
 
 def floor(value: Any) -> int:
-    """Return the largest whole number below a value, using all of its digits."""
+    """Return the largest whole number below a value, with all of its digits."""
     return int(_CONTEXT.floor(value))
 
 
 def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
-    """Return True if two sides differ, and the gap does not shrink when both are evaluated with twice the digits.
+    """Return True if two sides differ by a gap that does not shrink with twice the digits.
 
     Sizes do not include how a function multiplies errors, such as `atanh` near one. With more digits such errors
     vanish.
@@ -245,7 +244,7 @@ def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
 
 
 def apart(left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
-    """Return True if two values, each with its size, differ by more than their rounding errors and the tolerance.
+    """Return True if two values, each with its size, differ by more than rounding and tolerance.
 
     The error of one large part may have been multiplied by another part as large, in up to 2^30 operations: hence twice
     the size. The difference itself may be known to 65 digits only.
@@ -258,12 +257,12 @@ def apart(left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
 
 
 def vanishes(value: Any, size: int) -> bool:
-    """Return True if a value, with its size, is only rounding error."""
+    """Return True if a value, given its size, is only rounding error."""
     return bool(abs(value) < _CONTEXT.ldexp(_CONTEXT.mpf(10) ** -DIGITS, size))
 
 
 def holds(relation: str, left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
-    """Return True if "=", "<", "<=", ">" or ">=" holds between two values, each with its size."""
+    """Return True if "=", "<", "<=", ">" or ">=" holds between two values with sizes."""
     if relation == "=":
         return not apart(left, right, within)
     less, greater = (left, right) if relation.startswith("<") else (right, left)
@@ -271,7 +270,7 @@ def holds(relation: str, left: Sized, right: Sized, within: Fraction = Fraction(
 
 
 class _Drawn(Mapping[str, Fraction]):
-    """Point whose coordinates are drawn on demand."""
+    """A point whose coordinates are drawn at first use."""
 
     def __init__(self, sampler: PointSampler, number: int) -> None:
         self._sampler = sampler
@@ -288,7 +287,7 @@ class _Drawn(Mapping[str, Fraction]):
 
 
 class PointSampler:
-    """Draw values for free names: inside their bounds, around their defaults, over many decades.
+    """Draws values of free names: within bounds, around defaults, over many decades.
 
     Parameters
     ----------
@@ -305,7 +304,7 @@ class PointSampler:
         self.angles = angles
 
     def point(self, number: int) -> Point:
-        """Return point `number` of the repeatable sequence."""
+        """Return point `number` of a reproducible sequence."""
         return _Drawn(self, number)
 
     def value(self, name: str, number: int) -> Fraction:
@@ -325,12 +324,12 @@ class PointSampler:
         return self._inside(value, low, high)
 
     def extremes(self, name: str) -> list[Fraction]:
-        """Return values of a name that are far out, inside its bounds."""
+        """Return extreme values of a name within its bounds."""
         low, high, _ = self.names.get(name, (None, None, None))
         return [v for v in (_FAR, -_FAR) if (low is None or v >= low) and (high is None or v <= high)]
 
     def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        """Yield simple values to try in place of a drawn one, the simplest first."""
+        """Yield simple values to try in place of a drawn one, simplest first."""
         low, high, default = self.names.get(name, (None, None, None))
         rounded = Fraction(f"{float(value):.2g}")
         for candidate in (Fraction(0), Fraction(1), Fraction(1, 2), default, rounded):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared parts of two sides, however written: each becomes one node or one free number before the comparison.
+"""Common parts of two sides in any form: each becomes one node or free number before the comparison.
 
 Parts with the same value in the field become one node. Parts with the same values at some real points are compared. If
 they are the same function, such as one arc written in two ways, a free number replaces them on both sides. If the sides
@@ -21,17 +21,17 @@ from .branches import BRANCHING, COMPARISONS, STEPS, difference, replaced_nodes
 from .pool import Pool
 
 INEXACT = STEPS | {"log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf"}
-"""Functions that the field represents by arbitrary functions of their operands."""
+"""Functions that the field represents by pseudorandom functions of their operands."""
 _NO_NUMBER = COMPARISONS | {"and", "or", "not", "exprcondpair", "const"}
 _TWO = 2
 _FEW = 8
-"""Limit on values of one part that are distinguished: those of three signs."""
+"""Largest number of distinct values of one part: those of three signs."""
 _MOST = 12
-"""Limit on pairs of parts that are compared: each may cost as much as a separate question."""
+"""Largest number of compared pairs of parts: each may cost as much as a separate question."""
 
 
 class Shared:
-    """Find the parts that two expressions with free names share.
+    """Finds the common parts of two expressions with free names.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Shared:
         return self.pool.power(of, Fraction(-1)) if not value else self.pool.number(1 / value)
 
     def freed(self, old: int, new: int) -> tuple[int, int, int]:
-        """Return both sides with free numbers for shared parts, and the number of points that showed these equal.
+        """Return both sides with free numbers for common parts, and the number of points that showed these equal.
 
         The number of points is zero where the field proves it.
         """
@@ -148,7 +148,7 @@ class Shared:
         return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
 
     def _free(self, node: int, values: frozenset[Fraction]) -> int:
-        """Return a free number for a part; for a part with at most two values, a choice between them."""
+        """Return a free number for a part; a choice between two values if it has no others."""
         name = self.pool.intern("sym", f"shared part {node}")
         if len(values) != _TWO:
             return name
@@ -158,7 +158,7 @@ class Shared:
         return self.pool.intern("piecewise", *(self.pool.intern("exprcondpair", *pair) for pair in pairs))
 
     def _range(self, root: int) -> frozenset[Fraction]:
-        """Return the possible values of a part if its form shows that they are few; otherwise none."""
+        """Return the possible values of a part if its form limits them to a few; otherwise none."""
         ranges: dict[int, frozenset[Fraction]] = {}
         for node in reached(self.pool.nodes, [root]):
             operation, value = self.pool.nodes[node][0], self.pool.constant(node)

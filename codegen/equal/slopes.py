@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derivatives of smooth expressions: those of logarithms and arcs are algebraic, so the field can compare them."""
+"""Derivatives of smooth expressions. Those of logarithms and arcs are algebraic, so the field can compare them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from .branches import BRANCHING
 from .pool import Pool
 
 _MOST = 400
-"""Limit on nodes of an expression that is differentiated: larger ones are whole laws, whose derivatives take
-seconds."""
+"""Largest number of nodes of a differentiated expression: larger ones are whole laws, which take seconds."""
 
 
 def names(pool: Pool, root: int) -> set[int]:
@@ -21,7 +20,7 @@ def names(pool: Pool, root: int) -> set[int]:
 
 
 def slope(pool: Pool, root: int, name: int) -> int | None:
-    """Return the derivative of an expression by a name; None if a part has no derivative here."""
+    """Return the derivative of an expression by a name; None if a part has no implemented derivative."""
     nodes = reached(pool.nodes, [root])
     if len(nodes) > _MOST:
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of expressions at a point, where names are free or stand for expressions; the finite field as a world."""
+"""Evaluation of expressions at a point, where names are free or have definitions; the finite field."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ANGLES = frozenset(("atan2", "atan", "asin", "acos"))
 _PERIODIC = frozenset(("sin", "cos", "tan"))
 _EXPONENTIAL = frozenset(("exp", "sinh", "cosh", "tanh"))
 OF_PHASES = _PERIODIC | _EXPONENTIAL | _ANGLES
-"""Functions of angles and exponents, which the field draws separately from the values of the same names."""
+"""Functions of angles and exponents, which the field draws separately from other values."""
 _ORDER = {"strictlessthan": (1, 0), "lessthan": (1, 0), "strictgreaterthan": (0, 1), "greaterthan": (0, 1)}
 _STRICT = frozenset(("strictlessthan", "strictgreaterthan"))
 
@@ -30,7 +30,7 @@ Lookup = Callable[[str], "tuple[World[Any], int] | None"]
 
 
 class World(ABC, Generic[Value]):
-    """Values of nodes at one point, where names are free or stand for expressions of this or another world."""
+    """Values of nodes at one point; names are free, or stand for expressions of this or another evaluation."""
 
     def __init__(self, pool: Pool, lookup: Lookup) -> None:
         self.pool = pool
@@ -59,7 +59,7 @@ class World(ABC, Generic[Value]):
         return value
 
     def defined(self, root: int) -> Value | None:
-        """Return the value of an expression, or None."""
+        """Return the value of an expression; None if it has none."""
         try:
             return self.value(root)
         except Undefined:
@@ -82,7 +82,7 @@ class World(ABC, Generic[Value]):
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """The value of an expression as an angle or exponent.
+    """Value of an expression as an angle or exponent.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Phase:
 
 
 class FieldWorld(World[Any]):
-    """Values in the finite field.
+    """Evaluation in the finite field.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ class FieldWorld(World[Any]):
         self._exact: dict[tuple[int, bool], bool] = {}
 
     def exact(self, node: int, rooted: bool = False) -> bool:
-        """Return True if different values prove a difference; with `rooted`, if they do so for all signs of the roots.
+        """Return True if different values prove a difference; with `rooted`, for all signs of the roots.
 
         Expressions that are equal over the reals are equal here for one choice of the signs.
         """

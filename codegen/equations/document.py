@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""equations.json read back: symbols, definitions and results over a graph of shared nodes."""
+"""Parser of equations.json: symbols, definitions and results over a graph of shared nodes."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from . import SCHEMA
 
 Node = tuple[Any, ...]
 LEAVES = ("sym", "num", "const")
-"""Operations whose operand is a text; those of all others are nodes."""
+"""Operations with a text as operand; operands of all others are nodes."""
 
 
 class DocumentError(MehvarError, ValueError):
-    """Error for a text that is no equations.json of this schema or contradicts itself."""
+    """Error for a text that is not an equations.json of this schema, or contradicts itself."""
 
 
 @dataclass(frozen=True)
 class Symbol:
-    """A name that expressions are made of, as declared."""
+    """A declared name in expressions."""
 
     name: str
     role: str
@@ -58,12 +58,12 @@ class Row:
 
     @property
     def named(self) -> bool:
-        """True if other expressions refer to it by its name."""
+        """True if other expressions refer to the row by its name."""
         return self.kind == "definition"
 
     @property
     def implicit(self) -> bool:
-        """True for an equation 0 = ..., of which only the zeros count."""
+        """True for an equation 0 = ..., of which only the zeros matter."""
         return self.kind == "motion" or (self.kind == "equation" and self.latex == "0")
 
 
@@ -100,7 +100,7 @@ class Document:
 
     @classmethod
     def read(cls, path: str | Path) -> Document:
-        """Read a generated folder, or an equations.json with the manifest beside it if there is one.
+        """Read a generated folder, or an equations.json with the manifest beside it if any.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Document:
 
     @classmethod
     def parse(cls, text: str, manifest: Manifest | None = None, where: str = "equations.json") -> Document:
-        """Read the text of an equations.json.
+        """Parse the text of an equations.json.
 
         Raises
         ------
@@ -155,17 +155,17 @@ class Document:
 
     @functools.cached_property
     def declared(self) -> dict[str, Symbol]:
-        """The symbols by name; of several roles the first."""
+        """The symbols by name; for several roles, the first."""
         return {symbol.name: symbol for symbol in reversed(self.symbols)}
 
     @functools.cached_property
     def latex(self) -> dict[str, str]:
-        """LaTeX of every name in expressions."""
+        """LaTeX of all names in expressions."""
         names = {name: symbol.latex for name, symbol in self.declared.items() if symbol.latex}
         return names | {row.name: row.latex for row in self.named.values() if row.latex}
 
     def reached(self, root: int) -> list[int]:
-        """Return the nodes of an expression, operands before their users."""
+        """Return the nodes of an expression, operands first."""
         return reached(self.nodes, [root])
 
     def names_in(self, root: int) -> set[str]:
@@ -175,7 +175,7 @@ class Document:
     def _check(self, where: str) -> None:
         for number, (_, *operands) in enumerate(self.nodes):
             if any(isinstance(o, int) and o >= number for o in operands):
-                raise DocumentError(f"{where}: node {number} refers to a node that does not come before it")
+                raise DocumentError(f"{where}: node {number} refers to a later node")
         defined: set[str] = set()
         for row in self.rows:
             if not 0 <= row.node < len(self.nodes):
@@ -198,7 +198,7 @@ def _node(row: list[str], place: Mapping[str, int]) -> Node:
 
 
 def reached(nodes: Sequence[Node], roots: Sequence[int]) -> list[int]:
-    """Return the nodes of expressions in the order of the graph, operands first."""
+    """Return the nodes of expressions in the graph's order, operands first."""
     seen: set[int] = set()
     stack = list(roots)
     while stack:

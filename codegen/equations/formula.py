@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expression graphs as LaTeX, as MathML and as plain text, in an order that does not depend on how they are stored.
+"""Expression graphs as LaTeX, MathML and plain text, in an order independent of their storage.
 
 Factors stand in the order: number, parameters, definitions, states, rates, roots and functions; terms in the order of
 their factors, positive ones first where that avoids a leading minus.
@@ -18,14 +18,14 @@ from .spelling import TEXT, Spelling
 
 Nodes = Sequence[Sequence[Any]]
 Path = tuple[int, ...]
-"""Positions of operands on the way from the root of an expression to a part of it."""
+"""Positions of operands along the path from an expression's root to one of its parts."""
 Marks = Set[Path]
 
 _SUM, _PRODUCT, _POWER, _ATOM = range(4)
 """Binding strengths of parts, weakest first."""
 _ROLES = ("parameter", "scenario", "law", "definition", "state", "reference", "input", "rate")
 _POWERED = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
-"""Functions that are raised behind their name and need no parentheses around a symbol."""
+"""Functions with the exponent after their name, and without parentheses around a symbol."""
 _Key = tuple[tuple[int, str], ...]
 
 
@@ -46,7 +46,7 @@ class SymbolNames:
 
 
 def rank_of(role: str) -> int:
-    """Return the place in a product of a name with this role."""
+    """Return a role's position in the order of a product's factors."""
     first = role.split(" ")[0]
     return _ROLES.index(first) if first in _ROLES else len(_ROLES)
 
@@ -63,7 +63,7 @@ class _Factor:
 
 @dataclass(frozen=True)
 class _Term:
-    """A summand without its sign, and what it is sorted by."""
+    """A summand without its sign, with its sort key."""
 
     negative: bool
     text: str
@@ -104,21 +104,21 @@ class Printer:
         self._memo: dict[int, tuple[str, int]] = {}
 
     def text(self, root: int) -> str:
-        """Return an expression in one line."""
+        """Return an expression on one line."""
         return self._print(root, ())[0]
 
     def terms(self, root: int) -> list[str]:
-        """Return the summands of an expression in order, each with its sign; one entry if it is no sum."""
+        """Return the summands of an expression in order, with their signs."""
         return [text for text, _ in self.parts(root)]
 
     def parts(self, root: int) -> list[tuple[str, bool]]:
-        """Return the summands, each with whether it is marked as a whole, which does not show in its text."""
+        """Return the summands, each with True if it is marked as a whole."""
         if self.nodes[root][0] != "add":
             return [(self._plain(root, ())[0], () in self._marks)]
         return [(sign + term.text, term.path in self._marks) for sign, term in self._signed(root, ())]
 
     def _print(self, node: int, path: Path) -> tuple[str, int]:
-        """Return a part and how tightly it binds."""
+        """Return a part with its binding strength."""
         if self._marks:
             text, binding = self._plain(node, path)
             return self._marked(text, path), binding
@@ -164,7 +164,7 @@ class Printer:
         return _POWER if operation == "pow" and not fraction else _PRODUCT
 
     def _signed(self, node: int, path: Path) -> list[tuple[str, _Term]]:
-        """Order the terms of a sum and put their signs in front."""
+        """Return the ordered terms of a sum, joined with their signs."""
         terms = [self._term(o, (*path, k)) for k, o in enumerate(self.nodes[node][1:])]
         terms = sorted(terms, key=lambda term: (term.key, self.spelling.letters(term.text)))
         first = next((k for k, term in enumerate(terms) if not term.negative), 0)
@@ -174,7 +174,7 @@ class Printer:
         return list(zip(signs, terms, strict=True))
 
     def _term(self, node: int, path: Path) -> _Term:
-        """Return a summand; its own mark is for the sum to set, around its sign."""
+        """Return a summand; the sum sets its mark, which includes the sign."""
         operation, *operands = self.nodes[node]
         parts = [(o, (*path, k)) for k, o in enumerate(operands)] if operation == "mul" else [(node, path)]
         numbers = [(Fraction(self.nodes[o][1]), p) for o, p in parts if self.nodes[o][0] == "num"]
@@ -188,7 +188,7 @@ class Printer:
         return _Term(coefficient < 0, text, key, path)
 
     def _fraction(self, size: Fraction, places: Sequence[Path], factors: Sequence[_Factor]) -> str:
-        """Return a product without its sign; its number stands at `places`."""
+        """Return a product without its sign; `places` has the positions of its number."""
         above = [f for f in factors if not f.below]
         below = [f for f in factors if f.below]
         number = decimal(size)
@@ -217,7 +217,7 @@ class Printer:
         return self.spelling.product(texts)
 
     def _factor(self, node: int, path: Path, inner: bool) -> _Factor:
-        """Return a factor; unless it is `inner`, but a whole term, its mark is set elsewhere."""
+        """Return a factor; if it is a whole term, its mark is set elsewhere."""
         operation, *operands = self.nodes[node]
         own = (path,) if inner else ()
         if operation != "pow":
@@ -281,7 +281,7 @@ class Printer:
 
 
 def width(latex: str) -> int:
-    """Return about how many characters wide a formula is when it is printed; of several lines, the widest."""
+    """Return the approximate printed width of a formula in characters; of several lines, the largest."""
     return max(_width(line) for line in latex.split(r"\\"))
 
 
@@ -294,7 +294,7 @@ def _width(latex: str) -> int:
 
 
 def broken(terms: Sequence[str], line: int, first: int = 0) -> list[str]:
-    """Distribute the terms of a sum over lines; `first` is how much of the first line is taken."""
+    """Distribute a sum's terms over lines; `first` is the used width of the first line."""
     lines, room = [""], line - first
     for term in terms:
         if lines[-1] and width(term) > room:
@@ -306,13 +306,13 @@ def broken(terms: Sequence[str], line: int, first: int = 0) -> list[str]:
 
 
 def aligned(left: str, lines: Sequence[str]) -> str:
-    """Return a formula of several lines."""
+    """Return a formula of several aligned lines."""
     rows = [f"{left}& {lines[0]}".lstrip(), *(rf"& \quad {text}" for text in lines[1:])]
     return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
 
 def decimal(value: Fraction) -> str:
-    """Return a number as a decimal where that is exact, short and more usual than a fraction; else nothing."""
+    """Return a number as a decimal if that is exact, short and customary; else an empty text."""
     if value.denominator == 1:
         return str(value.numerator) if value < 10**6 else _scientific(value)
     if value.denominator < 20 and value.denominator not in (10,):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""equations.json: the derived equations as a graph of shared nodes, the same text for the same physics and naming."""
+"""equations.json: the derived equations as a graph of shared nodes, with a unique text for equal physics and names."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from . import SCHEMA
 _COMMUTATIVE = (sp.Add, sp.Mul, sp.Min, sp.Max, sp.And, sp.Or, sp.Equality, sp.Unequality)
 _DOUBLE = 53
 _DIGITS = 10
-"""Digits of a node's name: among ten thousand nodes two share one in a model of 20 000, with half of them in every
-model."""
+"""Digits of a node's name. Among ten thousand nodes, two coincide in one model of 20 000; with half the digits, in
+every model."""
 
 
 class Outcome(NamedTuple):
-    """Something that is evaluated: a rate, an output, a command, a margin.
+    """An evaluated expression: a rate, output, command or margin.
 
     Attributes
     ----------
@@ -49,11 +49,11 @@ class Outcome(NamedTuple):
 
 
 class EquationsError(MehvarError, ValueError):
-    """An expression that cannot be written down exactly."""
+    """An expression that cannot be written exactly."""
 
 
 class Graph:
-    """Expressions as shared nodes; commutative operands are sorted by content, not by SymPy's order."""
+    """Expressions as shared nodes; commutative operands are sorted by content, independently of SymPy."""
 
     def __init__(self) -> None:
         self.nodes: list[list[Any]] = []
@@ -62,7 +62,7 @@ class Graph:
         self._digest: list[str] = []
 
     def add(self, expr: sp.Basic) -> int:
-        """Store an expression and return the number of its node."""
+        """Store an expression and return its node number."""
         if expr not in self._memo:
             self._memo[expr] = self._store(*self._parts(expr))
         return self._memo[expr]
@@ -84,7 +84,7 @@ class Graph:
         return type(expr).__name__.lower(), list(operands)
 
     def _collected(self, expr: sp.Add | sp.Mul) -> tuple[str, list[int | str]]:
-        """Write a sum or a product without nesting and with one number."""
+        """Return a sum or product, flattened and with one number."""
         kind = type(expr)
         number, others = kind.identity, []
         for part in _flat(expr, kind):
@@ -109,7 +109,7 @@ class Graph:
         return self._position[digest]
 
     def names(self) -> list[str]:
-        """Return a short name of each node by its content, as long as no two share one."""
+        """Return short unique names of nodes by their contents."""
         for digits in (_DIGITS, 64):
             names = [digest[:digits] for digest in self._digest]
             if len(set(names)) == len(names):
@@ -126,7 +126,7 @@ def _flat(expr: sp.Basic, kind: type) -> Iterator[sp.Basic]:
 
 
 def exact(number: sp.Rational | sp.Float) -> sp.Rational:
-    """Return a number as a fraction: a double stands for its shortest decimal, which it shares with no other double.
+    """Return a number as a fraction; a double stands for its shortest decimal, which is unique to it.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def exact(number: sp.Rational | sp.Float) -> sp.Rational:
 
 
 def equations_json(system: System) -> str:
-    """Write the system's equations in a canonical form: same physics and naming, same text.
+    """Return a system's equations in canonical form: equal physics and names give equal texts.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def equations_json(system: System) -> str:
 
 
 def _identified(graph: Graph, rows: Iterable[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Return the nodes in the order of their use by the rows, named by their content."""
+    """Return the nodes in the order of use by rows, named by contents."""
     names = graph.names()
     identified: dict[str, list[Any]] = {}
 
@@ -186,7 +186,7 @@ def _identified(graph: Graph, rows: Iterable[dict[str, Any]]) -> dict[str, list[
 
 
 def _rows(value: object) -> str:
-    """Print lists and tables one entry a line, so that a text diff is readable."""
+    """Return JSON with one line per entry of lists and tables, so that text diffs are readable."""
     if isinstance(value, list):
         return "[\n" + ",\n".join("  " + json.dumps(v, ensure_ascii=False) for v in value) + "\n]"
     if isinstance(value, dict):
@@ -216,7 +216,7 @@ def _result(graph: Graph, outcome: Outcome) -> dict[str, Any]:
 
 
 def outcomes(system: System) -> Iterator[Outcome]:
-    """Yield everything physical that a system evaluates, in the order a reader would take it."""
+    """Yield all physical expressions that a system evaluates, in reading order."""
     yield from _rates(system.states, system.rhs, "rhs")
     yield from _named(system.outputs, system.output, "output")
     yield from _named(system.references, system.reference, "reference")
@@ -257,7 +257,7 @@ def outcomes(system: System) -> Iterator[Outcome]:
 
 
 def _events(system: System) -> Iterator[Outcome]:
-    """Yield guards, named by event and direction, and the states after the events."""
+    """Yield guards, named by event and direction, and the states after events."""
     for law, events in (
         ("", system.events),
         *((f"{c.name}: ", c.events) for c in system.controllers),
@@ -295,7 +295,7 @@ def _rates(group: Iterable[Quantity], expressions: Sequence[Expr], kind: str, pr
 
 
 def rate_latex(quantity: Quantity) -> str:
-    """Return the time derivative of a quantity as it is printed."""
+    """Return the printed time derivative of a quantity."""
     plain = quantity_latex(quantity)
     return plain.replace(r"\dot", r"\ddot", 1) if plain.startswith(r"\dot") else rf"\dot{{{plain}}}"
 
@@ -333,7 +333,7 @@ def _conditions(conditions: Sequence[Condition], kind: str, prefix: str = "") ->
 
 
 def groups(system: System) -> dict[str, Iterable[Quantity]]:
-    """Return the quantities that expressions are made of, by role."""
+    """Return the quantities in expressions by role."""
     roles: dict[str, Iterable[Quantity]] = {
         "state": system.states, "input": system.inputs, "reference": system.references, "output": system.outputs,
         "parameter": system.parameters, "scenario": system.scenario_parameters,
@@ -398,19 +398,19 @@ def _array(parameter: Parameter) -> dict[str, str]:
 
 
 def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:
-    """Describe a symbol that is no quantity: it only appears in equations that are shown, or in implicit ones."""
+    """Describe a symbol that is not a quantity and occurs only in shown or implicit equations."""
     sign = "positive" if symbol.is_positive else "real"
     latex = symbol.name if "\\" in symbol.name or "^" in symbol.name else sp.latex(symbol)
     return {"name": symbol.name, "role": role, "unit": "", "sign": sign, "latex": latex, "description": ""}
 
 
 def quantity_latex(quantity: Quantity) -> str:
-    """Return how a quantity is printed: as the paper writes it, else its name."""
+    """Return the LaTeX of a quantity: the paper's, else its name."""
     return quantity.latex or typeset(quantity.name)
 
 
 def _with_families(system: System, steps: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Mark definitions that exist once for each member of a family, such as one for each pendulum.
+    """Mark definitions that exist once per equal part, such as once per pendulum.
 
     A definition belongs to member i if the indexed quantities it reaches all have the index i and its name carries it.
     """
@@ -436,7 +436,7 @@ def _refuse_ambiguous(rows: Iterable[Mapping[str, Any]]) -> None:
     signs: dict[str, str] = {}
     for row in rows:
         if signs.setdefault(row["name"], row["sign"]) != row["sign"]:
-            raise EquationsError(f"{row['name']} is positive in one role and real in another: give it two names")
+            raise EquationsError(f"{row['name']} is declared positive in one role and real in another: use two names")
 
 
 def _refuse_undeclared(document: Mapping[str, Any]) -> None:

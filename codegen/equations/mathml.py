@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LaTeX handed over to latex2mathml: MathML, which browsers draw without a script."""
+"""Conversion of LaTeX to MathML by latex2mathml; browsers draw it without scripts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import functools
 import re
 
 _LETTER = re.compile(r"&#x(0*(?!0)[0-9A-F]{3,});")
-"""A letter beyond Latin-1 as a number; signs of markup, which stay escaped, have smaller ones."""
+"""Pattern of a character reference beyond Latin-1; escaped signs of markup have smaller numbers."""
 
 
 @functools.cache
@@ -24,10 +24,10 @@ def content(latex: str) -> str:
 
 
 def element(content: str) -> str:
-    """Return a whole `math` element, as large within a line as on a line of its own."""
+    """Return a `math` element that has the same size within a line as on its own line."""
     return f'<math displaystyle="true">{content}</math>'
 
 
 def mathml(latex: str) -> str:
-    """Return LaTeX as a whole `math` element within a line."""
+    """Return LaTeX as a `math` element within a line."""
     return element(f"<mrow>{content(latex)}</mrow>")

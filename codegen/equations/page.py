@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""equations.md: the derived equations as a page for people, with LaTeX that a forge renders."""
+"""equations.md: the derived equations as a page with LaTeX that forges display."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from .spelling import LATEX
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _LINE, _CELL = 88, 64
-"""Widest line of a formula and of a cell of a table, in characters as printed, roughly."""
+"""Approximate largest width of a formula's line and of a table's cell, in printed characters."""
 _RUN = 3
-"""From this many definitions in a row without a number on, a table is used."""
+"""Number of consecutive definitions without equation number from which a table is used."""
 _TITLES = {
     "rhs": "Rates of the states",
     "output": "Outputs",
@@ -53,12 +53,12 @@ _TITLES = {
     "geometry": "Points of a picture",
     "variant": "Variants",
 }
-"""Headings of results by kind; equations of motion are shown with their derivation."""
+"""Headings of results by kind; equations of motion are shown within their derivation."""
 
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula with its words.
+    """A formula with its text.
 
     Attributes
     ----------
@@ -86,19 +86,19 @@ class Formula:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with formulas, in runs that are printed one by one or as a table."""
+    """A heading with formulas, in groups that are printed one by one or as a table."""
 
     title: str
     runs: tuple[tuple[bool, tuple[Formula, ...]], ...]
 
     @property
     def anchor(self) -> str:
-        """The fragment under which a forge links the heading."""
+        """Anchor that forges give the heading."""
         return re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
 
 
 def equations_markdown(system: System) -> str:
-    """Write the derivation, everything that is evaluated, and a table of all symbols."""
+    """Return the page: derivation, evaluated results, and a table of all symbols."""
     writer = _Writer(system)
     return (
         text_environment(_TEMPLATES)
@@ -114,7 +114,7 @@ def equations_markdown(system: System) -> str:
 
 
 class _Writer:
-    """Turns the expressions of a system into LaTeX, and remembers which names were explained."""
+    """Converter of a system's expressions to LaTeX that records the names explained so far."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -152,7 +152,7 @@ class _Writer:
             yield Section(_TITLES[kind], ((True, tuple(self._result(outcome) for outcome in results)),))
 
     def _shown(self) -> Iterator[Outcome]:
-        """Yield the results in order of kind, of variants only what differs from the default."""
+        """Yield the results by kind; for variants, only differences from the default."""
         plain = {outcome.name: outcome.expr for outcome in outcomes(self.system) if outcome.kind == "rhs"}
         kinds = list(_TITLES)
         shown = [outcome for outcome in outcomes(self.system) if outcome.kind in _TITLES]
@@ -183,7 +183,7 @@ class _Writer:
 
 
 def _runs(formulas: Sequence[Formula]) -> tuple[tuple[bool, tuple[Formula, ...]], ...]:
-    """Cut formulas into runs; True for a run that is short and plain enough for a table."""
+    """Group formulas; True for a group that is short and plain enough for a table."""
     runs = [
         (plain, tuple(run))
         for plain, run in groupby(formulas, key=lambda f: not f.wide and not f.label and not f.where)
@@ -192,12 +192,12 @@ def _runs(formulas: Sequence[Formula]) -> tuple[tuple[bool, tuple[Formula, ...]]
 
 
 def _in_cell(latex: str) -> str:
-    """Spell out the bar that would end the cell of a table."""
+    """Replace the vertical bar, which would end a table's cell."""
     return latex.replace("|", r"\vert ")
 
 
 def _block(left: str, sign: str, terms: Sequence[str]) -> str:
-    """Write a formula down, over several lines where one would be too long."""
+    """Return a formula as a block, on several lines if it is long."""
     lines = broken(terms, _LINE, width(left))
     if len(lines) == 1:
         return f"{left} {sign} {lines[0]}".replace("  ", " ").strip()

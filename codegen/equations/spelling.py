@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spellings of the parts of a formula: plain text, LaTeX, MathML."""
+"""Notations for parts of a formula: plain text, LaTeX, MathML."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mehvar.base.names import typeset
 from .mathml import content
 
 Case = tuple[str, str, bool]
-"""A value, its condition, and whether that is only a word such as "otherwise"."""
+"""A value, its condition, and True for a word such as "otherwise"."""
 _NAMED = {
     "sin": r"\sin", "cos": r"\cos", "tan": r"\tan", "exp": r"\exp", "log": r"\ln", "asin": r"\arcsin",
     "acos": r"\arccos", "atan": r"\arctan", "sinh": r"\sinh", "cosh": r"\cosh", "tanh": r"\tanh", "max": r"\max",
@@ -22,11 +22,11 @@ _NAMED = {
 }  # fmt: skip
 _WORDS = {"True": "otherwise", "False": "never"}
 _MOST_FACTORS = 12
-"""Spaces of LaTeX separate nothing, so that longer products are read as one word: they get thin spaces."""
+"""Number of factors above which thin spaces separate a product: without them, LaTeX shows one word."""
 
 
 class Spelling(ABC):
-    """Puts printed parts together.
+    """Notation that combines printed parts.
 
     Attributes
     ----------
@@ -50,68 +50,68 @@ class Spelling(ABC):
     relations: ClassVar[Mapping[str, str]]
 
     def relation(self, operation: str) -> str:
-        """Return a relation sign with the room around it."""
+        """Return a relation sign with its spaces."""
         return f" {self.relations[operation]} "
 
     @abstractmethod
     def name(self, name: str, latex: str) -> str:
-        """Spell a symbol, which has a LaTeX name or none."""
+        """Return a symbol, from its LaTeX name if it has one."""
 
     @abstractmethod
     def constant(self, name: str) -> str:
-        """Spell pi, a truth value."""
+        """Return pi or a truth value."""
 
     @abstractmethod
     def number(self, number: str) -> str:
-        """Spell a positive number: whole, decimal, with a power of ten (`1e-09`) or a fraction (`3/2`)."""
+        """Return a positive number: whole, decimal, with a power of ten (`1e-09`), or a fraction (`3/2`)."""
 
     @abstractmethod
     def product(self, factors: Sequence[str]) -> str:
-        """Put factors side by side."""
+        """Return a product of factors."""
 
     @abstractmethod
     def fraction(self, above: str, below: str) -> str:
-        """Put one part over another."""
+        """Return a fraction of two parts."""
 
     @abstractmethod
     def root(self, inside: str) -> str:
-        """Spell a square root."""
+        """Return a square root."""
 
     @abstractmethod
     def power(self, base: str, exponent: str) -> str:
-        """Raise a part."""
+        """Return a power."""
 
     @abstractmethod
     def fenced(self, inside: str) -> str:
-        """Put a part in parentheses."""
+        """Return a part in parentheses."""
 
     @abstractmethod
     def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
-        """Spell the value of a function, raised to an exponent unless that is empty; without parentheses if `bare`."""
+        """Return a function call, raised to a nonempty exponent; without parentheses if `bare`."""
 
     @abstractmethod
     def conditional(self, value: str, condition: str) -> str:
-        """Spell a value that holds under a condition."""
+        """Return a value that holds under a condition."""
 
     @abstractmethod
     def cases(self, rows: Sequence[Case]) -> str:
-        """Spell values with their conditions."""
+        """Return values with their conditions."""
 
     def braced(self, symbol: str) -> str:
-        """Return a symbol such that it may be raised."""
+        """Return a symbol in a form that can be raised to a power."""
         return symbol
 
     def letters(self, part: str) -> str:
-        """Return the letters by which a part is sorted among its kind."""
+        """Return the text by which a part is sorted."""
         return part
 
     def mark(self, part: str) -> str:
-        """Mark a part as edited."""
+        """Return a part marked as edited."""
         return part
 
 
 class Text(Spelling):
-    """Plain text in one line."""
+    """Plain text on one line."""
 
     relations: ClassVar = {
         "strictgreaterthan": ">", "greaterthan": ">=", "strictlessthan": "<", "lessthan": "<=", "equality": "==",
@@ -127,35 +127,35 @@ class Text(Spelling):
         return _WORDS.get(name, name)
 
     def number(self, number: str) -> str:
-        """Return the number as it is."""
+        """Return the number unchanged."""
         return number
 
     def product(self, factors: Sequence[str]) -> str:
-        """Put spaces between factors."""
+        """Return factors separated by spaces."""
         return " ".join(factors)
 
     def fraction(self, above: str, below: str) -> str:
-        """Return a slash between parts, of which the lower one is in parentheses if it needs them."""
+        """Return a quotient with a slash; the denominator has parentheses if needed."""
         return f"{above}/{below}"
 
     def root(self, inside: str) -> str:
-        """Call a function."""
+        """Return a call of sqrt."""
         return f"sqrt({inside})"
 
     def power(self, base: str, exponent: str) -> str:
-        """Raise with a caret."""
+        """Return a power with a caret."""
         return f"{base}^{exponent}" if exponent.isdecimal() else f"{base}^({exponent})"
 
     def fenced(self, inside: str) -> str:
-        """Put a part in parentheses."""
+        """Return a part in parentheses."""
         return f"({inside})"
 
     def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:  # noqa: ARG002
-        """Return the function with its arguments in parentheses, always."""
+        """Return a function call with parentheses."""
         return f"{function}{f'^{exponent}' if exponent else ''}({', '.join(arguments)})"
 
     def conditional(self, value: str, condition: str) -> str:
-        """Return the condition behind the value."""
+        """Return the value followed by its condition."""
         return f"{value} if {condition}"
 
     def cases(self, rows: Sequence[Case]) -> str:
@@ -164,7 +164,7 @@ class Text(Spelling):
 
 
 class Latex(Spelling):
-    """LaTeX for the mathematics of forges."""
+    """LaTeX in the subset that forges display."""
 
     bar = r"\frac"
     coefficient = r"\tfrac{%s}{%s}"
@@ -178,21 +178,21 @@ class Latex(Spelling):
     }  # fmt: skip
 
     def name(self, name: str, latex: str) -> str:
-        """Return the LaTeX name, or the name upright."""
+        """Return the LaTeX name, or the name in upright letters."""
         return latex or typeset(name)
 
     def constant(self, name: str) -> str:
-        """Return a command."""
+        """Return the LaTeX command of a constant."""
         return rf"\text{{{_WORDS[name]}}}" if name in _WORDS else {"pi": r"\pi"}.get(name, name)
 
     def number(self, number: str) -> str:
-        """Write powers of ten out."""
+        """Return a number with powers of ten in LaTeX."""
         mantissa, _, power = number.partition("e")
         ten = f"10^{{{int(power)}}}" if power else ""
         return number if not ten else ten if mantissa == "1" else rf"{mantissa} \cdot {ten}"
 
     def product(self, factors: Sequence[str]) -> str:
-        """Put factors side by side, with thin spaces if there are many."""
+        """Return a product, with thin spaces if it has many factors."""
         return (r" \, " if len(factors) > _MOST_FACTORS else " ").join(factors)
 
     def fraction(self, above: str, below: str) -> str:
@@ -208,11 +208,11 @@ class Latex(Spelling):
         return rf"{base}^{{{exponent}}}"
 
     def fenced(self, inside: str) -> str:
-        """Return parentheses that grow."""
+        """Return parentheses of matching size."""
         return rf"\left({inside}\right)"
 
     def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
-        """Return a function in mathematics' own notation."""
+        """Return a function in mathematical notation."""
         if function in self._fences:
             left, right = self._fences[function]
             return f"{left} {arguments[0]} {right}"
@@ -222,21 +222,21 @@ class Latex(Spelling):
         return f"{name} {arguments[0]}" if bare else name + self.fenced(", ".join(arguments))
 
     def conditional(self, value: str, condition: str) -> str:
-        """Return the condition behind the value."""
+        """Return the value followed by its condition."""
         return f"{value} if {condition}"
 
     def cases(self, rows: Sequence[Case]) -> str:
-        """Return cases behind a brace."""
+        """Return cases after a brace."""
         lines = (f"{v} & {c}" if word else rf"{v} & \text{{if }} {c}" for v, c, word in rows)
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def braced(self, symbol: str) -> str:
-        """Enclose a symbol with a dot, over which the exponent would stand, or with a superscript."""
+        """Enclose a symbol with a dot or superscript, so that an exponent stands beside it."""
         return f"{{{symbol}}}" if symbol.startswith(r"\dot") or "^" in symbol else symbol
 
 
 class MathML(Spelling):
-    """The inside of `math` elements; edited parts get the class `mark`."""
+    """The content of `math` elements; edited parts have the class `mark`."""
 
     plus = '<mo form="infix">+</mo>'
     minus = '<mo form="infix">−</mo>'
@@ -256,17 +256,17 @@ class MathML(Spelling):
         return f"<mo>{self.relations[operation]}</mo>"
 
     def name(self, name: str, latex: str) -> str:
-        """Return the LaTeX name set, or the name as one identifier."""
+        """Return the LaTeX name as MathML, or the name as one identifier."""
         return f"<mrow>{content(latex)}</mrow>" if latex else f"<mi>{escape(name)}</mi>"
 
     def constant(self, name: str) -> str:
-        """Return a sign, or a word for a truth value."""
+        """Return the sign of a constant, or a word for a truth value."""
         if name in _WORDS:
             return f"<mtext>{_WORDS[name]}</mtext>"
         return f"<mi>{ {'pi': 'π'}.get(name, escape(name)) }</mi>"
 
     def number(self, number: str) -> str:
-        """Write powers of ten out."""
+        """Return a number with powers of ten in MathML."""
         mantissa, _, power = number.partition("e")
         if power:
             sign = self.negative if int(power) < 0 else ""
@@ -275,7 +275,7 @@ class MathML(Spelling):
         return "<mo>/</mo>".join(f"<mn>{part}</mn>" for part in number.split("/"))
 
     def product(self, factors: Sequence[str]) -> str:
-        """Put invisible signs of multiplication and a little room between factors."""
+        """Return factors with invisible multiplication signs and small spaces."""
         return f"<mo>&#x2062;</mo>{self._space}".join(factors)
 
     def fraction(self, above: str, below: str) -> str:
@@ -291,11 +291,11 @@ class MathML(Spelling):
         return f"<msup><mrow>{base}</mrow><mrow>{exponent}</mrow></msup>"
 
     def fenced(self, inside: str) -> str:
-        """Put a part in parentheses."""
+        """Return a part in parentheses."""
         return f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>"
 
     def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
-        """Return a function in mathematics' own notation."""
+        """Return a function in mathematical notation."""
         if function in self._fences:
             left, right = self._fences[function]
             return f"<mo>{left}</mo>{arguments[0]}<mo>{right}</mo>"
@@ -307,11 +307,11 @@ class MathML(Spelling):
         return head + (f"<mo>&#x2061;</mo>{self._space}{inside}" if bare else self.fenced(inside))
 
     def conditional(self, value: str, condition: str) -> str:
-        """Return the condition behind the value."""
+        """Return the value followed by its condition."""
         return f"{value}<mtext>&#xA0;if&#xA0;</mtext>{condition}"
 
     def cases(self, rows: Sequence[Case]) -> str:
-        """Return cases behind a brace."""
+        """Return cases after a brace."""
         lines = (
             f"<mtr><mtd>{value}</mtd><mtd>{'' if word else '<mtext>if&#xA0;</mtext>'}{condition}</mtd></mtr>"
             for value, condition, word in rows
@@ -319,11 +319,11 @@ class MathML(Spelling):
         return f"<mo>{{</mo><mtable>{''.join(lines)}</mtable>"
 
     def letters(self, part: str) -> str:
-        """Return the visible text, so that markup does not move a part."""
+        """Return the visible text, so that sorting ignores markup."""
         return self._invisible.sub("", part)
 
     def mark(self, part: str) -> str:
-        """Put a part in a row with a class."""
+        """Return a part in a row with the class of edited parts."""
         return f'<mrow class="mark">{part}</mrow>'
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From SymPy to CasADi: which functions a system has, as graphs, checked against the derivation."""
+"""From SymPy to CasADi: the functions of a system as graphs, checked against the derivation."""

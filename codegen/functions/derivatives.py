@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exact derivatives of the generated functions, by CasADi's algorithmic differentiation.
+"""Exact derivatives of the generated functions by CasADi's algorithmic differentiation.
 
 Where a Jacobian is wanted element by element it is generated: of the rates, of the outputs, of the closed loops. Of a
 law the derivative along a direction is, at two to three times the operations of the law: the Jacobian of an estimator's
@@ -21,7 +21,7 @@ from .plateaus import plateaus
 
 
 def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[FunctionGraph]:
-    """Return the derivatives of a system's functions: of rates, outputs, actuator, laws and continuous loops.
+    """Return derivatives of a system's functions: rates, outputs, actuator, laws, continuous loops.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[Func
 
 
 def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) -> FunctionGraph:
-    """Differentiate the only result of a function with respect to some arguments, a matrix each, row by row.
+    """Differentiate the single result of a function by some arguments, one matrix each, row by row.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) 
 
 
 def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> FunctionGraph:
-    """Differentiate a function along a change of some arguments, at a few times its own cost.
+    """Return the directional derivative of a function, at a few times the cost of the function.
 
     Parameters
     ----------
@@ -133,12 +133,12 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
 
 
 def _changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Name the elements of a tangent after those of its arguments."""
+    """Return names for the elements of a direction, after those of its arguments."""
     return {f"along_{name}": tuple(f"along_{e}" for e in function.elements.get(name, ())) for name in names}
 
 
 def _present(function: FunctionGraph, names: Sequence[str]) -> list[str]:
-    """Return the arguments among some that have any elements."""
+    """Return the arguments that have elements."""
     sizes = dict(function.arguments)
     return [name for name in names if sizes.get(name)]
 

@@ -15,7 +15,7 @@ Signature = tuple[tuple[str, int | None], ...]
 
 @dataclass(frozen=True)
 class NamedSteps:
-    """The definitions that a function evaluates, in the order of the derivation.
+    """Definitions that a function evaluates, in derivation order.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The functions that are generated for a system, as CasADi graphs: right-hand side, Jacobians, laws, loops."""
+"""CasADi graphs of all generated functions of a system: right-hand side, Jacobians, laws, loops."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .requests import ROLES, Request, bindings, held_arguments, parameter_argume
 
 
 def generate_functions(system: System) -> list[FunctionGraph]:
-    """Build every function of a system, derivatives last.
+    """Build all functions of a system, derivatives last.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def generate_functions(system: System) -> list[FunctionGraph]:
 
 
 def _common_subexpressions(system: System, listing: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
-    """Share subexpressions over the whole model; temporaries are definitions like any other."""
+    """Share common subexpressions over the whole model as additional definitions."""
     names = list(system.definitions)
     shared = [
         *system.definitions.values(),
@@ -101,7 +101,7 @@ def _numbers(
     results: Sequence[Expr],
     definitions: Mapping[sp.Symbol, Expr],
 ) -> dict[sp.Symbol, str]:
-    """Return the definitions that results depend on, and the substitutes of states and inputs not received.
+    """Return the definitions that results depend on, and substitutes for states and inputs that are no arguments.
 
     Each with its equation number, in the order of the derivation.
     """
@@ -111,7 +111,7 @@ def _numbers(
 
 
 def _reached(expressions: Sequence[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
-    """Return the defined symbols that expressions use, directly or not."""
+    """Return the defined symbols that expressions use, directly or indirectly."""
     reached: set[sp.Symbol] = set()
     stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
     while stack:
@@ -123,7 +123,7 @@ def _reached(expressions: Sequence[Expr], definitions: Mapping[sp.Symbol, Expr])
 
 
 def _is_scalar(system: System, group: Group) -> bool:
-    """Tell whether an argument is a number; a vector of the system's is none, whatever its only element is called."""
+    """Return True if an argument is a number; a vector with one element is not."""
     if len(group) != 1 or group.name != group.quantities[0].name or group.name in ROLES:
         return False
     own = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SymPy to CasADi: a converter for any project that has SymPy expressions and wants CasADi graphs."""
+"""Converter of SymPy expressions to CasADi graphs, usable in any project."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mehvar.base.errors import MehvarError, shown
 
 
 class LoweringError(MehvarError, ValueError):
-    """A SymPy expression that has no CasADi counterpart, or a symbol without a value."""
+    """A SymPy expression without CasADi counterpart, or a symbol without value."""
 
 
 _EXPRESSION = (sp.Basic, int, float)
@@ -37,7 +37,7 @@ _BINARY: dict[type[sp.Basic], Callable[[ca.SX, ca.SX], ca.SX]] = {
     sp.Equality: ca.eq, sp.Unequality: ca.ne,
 }  # fmt: skip
 _OTHERS = (sp.Pow, sp.Mod, sp.Piecewise, ExprCondPair, sp.ITE, sp.Xor)
-"""Operations with their own conversion rules."""
+"""Operations with their own conversion."""
 
 
 def to_casadi(
@@ -45,7 +45,7 @@ def to_casadi(
     symbols: Mapping[sp.Symbol, ca.SX],
     definitions: Mapping[sp.Symbol, sp.Basic] | None = None,
 ) -> list[ca.SX]:
-    """Convert SymPy expressions to CasADi SX scalars that share their common parts.
+    """Convert SymPy expressions to CasADi SX scalars with shared subexpressions.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def to_casadi(
 
 
 def _check_table(name: str, table: object, kind: type | tuple[type, ...]) -> None:
-    """Refuse anything but a mapping of symbols to values of a kind."""
+    """Refuse anything but a mapping from symbols to values of a kind."""
     if not isinstance(table, Mapping):
         raise LoweringError(f"{name} = {shown(table)}: must be a mapping of SymPy symbols")
     for symbol, value in table.items():
@@ -99,7 +99,7 @@ def _expression(value: object) -> sp.Basic:
 
 
 def lack(node: sp.Basic) -> str:
-    """Return the reason why a node, apart from its parts, has no counterpart in CasADi; empty if it has one."""
+    """Return the reason why a node has no counterpart in CasADi, apart from its operands; else an empty text."""
     if isinstance(node, sp.Piecewise) and node.args[-1].cond is not sp.true:
         return f"Piecewise without a last branch for all other cases: {node}"
     known = isinstance(node, _OTHERS) or type(node) in (*_UNARY, *_BINARY, *_FOLDED)
@@ -110,7 +110,7 @@ def lack(node: sp.Basic) -> str:
 
 
 class _Converter:
-    """A memoised walk; the stack is explicit, so deep expressions do not exhaust Python's."""
+    """Memoised conversion with its own stack, so that deep expressions do not exhaust Python's."""
 
     def __init__(self, symbols: Mapping[sp.Symbol, ca.SX], definitions: Mapping[sp.Symbol, sp.Basic]) -> None:
         self._memo: dict[sp.Basic, ca.SX] = dict(symbols)
@@ -150,7 +150,7 @@ class _Converter:
         if isinstance(node, sp.Symbol | sp.ITE | sp.Xor):
             value = self._memo[self._children(node)[0]]
             if value.is_constant() and not math.isfinite(float(value)):
-                raise LoweringError(f"definition {node} is {value} whatever the values are, as it divides by zero")
+                raise LoweringError(f"definition {node} is always {value}, since it divides by zero")
             return value
         if node in (sp.true, sp.false):
             return ca.SX(1 if node is sp.true else 0)
@@ -195,13 +195,13 @@ class _Converter:
 
 
 def _modulo(dividend: ca.SX, divisor: ca.SX) -> ca.SX:
-    """Return the remainder with the divisor's sign, as SymPy's Mod; fmod has the dividend's."""
+    """Return the remainder with the divisor's sign, as SymPy's Mod; fmod has the dividend's sign."""
     rest = ca.fmod(dividend, divisor)
     return ca.if_else(rest * divisor < 0, rest + divisor, rest)
 
 
 def _integer_power(base: ca.SX, exponent: int) -> ca.SX:
-    """Multiply by squaring; a negative power is one division."""
+    """Return a whole power by repeated squaring; a negative one by an additional division."""
     result, square, power = None, base, abs(exponent)
     while power:
         if power & 1:

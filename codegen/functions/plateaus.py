@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Roots and arc functions of saturated arguments, with a derivative of zero instead of 0 * inf.
+"""Roots and arcs of saturated arguments: their derivative is zero in place of 0 * inf.
 
 The chain rule multiplies the slope of the outer function, which is infinite at the end of its range, by that of the
 inner one, which is zero where a `Min`, `Max` or `sign` has made it constant: asin(Min(1, v)) from v = 1 on. The
@@ -14,16 +14,16 @@ from dataclasses import dataclass
 import casadi as ca
 
 _STEEP = frozenset({ca.OP_SQRT, ca.OP_ASIN, ca.OP_ACOS})
-"""Functions with an infinite slope at an end of their range."""
+"""Functions with infinite slope at an end of their domain."""
 _STEPS = frozenset({
     ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL,
 })  # fmt: skip
-"""Functions that are constant but for jumps."""
+"""Functions that are constant between jumps."""
 
 
 @dataclass(frozen=True)
 class Plateaus:
-    """The results of a function with symbols for its steep functions where their arguments are constant.
+    """Results of a function with symbols for its steep functions of locally constant arguments.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Plateaus:
     _constants: list[ca.SX]
 
     def filled(self, derivatives: list[ca.SX]) -> list[ca.SX]:
-        """Put the functions back in place of their symbols in the derivatives."""
+        """Replace the symbols in the derivatives by the functions."""
         if not self._symbols:
             return derivatives
         constants, symbols = ca.vertcat(*self._constants), ca.vertcat(*self._symbols)
@@ -45,7 +45,7 @@ class Plateaus:
 
 
 def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[int]) -> Plateaus:
-    """Evaluate a function so that its derivatives by some arguments are zero where it saturates.
+    """Evaluate a function so that its derivatives by some arguments are zero in saturation.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
 
 
 class _Walk:
-    """Registers of a function with, of each, the plain value and the condition under which it is constant nearby."""
+    """Registers of a function: for each, its value and the condition under which it is locally constant."""
 
     def __init__(self) -> None:
         self.value: dict[int, ca.SX] = {}
@@ -104,7 +104,7 @@ def _applied(op: int, values: list[ca.SX]) -> ca.SX:
 
 
 def _constant(op: int, values: list[ca.SX], constant: list[ca.SX]) -> ca.SX:
-    """Return the condition under which the result of an operation is constant nearby."""
+    """Return the condition under which an operation's result is locally constant."""
     if op in _STEPS:
         return ca.SX(1)
     if op in (ca.OP_FMIN, ca.OP_FMAX):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readers of each parameter: a run refuses a parameter that nothing in it reads."""
+"""Readers of each parameter: a run refuses parameters that none of its functions reads."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .requests import Request, bindings, requests
 
 @dataclass(frozen=True)
 class Reader:
-    """A function, or one element of the start of a run or of a law's formulas, and the symbols that it depends on.
+    """A function, or one element of a start or formula, with the symbols that it depends on.
 
     Its name is that of the function, followed for one element by a dot and what the element is the value of, as in
     "initial.rho".
@@ -30,7 +30,7 @@ class Reader:
 
 
 def readers(system: System) -> list[Reader]:
-    """List all functions that affect the numbers of a run; readers of a reference read the parameters behind it.
+    """Return all functions that affect a run; a reader of a reference also reads the reference's parameters.
 
     A run uses no margins except those of its limits, and calls no function that a model has for its users.
     """
@@ -49,13 +49,13 @@ def readers(system: System) -> list[Reader]:
 
 
 def readers_of(group: Group, listing: Iterable[Reader], law: str = "") -> Mapping[str, tuple[str, ...]]:
-    """Return the names of the readers of each parameter of a group; of a law's own, only those of that law."""
+    """Return the names of the readers of each parameter of a group; for a law's parameter, of that law only."""
     rows = [reader for reader in listing if not law or reader.law == law]
     return {q.name: tuple(row.name for row in rows if q.symbol in row.symbols) for q in group}
 
 
 def _elements(system: System, request: Request, law: Controller | None) -> list[tuple[str, tuple[Expr, ...]]]:
-    """Return a function whole, or one by one the elements that a user may give instead."""
+    """Return a function as a whole, or as single elements if a user may give them."""
     entries = tuple(entry for _, results in request.results for entry in results)
     names = (
         [q.name for q in system.states] if request.name == "initial" else list(formulas(law.parameters)) if law else []

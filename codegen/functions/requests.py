@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functions that are generated for a system, still in SymPy, and the meanings of their symbols."""
+"""Functions to generate for a system, still in SymPy, with the meanings of their symbols."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mehvar.models.system import (
 )
 
 ROLES = ("u_cmd", "e", "dw", "v", "z", "q")
-"""Names of vectors that requests form from the quantities of a system."""
+"""Roles of vectors that consist of a system's quantities."""
 
 
 @dataclass(frozen=True)
@@ -66,14 +66,14 @@ class Request:
 
 
 def requests(system: System) -> list[Request]:
-    """List the functions of a system, right-hand side first, Jacobians excepted."""
+    """Return the functions of a system, right-hand side first, without Jacobians."""
     own = [_own(function) for function in system.functions]
     laws = [request for law in system.controllers for request in _law(system, law)]
     return [*_plant(system), *_scenario(system), *own, *laws, *_picture(system)]
 
 
 def _picture(system: System) -> list[Request]:
-    """Return the request for the points of a picture; a run has the same bits with a picture and without."""
+    """Return the function for a picture's points; it does not change the bits of a run."""
     if not system.geometry:
         return []
     arguments = (system.states, system.inputs, system.references, system.parameters)
@@ -130,7 +130,7 @@ def _plant(system: System) -> list[Request]:
 
 
 def _events(system: System) -> list[Request]:
-    """Return the guards of events and the state after the event of a number, counted from 0."""
+    """Return the guards of events, and the state after an event given by its number, from 0."""
     if not system.events:
         return []
     motion = (system.states, system.inputs, system.parameters)
@@ -145,7 +145,7 @@ def _events(system: System) -> list[Request]:
 
 
 def _after(symbol: sp.Symbol, events: Sequence[Event], number: sp.Symbol) -> Expr:
-    """Return a state after the event of a number."""
+    """Return a state after an event given by its number."""
     if not any(symbol in event.reset for event in events):
         return symbol
     values = [(event.reset.get(symbol, symbol), number < k + sp.S.Half) for k, event in enumerate(events)]
@@ -203,7 +203,7 @@ def _sampled(system: System, law: Controller) -> list[Request]:
 
 
 def _applied(system: System, law: Controller) -> Group:
-    """Return the inputs that were applied; a law that reads none of them gets them under unused names."""
+    """Return the acting inputs; a law that reads none receives them under unused names."""
     unread = (replace(q, name=f"{q.name} applied") for q in system.inputs)
     return Group("v", law.applied.quantities or tuple(unread))
 
@@ -213,7 +213,7 @@ def _memory(law: Controller) -> Group:
 
 
 def _reports_memory(system: System, law: Controller) -> bool:
-    """Tell whether a law's outputs depend on its memory, of a continuous one also by way of its command."""
+    """Return True if a law's reports depend on its memory; for a continuous law, also through its command."""
     definitions = system.definitions | (bindings_of_command(system, law) if not law.period else {})
     values = free_symbols([output.value for output in law.outputs], definitions)
     return not values.isdisjoint(law.memory.symbols)
@@ -256,12 +256,12 @@ def _continuous(system: System, law: Controller) -> list[Request]:
 
 
 def suffix(system: System, values: Iterable[str]) -> str:
-    """Return the suffix of the names of a variant's functions: its values that are not the default."""
+    """Return the suffix of a variant's function names: its values that are not defaults."""
     return "_".join(value for choice, value in zip(system.choices, values, strict=True) if value != choice.values[0])
 
 
 def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
-    """Return the meanings of symbols that a function does not receive: another chart, the input, the reference."""
+    """Return expressions for symbols that are no arguments of a function: another chart, input, reference."""
     names = {group.name for group in request.arguments}
     bound = _pairs(system.references.symbols, system.reference) if "s" in names else {}
     clock = next((q.symbol for group in request.arguments for q in group if q.name == CLOCK), None)
@@ -282,7 +282,7 @@ def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
 
 
 def bindings_of_command(system: System, law: Controller) -> dict[sp.Symbol, Expr]:
-    """Return the inputs under a law."""
+    """Return the inputs that a law commands."""
     coordinates = system.coordinates
     if coordinates and not law.period:
         chart = _pairs(coordinates.inputs.symbols, law.command)
@@ -292,24 +292,24 @@ def bindings_of_command(system: System, law: Controller) -> dict[sp.Symbol, Expr
 
 
 def parameter_arguments(system: System, request: Request) -> frozenset[int]:
-    """Return the arguments that stay the same along a run: parameters, and a reference that does not move."""
+    """Return the arguments that are constant along a run: parameters and a constant reference."""
     fixed = {"p", "c", "s"} | (set() if reference_moves(system) else {"r"})
     return frozenset(k for k, group in enumerate(request.arguments) if group.name in fixed)
 
 
 def held_arguments(request: Request) -> frozenset[int]:
-    """Return the arguments that a state derivative finds unchanged from one sample of a law to the next: the input."""
+    """Return the arguments of a state derivative that are constant between samples: the input."""
     derivative = [name for name, _ in request.results] == ["dx"]
     return frozenset(k for k, group in enumerate(request.arguments) if derivative and group.name == "u")
 
 
 def reference_moves(system: System) -> bool:
-    """Tell whether the reference depends on time."""
+    """Return True if the reference depends on time."""
     return TIME.symbol in free_symbols(system.reference, system.definitions)
 
 
 def _integrated(system: System) -> Group:
-    """Return the coordinates in which continuous loops are integrated: the regular chart, or the state itself."""
+    """Return the integrated coordinates of continuous loops: the regular chart, else the state."""
     return Group("q", (system.coordinates.states if system.coordinates else system.states).quantities)
 
 
@@ -322,5 +322,5 @@ def _margins(conditions: Iterable[Condition]) -> tuple[Expr, ...]:
 
 
 def _pairs(symbols: Iterable[sp.Symbol], expressions: Iterable[Expr]) -> dict[sp.Symbol, Expr]:
-    """Pair symbols with their expressions; a symbol of both charts is paired with itself."""
+    """Return pairs of symbols and expressions; a symbol of both charts is paired with itself."""
     return {s: e for s, e in zip(symbols, expressions, strict=True) if s != e}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the evaluated form against the functions that CasADi has, and against the derived equations."""
+"""Check of the efficient form against CasADi's functions and the derived equations."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from mehvar.models.system import TIME, Group, Parameter, System
 from .lower import LoweringError, lack, to_casadi
 
 POINTS = 40
-"""A wrong term shows at any point; forty also reach the branches of a switch."""
+"""Number of points: a wrong term shows at each, and forty also reach the branches of a switch."""
 TOLERANCE = 1e-12
-"""Rounding leaves 1e-15 in the largest shipped model, a wrong term its own size: any value between works."""
+"""Tolerance: rounding is 1e-15 in the largest shipped model, a wrong term has its own size."""
 
 
 class VerificationError(MehvarError, ValueError):
-    """The right-hand side to be generated differs from the derived one."""
+    """The right-hand side to generate differs from the derived one."""
 
 
 def check_counterparts(system: System) -> None:
-    """Refuse functions and relations that CasADi does not have.
+    """Refuse functions and relations without counterpart in CasADi.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def check_counterparts(system: System) -> None:
 
 
 def verify(system: System) -> None:
-    """Compare x' of the evaluation form with x' of the derived equations at random points.
+    """Compare x' of the efficient form with x' of the derived equations at random points.
 
     Where rounding makes rates differ that solve the equations to 1e-12 of their own terms, as it does under a mass
     matrix whose entries are of several sizes, they are the same.
@@ -81,7 +81,7 @@ def verify(system: System) -> None:
 
 
 def _forms(system: System) -> ca.Function:
-    """Return (x, u, p) -> rates of the evaluation form, the residual there, and its slope in the rates."""
+    """Return the map (x, u, p) -> rates of the efficient form, its residual, and the residual's slope in the rates."""
     groups = (system.states, system.inputs, system.parameters)
     vectors = [ca.SX.sym(group.name, len(group)) for group in groups]
     symbols = {
@@ -101,7 +101,7 @@ def _forms(system: System) -> ca.Function:
 
 
 def _projection(system: System) -> ca.Function:
-    """Return x, p -> x on the manifold of the states."""
+    """Return the map from x, p to the projected x."""
     x, p = ca.SX.sym("x", len(system.states)), ca.SX.sym("p", len(system.parameters))
     symbols = {symbol: x[k] for k, symbol in enumerate(system.states.symbols)}
     symbols |= {symbol: p[k] for k, symbol in enumerate(system.parameters.symbols)}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts on the equations that a paper prints, computed from the derivation."""
+"""Verdicts on the equations that a paper prints, from the derivation."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ledger of a paper: a verdict on everything it prints, computed from the derivation.
+"""Ledger of a paper: a verdict on all that it prints, from the derivation.
 
 `mehvar.models.paper` holds the printed statements and the meanings of their symbols. Here both sides of each relation
 are written out and compared: by their form (proved), otherwise at random points with 50 digits (tested). A relation
@@ -38,7 +38,7 @@ class Standing(StrEnum):
 
 @dataclass(frozen=True)
 class Line:
-    """Judged relation, as text and as LaTeX.
+    """A judged relation, as text and LaTeX.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Line:
 
 @dataclass(frozen=True)
 class JudgedReading:
-    """A reading of an entry with its verdict."""
+    """A judged reading of an entry."""
 
     text: str
     used: bool
@@ -83,7 +83,7 @@ class JudgedReading:
 
 @dataclass(frozen=True)
 class Entry:
-    """Verdict on one numbered equation, table row or sentence.
+    """Verdict on a numbered equation, table row or sentence.
 
     Attributes
     ----------
@@ -111,27 +111,27 @@ class Entry:
 
     @property
     def wrong(self) -> bool:
-        """True for an erratum: the entry differs, or its readings disagree."""
+        """True for an erratum: the entry is wrong, or its readings disagree."""
         return self.verdict in (Standing.DIFFERS, Standing.AMBIGUOUS)
 
     @property
     def used(self) -> JudgedReading:
-        """Reading that the model follows."""
+        """The reading that the model follows."""
         return next(reading for reading in self.readings if reading.used)
 
     @property
     def how(self) -> str:
-        """Evidence for the verdict, in one line."""
+        """Evidence for the verdict, on one line."""
         return "; ".join(dict.fromkeys(line.how for line in self._telling()))
 
     @property
     def printed_latex(self) -> tuple[str, ...]:
-        """Relations as printed."""
+        """The printed relations."""
         return tuple(line.printed_latex for line in self.used.lines)
 
     @property
     def corrected_latex(self) -> tuple[str, ...]:
-        """Corrected form of the relations that were corrected."""
+        """Corrected form of the relations with corrections."""
         return tuple(line.corrected_latex for line in self.used.lines if line.corrected_latex)
 
     @property
@@ -141,7 +141,7 @@ class Entry:
 
     @property
     def counterexample(self) -> Counterexample | None:
-        """Point where the entry fails."""
+        """Point at which the entry is wrong."""
         return next((line.counterexample for line in self.used.lines if line.counterexample), None)
 
     def _telling(self) -> Iterable[Line]:
@@ -151,7 +151,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Judged entries of a paper, in its order, with remarks on all of them.
+    """Judged entries of a paper in its order, with general remarks.
 
     Attributes
     ----------
@@ -178,7 +178,7 @@ class Ledger:
         return {kind.value: kinds.count(kind) for kind in Slip}
 
     def __getitem__(self, number: str) -> Entry:
-        """Return the entry with this number, "(22)"."""
+        """Return the entry with this number, as in "(22)"."""
         return next(entry for entry in self.entries if entry.number == number)
 
     def to_json(self) -> dict[str, Any]:
@@ -187,7 +187,7 @@ class Ledger:
 
 
 def judge(paper: Paper, model: str) -> Ledger:
-    """Compute the verdict of each entry of a paper.
+    """Judge all entries of a paper.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def judge(paper: Paper, model: str) -> Ledger:
 
 
 def judge_entry(printed: Printed, names: Names) -> Entry:
-    """Compute the verdict of one entry.
+    """Judge one entry.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def _unchanged(relation: Relation, meanings: Meanings, standing: Standing, how: 
 
 
 def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line:
-    """Return the line of a failed relation: with its correction if that passes, or with a residual's wrong terms."""
+    """Return the line of a failed relation, with its correction or with the wrong terms of a residual."""
     names = meanings.names
     left = relation.left if relation.corrected_left is None else relation.corrected_left
     right = relation.right if relation.corrected is None else relation.corrected

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meanings of a paper's names as nodes of one pool, and sample points of the free names."""
+"""Meanings of a paper's names as nodes of one pool, and test points of the free names."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from ..equal.reals import PointSampler
 from .sides import Sides
 
 _STEPS = 10**6
-"""Number of steps between two bounds on which values are drawn: two names do not get the same value by chance, and a
-value that survives in a counterexample stays short."""
+"""Grid points between two bounds from which values are drawn: names get different values, and values of
+counterexamples stay short."""
 
 
 class PaperSampler(PointSampler):
-    """Draw values strictly between the bounds of names, where a paper's formulas often end; integers may be on them.
+    """Draws values strictly between the bounds of names, where formulas often end; integers may equal bounds.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class PaperSampler(PointSampler):
         return low + width * Fraction(1 + draw % (_STEPS - 1), _STEPS)
 
     def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        """Yield simple values to try in place of a drawn one, the simplest first."""
+        """Yield simple values to try in place of a drawn one, simplest first."""
         entry = self._table[name]
         rounded = [Fraction(round(value * 10**digits), 10**digits) for digits in (0, 1, 2, 3)]
         for candidate in (Fraction(0), Fraction(1), Fraction(-1), Fraction(1, 2), *rounded):
@@ -58,7 +58,7 @@ class PaperSampler(PointSampler):
 
 
 class Meanings:
-    """Names of a paper over one pool, judged at the same points for every relation.
+    """Names of a paper in one pool, judged at the same points for every relation.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Meanings:
         return self._cases.setdefault(frozenset(overrides.items()), InCase(self, overrides))
 
     def reached(self, symbol: Expr) -> frozenset[Expr]:
-        """Return every name that a name of the table depends on, including itself."""
+        """Return all names that a name of the table depends on, itself included."""
         if symbol not in self._reached:
             meaning = self.table.of.get(symbol)
             below = symbols_of(meaning) if meaning is not None else ()
@@ -110,7 +110,7 @@ class InCase:
         self._meaning = Meaning(meanings.pool, self._target)
 
     def expressions(self, side: Side) -> list[Expression]:
-        """Return the entries of a side (one for a number) as expressions of the engine."""
+        """Return the entries of a side as expressions of the engine; a number has one entry."""
         return [(self._meaning, node) for node in self._all.sides.entries(self._without_matrices(side))]
 
     def symbol(self, name: str) -> Expr:
@@ -118,7 +118,7 @@ class InCase:
         return self._symbols[name]
 
     def written_out(self, side: Side) -> Side:
-        """Replace every name by its meaning, down to free names."""
+        """Replace all names by their meanings, down to free names."""
         return self._replaced(side, self.of)
 
     def _without_matrices(self, side: Side) -> Side:
@@ -131,10 +131,10 @@ class InCase:
             if not here:
                 return side
             side = side.xreplace(here)
-        raise ValueError(f"the meanings of {sorted(map(str, here))} refer to each other in a circle")
+        raise ValueError(f"the meanings of {sorted(map(str, here))} are circular")
 
     def _target(self, name: str) -> Expression | None:
-        """Return the meaning of a name in this case, or the table's if the case does not affect it."""
+        """Return the meaning of a name in this case, or that of the table if the case has none."""
         symbol = self._symbols[name]
         if symbol not in self.of:
             return None

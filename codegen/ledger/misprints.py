@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Misprints in a formula, term by term, found by comparing it with its corrected form.
+"""Misprints in a formula, term by term, from a comparison with its corrected form.
 
 Both forms are written by hand in the same layout, so a walk down both trees finds the place. If several lists of
 changes lead from one form to the other, the shortest is given: operands are paired so that the changes name as little
@@ -24,28 +24,28 @@ from mehvar.models.paper import Side
 
 Write = Callable[[Any], str]
 Part: TypeAlias = str | Any
-"""Words, or a formula."""
+"""Words or a formula."""
 _SIGNS = (sp.Symbol("-"), sp.Symbol("+"))
-"""Signs as formulas, so that they are typeset as such."""
+"""Signs as formulas, so that they are typeset."""
 _WHOLE = 1
-"""Cost of naming one more change, in symbols. With 0, a lost and an added symbol would be as short as one that should
-read another. With 2, terms that have little in common would be paired to save a line."""
+"""Cost of an additional change, in symbols. With 0, "lost" and "added" would cost as much as "should read"; with 2,
+dissimilar terms would be paired."""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """Change to a printed formula: alternating words and formulas, and the number of its symbols that change."""
+    """A change of a printed formula: alternating words and formulas, and the number of changed symbols."""
 
     parts: tuple[Part, ...]
     size: int
 
     def spelled(self, write: Write) -> str:
-        """Return the change as text, with its formulas written by a function."""
+        """Return the change as text; a given function prints its formulas."""
         return "".join(part if isinstance(part, str) else write(part) for part in self.parts)
 
 
 def edits(printed: Side, corrected: Side) -> tuple[Edit, ...]:
-    """Return the changes that turn a printed side into the corrected one.
+    """Return the changes from a printed side to the corrected one.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _replaced(printed: Any, corrected: Any) -> Edit:
 
 
 def _sign(printed: Any) -> Edit:
-    """Return the change of an operand's sign, showing that sign."""
+    """Return the sign change of an operand, with its sign."""
     negative = bool(printed.as_coeff_mmul()[0] < 0 if isinstance(printed, sp.MatMul) else _is_negative(printed))
     size = -printed if negative else printed
     return Edit(("sign of ", size, ": printed ", _SIGNS[not negative], ", correct ", _SIGNS[negative]), 1)
@@ -116,7 +116,7 @@ def _entries(printed: sp.MatrixBase, corrected: sp.MatrixBase) -> Iterator[Edit]
 
 
 def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
-    """Yield the changes between sums: as they stand or, if that is shorter, expanded into products."""
+    """Yield the changes between sums, as written or, if shorter, expanded."""
     extra, missing = _unmatched(_summands(printed), _summands(corrected))
     standing = _paired(extra, missing, "term", _one_term)
     written = _written_out(extra, missing)
@@ -124,7 +124,7 @@ def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
 
 
 def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> list[Edit]:
-    """Return the changes of the products in which sums differ once they are expanded.
+    """Return the changes of the products in which expanded sums differ.
 
     Only products that differ in their numbers are paired: the others of a shortened equation are unrelated. The list is
     empty for matrices, and for sums in a denominator.
@@ -143,7 +143,7 @@ def _divides_by_a_sum(term: Any) -> bool:
 
 
 def _factors(printed: Any, corrected: Any) -> Iterator[Edit]:
-    """Yield the changes between products: the number, then factors."""
+    """Yield the changes between products: first the number, then factors."""
     (number, old), (right_number, new) = printed.as_coeff_Mul(), corrected.as_coeff_Mul()
     if number == -right_number:
         sign = _SIGNS[bool(number > 0)], _SIGNS[bool(number < 0)]
@@ -162,13 +162,13 @@ def _operands(side: Any) -> Sequence[Any]:
 
 
 def _unmatched(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[Any], list[Any]]:
-    """Return the operands of either side that the other lacks."""
+    """Return the operands of each side that the other lacks."""
     before, after = Counter(old), Counter(new)
     return list((before - after).elements()), list((after - before).elements())
 
 
 def _paired(extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any], bool]) -> list[Edit]:
-    """Return the shortest list of changes between operands: changed, added, left out.
+    """Return the shortest list of changes between operands: changed, added, omitted.
 
     Operands are paired only if they are alike.
     """
@@ -202,7 +202,7 @@ def _between(old: Any, new: Any) -> tuple[Edit, ...]:
 
 
 def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
-    """Add the product of a sum in which a factor changes, unless the change names the product itself."""
+    """Name the product of a sum in which a factor changes, unless the change names it."""
     product_of_a_sum = kind == "term" and isinstance(operand, sp.Mul) and not operand.has(sp.Add)
     if not product_of_a_sum or edit.parts[0] in ("sign of ", "number before ", "in "):
         return edit
@@ -210,7 +210,7 @@ def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
 
 
 def _related(old: Any, new: Any) -> bool:
-    """Return True if operands share a symbol, are numbers or symbols, or are one function of one symbol each."""
+    """Return True if operands share a symbol, are both numbers or symbols, or are one function of one symbol each."""
     if old.is_number and new.is_number:
         return True
     ours, theirs = (side.atoms(sp.Symbol, sp.MatrixSymbol) for side in (old, new))
@@ -224,7 +224,7 @@ def _same_product(old: Any, new: Any) -> bool:
 
 
 def _one_term(old: Any, new: Any) -> bool:
-    """Return True if two products are one term: they differ in one factor, or in two that are less than half.
+    """Return True if two products differ in one factor, or in two that are less than half.
 
     Products that differ more are two terms. Otherwise the present and the missing terms of a shortened equation would
     be paired at random.

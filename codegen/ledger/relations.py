@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests of printed relations with the derived meaning of every symbol.
+"""Tests of printed relations with the derived meaning of each symbol.
 
 `codegen.equal` tests relations at random points with 50 digits, drawn from the bounds of the names. That finds every
 difference except one confined to a set of measure zero, to a branch that was not visited, or to rounding. A small
@@ -27,19 +27,18 @@ from ..equal.reals import DIGITS, Point, holds
 from .meanings import Meanings
 
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
-"""Numbers of test points. With branches every point is a draw among them: a branch taken once in ten draws is missed by
-64 points in 1 of 850 cases, by 32 in 1 of 29. An inequality fails in a part of its domain: a part of 1/20 is missed
-once in 700. Half as many points give the same verdicts on the triangle's paper; one of each misses a misprint of 27.
-Without branches 16 suffice."""
+"""Numbers of test points: without branches, with branches, for inequalities. With branches, a branch taken once in
+ten draws is missed by 64 points in 1 of 850 cases, by 32 in 1 of 29. An inequality that fails in 1/20 of its domain
+is missed once in 700. Half as many points give the same verdicts on the triangle's paper; one of each misses one of
+27 misprints. Without branches, 16 suffice."""
 _FEW = 4
-"""Points before a proof is tried: the first one nearly always shows a difference, and costs less than a proof."""
+"""Points tested before a proof: the first nearly always shows a difference, and costs less than a proof."""
 _DRAWS = 100
 """Attempts per point before a domain counts as not found: enough for domains of a few hundredths."""
 _WRITTEN_OUT, _PROVABLE = 750, 250
-"""Limits on operations: for sides that are written out, and for the normal form of their difference. Of 258 relations
-of the triangle and of slosh 133 are proved (122 with half, 152 with twice the limits); the others are tested. No
-verdict changes, and the time changes by a fifth at most. The cost of a normal form has no bound, so larger limits were
-not chosen."""
+"""Limits on operations of expanded sides and of the normal form of their difference. Of 258 relations of triangle
+and slosh, 133 are proved (122 with half, 152 with twice the limits) and the others tested. No verdict depends on the
+limits; the time changes by at most a fifth. A normal form's cost has no bound, so the limits stay small."""
 _BRANCHING = (sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise, sp.atan2, sp.acos, sp.asin)
 _ANGLES = frozenset(("atan2", "acos", "asin"))
 """Functions that jump or end without being piecewise."""
@@ -47,7 +46,7 @@ _UNEVALUATED = (sp.Integral, sp.Derivative, sp.Limit, sp.Sum, sp.UnevaluatedExpr
 
 
 def compare(relation: Relation, meanings: Meanings, left: Side | None = None, right: Side | None = None) -> Verdict:
-    """Decide a relation.
+    """Decide if a relation holds.
 
     Parameters
     ----------
@@ -68,7 +67,7 @@ def compare(relation: Relation, meanings: Meanings, left: Side | None = None, ri
 
 
 def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
-    """Expand the printed and the derived residual of an equation of motion into sums of terms, in the first case.
+    """Expand the printed and the derived residual of an equation of motion into terms, in the first case.
 
     Even powers of sines are replaced by cosines, so that equal terms look equal.
     """
@@ -78,13 +77,13 @@ def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
 
 
 def _weakest(hows: Iterable[str]) -> str:
-    """Return the weakest evidence among several cases, which applies to all of them together."""
+    """Return the weakest evidence of several cases, which applies to all of them."""
     distinct = list(dict.fromkeys(hows))
     return next((how for how in distinct if not how.startswith("proved")), distinct[0])
 
 
 def _decide(test: _Test) -> Verdict:
-    """Compare both sides in one case: their shapes, random points, and their forms."""
+    """Compare both sides in one case: shapes, random points, forms."""
     shapes = [_shape(side) for side in test.sides]
     if shapes[0] != shapes[1]:
         return Verdict(False, f"proved: {_named(shapes[0])} cannot equal {_named(shapes[1])}")
@@ -108,7 +107,7 @@ def _decide(test: _Test) -> Verdict:
 
 
 class _Test:
-    """One case of a relation: both sides, meanings of their names, random points."""
+    """A case of a relation: both sides, meanings of names, random points."""
 
     def __init__(self, relation: Relation, meanings: Meanings, case: Case, left: Side, right: Side) -> None:
         self.meanings = meanings.case(case)
@@ -118,7 +117,7 @@ class _Test:
         self._judge, self._write = meanings.judge, meanings.names.as_text
         first, second = map(self.meanings.expressions, self.sides)
         self._pairs = list(zip(first, second, strict=False))
-        """Entries of both sides; sides of different shape are not compared."""
+        """Pairs of entries of both sides; sides of different shape are not compared."""
         self._domain = [e for expr in relation.domain for e in self.meanings.expressions(self._carried_out(expr))]
         places = [*chain(*self._pairs), *self._domain]
         self.free = sorted({name for meaning, root in places for name in meaning.free(root)})
@@ -130,7 +129,7 @@ class _Test:
             self.count = 1
 
     def _carried_out(self, side: Side) -> Side:
-        """Evaluate integrals, derivatives and limits, which needs the meanings of their contents."""
+        """Evaluate integrals, derivatives and limits with the meanings of their contents."""
         side = frozen(side)
         return self.meanings.written_out(side).doit() if side.has(*_UNEVALUATED) else side
 
@@ -139,7 +138,7 @@ class _Test:
         return any(ways(pool, node) or pool.nodes[node][0] in _ANGLES for node in meaning.cone(root))
 
     def proof(self) -> str:
-        """Return how equality is proved, if it is: by form where the relation is small enough to be written out."""
+        """Return the method that proves equality, if any: by form if the relation is small enough to expand."""
         sizes: dict[Expr, int] = {}
         if max(self._size(side, sizes) for side in self.sides) > _WRITTEN_OUT:
             return ""
@@ -151,7 +150,7 @@ class _Test:
         return ""
 
     def _size(self, side: Side, sizes: dict[Expr, int]) -> int:
-        """Count the operations of a side after writing it out; `sizes` has those of names."""
+        """Count the operations of an expanded side; `sizes` has those of names."""
         size = _operations(side)
         for symbol in symbols_of(side):
             if symbol in self.meanings.of:
@@ -161,12 +160,12 @@ class _Test:
         return size
 
     def points(self) -> Iterator[Worlds]:
-        """Yield points of the domain at which both sides exist; they are the same each time."""
+        """Yield reproducible points of the domain at which both sides exist."""
         places = list(chain(*self._pairs))
         return self._judge.real_points(places, self.count, self._domain, _DRAWS, hopeless=self.count * _DRAWS)
 
     def differ(self, worlds: Worlds, visible: bool = False) -> bool:
-        """Return True if the relation fails at a point, with `visible` by an amount that a reader can see."""
+        """Return True if the relation fails at a point; with `visible`, by an amount that a reader can see."""
         return any(self._apart(worlds, left, right, visible) for left, right in self._pairs)
 
     def _apart(self, worlds: Worlds, left: Expression, right: Expression, visible: bool = False) -> bool:
@@ -176,7 +175,7 @@ class _Test:
         return not visible or bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)))
 
     def _fails(self, point: Point) -> bool:
-        """Return True if the relation fails visibly at a point of the domain."""
+        """Return True if the relation visibly fails at a point of the domain."""
         worlds = self._judge.real(point)
         places = chain(*self._pairs)
         if not inside(worlds, self._domain) or any(worlds[m].defined(root) is None for m, root in places):
@@ -184,7 +183,7 @@ class _Test:
         return self.differ(worlds, visible=True)
 
     def counterexample(self, worlds: Worlds) -> Counterexample:
-        """Simplify a point of failure to simple numbers, with as many zeros as the failure allows."""
+        """Simplify a point of failure to simple numbers with many zeros."""
         drawn = next(iter(worlds)).point
         point = simplified({name: drawn[name] for name in self.free}, self._judge.sampler.simple, self._fails)
         worlds = self._judge.real(point)
@@ -221,7 +220,7 @@ def _entries(side: Side) -> list[Expr]:
 
 
 def _vanishes(difference: Expr) -> bool:
-    """Return True if a difference is zero as a polynomial in cosines, sines and roots, squares reduced."""
+    """Return True if a difference is zero as a polynomial in cosines, sines and roots with reduced squares."""
     if difference.has(*_BRANCHING) or sp.count_ops(difference) > _PROVABLE:
         return False
     numerator = sp.fraction(sp.together(sp.expand_trig(difference)))[0]

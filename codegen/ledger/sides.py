@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sides of relations, matrices included, as nodes of the pool that `codegen.equal` judges."""
+"""Sides of relations, including matrices, as nodes for `codegen.equal`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class UnknownFunctionError(MehvarError, LookupError):
 
 
 class Sides(Graph):
-    """Convert SymPy's expressions and matrices into nodes; matrices are multiplied out, entry by entry.
+    """Converter of SymPy expressions and matrices to nodes, entry by entry.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Sides(Graph):
         self._numbers: list[int] = []
 
     def entries(self, side: Side) -> list[int]:
-        """Return the nodes of a side in the pool: one for a number, those of a matrix row by row.
+        """Return the nodes of a side: one for a number, those of a matrix row by row.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class Sides(Graph):
         ]
 
     def _inverse(self, matrix: Matrix) -> Matrix:
-        """Divide the cofactors by the determinant: papers invert matrices of two or three rows."""
+        """Return the cofactors divided by the determinant, for matrices of two or three rows."""
         size = range(len(matrix))
         one_over = self._store("pow", [self._determinant(matrix), self.add(sp.S.NegativeOne)])
         return [[self._combined("mul", self._cofactor(matrix, j, i), one_over) for j in size] for i in size]

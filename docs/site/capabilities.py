@@ -20,7 +20,7 @@ _BESIDE = """
 
 `generate` refuses a system with both.
 
-| feature | cannot stand beside | reason |
+| feature | cannot be combined with | reason |
 |---|---|---|"""
 
 

@@ -19,6 +19,10 @@ WRITTEN = ("numbers", "capabilities", "mistakes", "options", "targets")
 """Pages that programs write."""
 
 
+COMPOSED = {"unknown_name": "unknown {} NAME: known: NAMES", "self._refused": "FIELD = VALUE: must be {}"}
+"""Messages that a function composes of several texts."""
+
+
 def sentences() -> Iterator[str]:
     """Yield the sentences of paragraphs and lists."""
     for page in sorted((ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))):
@@ -53,7 +57,8 @@ def messages() -> Iterator[str]:
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
             words = ast.unparse(node.exc.args[0])
             if re.match(r"f?['\"]", words) and len(words.split()) > 3:
-                yield words.removeprefix("f").strip("'\"")
+                words = words.removeprefix("f").strip("'\"")
+                yield COMPOSED.get(ast.unparse(node.exc.func), "FIELD{}" if words[0] in ": " else "{}").format(words)
 
 
 def sample(seed: int, number: int = 40) -> Iterator[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cache of derived models and compiled libraries: folders named after the contents that they depend on.
+"""Cache of derived models and compiled libraries. A folder's name is a hash of all inputs of its contents.
 
 An entry is complete or absent: it is filled under another name and then renamed. It holds the digests of its files, so
 that a damaged entry is detected and made again.
@@ -21,15 +21,15 @@ from mehvar.base.errors import BuildError, InputError
 
 _DIGESTS = ".sha256"
 _PRIVATE, _WRITABLE = 0o700, 0o022
-"""File mode of new entries, and the bits that let group or others write."""
+"""File mode of new entries, and the mode bits that would let group or others write."""
 _OWN: list[Path] = []
-"""The temporary folder of this process, once it exists."""
+"""Temporary folder of this process, after its first use."""
 _TRIES = 3
-"""Attempts to make an entry: a user may empty the cache once meanwhile; three failures have another cause."""
+"""Attempts to make an entry. A user may empty the cache once meanwhile; a third failure has another cause."""
 
 
 def key(*parts: str) -> str:
-    """Return a hash of everything that decides an entry's contents."""
+    """Return a hash of all inputs of an entry."""
     digest = hashlib.sha256()
     for part in parts:
         text = part.encode()
@@ -38,7 +38,7 @@ def key(*parts: str) -> str:
 
 
 def find(kind: str, name: str) -> Path | None:
-    """Return the folder of an undamaged entry that only this user can have written; None if there is none."""
+    """Return the folder of an undamaged entry that no other user could have written; None without one."""
     for root in _roots():
         entry = root / kind / name
         if is_private(root) and is_private(root / kind) and _is_ours(entry):
@@ -124,11 +124,11 @@ def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
                 raise
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
-    raise BuildError(f"the folder {place.parent} vanished each of {_TRIES} times that {name} was made")
+    raise BuildError(f"the folder {place.parent} disappeared {_TRIES} times while {name} was written")
 
 
 def _moved(scratch: Path, place: Path) -> Path:
-    """Rename a finished entry to its place, unless another process was first; a damaged one makes room."""
+    """Rename a finished entry to its place. Keep the entry of a faster process, unless it is damaged."""
     if not _is_ours(place):
         discard(place)
     try:
@@ -161,7 +161,7 @@ def _is_whole(folder: Path) -> bool:
 
 
 def _digests(folder: Path) -> str:
-    """Return a line for each file of a folder, in the form of `sha256sum`."""
+    """Return a line with the checksum of each file of a folder, as `sha256sum` prints it."""
     return "".join(
         f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(folder).as_posix()}\n"
         for path in sorted(_files(folder))
@@ -173,7 +173,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _roots() -> list[Path]:
-    """Return the folders that may hold an entry, the preferred one first."""
+    """Return the folders that may hold cache entries, the preferred one first."""
     if own := os.environ.get("MEHVAR_CACHE"):
         return [Path(own).expanduser().absolute()]
     return [*_home_cache(), *_OWN]
@@ -196,13 +196,13 @@ def _own_temporary() -> Path:
 
 
 def _exposure(folder: Path) -> str:
-    """Return why other users could have put a library into a folder; an empty text if they could not."""
+    """Return the way in which other users could have written to a folder; an empty text if there is none."""
     status = folder.stat()
     return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
 
 
 def _writer(path: Path, status: os.stat_result) -> str:
-    """Return which other users may write a file or a folder, or an empty text."""
+    """Return the other users that may write to a file or a folder; an empty text if none may."""
     if not hasattr(os, "getuid"):
         return ""  # a system without owners
     if status.st_uid != os.getuid():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Table of capabilities: the features of a model, the places that do not take them, and features that exclude others.
+"""Table of capabilities: for each feature of a model, the operations that refuse it and the features that exclude it.
 
 Every refusal of a feature by name follows this table, and `python -m docs.site.capabilities` writes its page. A place
 takes what no row withholds.
@@ -13,11 +13,11 @@ from .errors import InputError
 from .manifest import Controller, Manifest
 
 Names = Iterable[str] | bool
-"""Names of the parts of a model that are or have a feature; True or False where they have none."""
+"""Names of the parts of a model that have a feature; True or False for a feature without named parts."""
 
 
 class Place(Enum):
-    """Place for a model: its words in a message, and its name in the page's table."""
+    """Operation on a model, such as a batch or an export: its name in messages and in the page's table."""
 
     EXPLICIT = "an explicit method", "`dop853`, `dopri5`, `rk4`, `rock4`, `auto`"
     IMPLICIT = "a linearly implicit method", "`rodas5p`"
@@ -57,12 +57,12 @@ class Feature:
     limited: Mapping[Place, str] = field(default_factory=dict)
 
     def listed(self, names: Names) -> str:
-        """Return the name and the names of its parts; an empty text if the model lacks the feature."""
+        """Return the name of the feature and of the parts that have it; an empty text if the model lacks it."""
         texts = ", ".join(names) if not isinstance(names, bool) else ""
         return f"{self.name} ({texts})" if texts else self.name if names is True else ""
 
     def refuse(self, manifest: Manifest, place: Place, law: Controller | None = None) -> None:
-        """Raise InputError if the model, or its law, has the feature and the place refuses it."""
+        """Raise InputError if the place refuses the feature, and the model or its law has it."""
         if place in self.refused and (present := self.listed(self.names(manifest, law))):
             raise InputError(f"{manifest.model} has {present}, which {place.value[0]} cannot have")
 
@@ -125,7 +125,7 @@ FEATURES = (
     MASS, ALGEBRAIC, DERIVED_RATES, EVENTS, RESETS, PROCESS_NOISE, RANDOM_STEPS, DELAYS, CHART, ACTUATOR, SEEN,
     CHOICES, INTEGRATED,
 )  # fmt: skip
-"""Features that a place or another feature excludes or takes in part. Every place takes the remaining features."""
+"""Features that some place refuses or restricts, or that exclude another feature. Every place accepts all others."""
 
 EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (CHART, MASS, "the chart's rates are given by its own rhs"),
@@ -145,13 +145,13 @@ EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
 
 
 def withheld(manifest: Manifest, place: Place, law: Controller | None = None) -> str:
-    """Return the first feature of a model that a place refuses, in words; empty where it takes all."""
+    """Return the name of the first feature of a model that a place refuses; an empty text if it accepts all."""
     present = (f.listed(f.names(manifest, law)) for f in FEATURES if place in f.refused)
     return next(filter(None, present), "")
 
 
 def refuse(manifest: Manifest, place: Place, law: Controller | None = None) -> None:
-    """Refuse a model with a feature that a place does not take.
+    """Raise InputError if a model has a feature that a place refuses.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The named vectors of a model, and the constants of its header: generation writes them, a run compares them."""
+"""Named vectors of a model and constants of its header. Generation writes them; a run checks them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def vectors(manifest: Manifest) -> list[Vector]:
 
 
 def constants(manifest: Manifest) -> list[tuple[str, int]]:
-    """Return the constants of the header: places and number of elements of vectors, sizes in each function."""
+    """Return the constants of the header: positions and lengths of vectors, sizes in each function."""
     model = manifest.model.upper()
     result = []
     for vector in vectors(manifest):

@@ -11,13 +11,13 @@ from html import escape
 from typing import Any
 
 _PATIENCE = 1.0
-"""Seconds before a bar appears; most cells end earlier."""
+"""Delay of the progress bar, s: most cells end earlier."""
 _REFRESH = 0.25
-"""Seconds between two states of a bar: faster than one reads the numbers, slower than a browser redraws."""
+"""Time between two updates of the bar, s: slower than a browser redraws, faster than one can read."""
 
 
 def heading(text: str) -> str:
-    """Return a line that stands out."""
+    """Return a line of emphasised text."""
     return f"<p><strong>{escape(text)}</strong></p>"
 
 
@@ -31,7 +31,7 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
 
 
 def frame(page: str, height: int) -> str:
-    """Return a whole page as a frame of a notebook's output, `height` pixels high."""
+    """Return a whole page as a frame in a notebook's output, `height` pixels high."""
     return f'<iframe srcdoc="{escape(page)}" width="100%" height="{height}" style="border: 0"></iframe>'
 
 
@@ -40,19 +40,19 @@ def _row(tag: str, cells: Sequence[object]) -> str:
 
 
 def gathered(formulas: Sequence[str]) -> str:
-    """Return formulas below each other as displayed LaTeX; an empty text if there are none."""
+    """Return formulas, one below the other, as displayed LaTeX; an empty text without formulas."""
     lines = r" \\ ".join(formulas)
     return rf"$$\begin{{gathered}} {lines} \end{{gathered}}$$" if formulas else ""
 
 
 def in_notebook() -> bool:
-    """Return True in the kernel of a notebook."""
+    """Return True in a notebook."""
     ipython = sys.modules.get("IPython")
     return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
 
 class CellProgress:
-    """Progress bar below a cell: it appears when the work takes longer than a moment, and goes when the work ends."""
+    """Progress bar below a cell of a notebook. It appears after a moment and disappears when the work ends."""
 
     def __init__(self, title: str) -> None:
         self._title, self._what, self._share = title, "", ""
@@ -61,7 +61,7 @@ class CellProgress:
         self._thread.start()
 
     def advance(self, done: float, total: float, what: str = "") -> None:
-        """Set the finished amount, the total, and the current work."""
+        """Update the bar: finished amount, total, and description of the current work."""
         self._what, self._share = what, f' value="{done:g}" max="{total:g}"'
 
     def close(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The root of every error, and the words in which a value or a name is refused."""
+"""Base class of all errors, and the wording of messages about bad values and names."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import PurePath
 
 _LONGEST = 200
-"""Characters of a value in a message: a few lines of a terminal, and more than any path or condition people type."""
+"""Characters of a value in a message: a few lines of a terminal, more than a usual path or condition has."""
 
 
 class MehvarError(Exception):
-    """Root of every error that mehvar raises on purpose.
+    """Base class of all errors that mehvar raises on purpose.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class MissingError(InputError):
 
 
 class FunctionNameError(MehvarError, KeyError):
-    """A generated function that a model does not have; the message names those that it has."""
+    """The model has no generated function of this name; the message lists its functions."""
 
     def __str__(self) -> str:
         return str(self.args[0])  # where KeyError shows the quoted text
@@ -50,7 +50,7 @@ class BuildError(MehvarError, RuntimeError):
 
 
 class Origin(str):
-    """Origin of values, with exceptions by name.
+    """Origin of a set of values, for messages; single names may have another origin.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Origin(str):
     names: Mapping[str, str]
 
     def __new__(cls, rest: str, names: Mapping[str, str]) -> Origin:
-        """Return the text `rest`, with the names."""
+        """Return the text `rest`, with separate origins for some names."""
         origin = super().__new__(cls, rest)
         origin.names = {**(rest.names if isinstance(rest, Origin) else {}), **names}
         return origin
@@ -73,7 +73,7 @@ class Origin(str):
 
 
 def is_shortage(error: BaseException) -> bool:
-    """Return True if an error means a lack of memory; for a thread without memory, Python raises another type."""
+    """Return True if an error means a lack of memory. Python raises another type if it cannot start a thread."""
     return isinstance(error, MemoryError) or (
         isinstance(error, RuntimeError) and "can't start new thread" in str(error)
     )
@@ -103,7 +103,7 @@ def either(words: Iterable[str]) -> str:
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "") -> InputError:
-    """Return the error for a name that does not exist, with the nearest ones that do.
+    """Return the error for an unknown name, with the most similar known names.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
 
 
 def together(*checks: Callable[[], object]) -> None:
-    """Run checks, and collect all refusals in one message, a line for each.
+    """Run several checks and raise all their refusals as one message, one line each.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def together(*checks: Callable[[], object]) -> None:
 
 
 def shown(value: object) -> str:
-    """Return a value as a message shows it: on one line, and its middle left out when it is long.
+    """Return a value as messages show it: on one line, shortened in the middle if it is long.
 
     The `repr` of a long list fills the terminal, and Python refuses to spell out an integer of 5000 digits.
     """
@@ -158,15 +158,15 @@ def shown(value: object) -> str:
 
 
 _CONTROL = re.compile("[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
-"""Characters that HTML and XML do not allow and terminals take for commands, without line ends and tabs."""
+"""Control characters: HTML and XML forbid them, and terminals obey them. Tabs and line ends are allowed."""
 
 
 def printable(text: str) -> str:
-    """Return an untrusted text with a replacement mark for each control character."""
+    """Return an untrusted text with each control character replaced by a mark."""
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def whence(origin: str, name: str = "") -> str:
-    """Return the part of a message that names the origin of a value."""
+    """Return the words of a message about the origin of a value."""
     source = origin.names.get(name, origin) if isinstance(origin, Origin) else origin
     return f" (from {source})" if source else ""

@@ -26,29 +26,30 @@ SCHEMA = 1
 OPEN_LOOP = "none"
 """Name of a run without a law, in place of the law's name; no law can have it."""
 Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
-"""The C file of a model that holds a function."""
+"""C file of a model, by purpose."""
 PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}
-"""Files with the two parts of a function, by the file of the whole function."""
+"""For each C file, the names of the two files into which its functions may be split."""
 METRIC_KINDS = (
     "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final", "events",
 )  # fmt: skip
 """Kinds of metrics, numbered as in the C code of batches."""
 
 OF_SECONDS = ("settling", "settling_about_end")
-"""Kinds of metrics that measure when a signal settles."""
+"""Kinds of metrics that measure a settling time."""
 
 DIRECTIONS = ("either", "rising", "falling")
-"""Directions of a guard's crossing that trigger an event."""
+"""Directions in which a guard may cross zero to trigger its event."""
 
 ENDS = ("", "run", "failure", "success")
-"""Ends of a run by an event: none, the run, or the run as failure or success; as in native/step/schedule.h."""
+"""Effects of an event on the run: none, or an end that counts as regular, failure or success. See
+native/step/schedule.h."""
 
 SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
     "rod": (2, math.inf), "arrow": (2, 2), "ball": (1, 1), "box": (4, 4), "face": (3, math.inf),
 }  # fmt: skip
 """Kinds of shapes of a picture, with their smallest and largest number of points."""
 SHAPE_COLORS = ("blue", "vermillion", "green", "purple", "orange", "sky", "black", "grey")
-"""Colours of a shape: names of the palette, which has a value of each for light and for dark."""
+"""Colours of shapes. Each name has one value for light pages and one for dark pages."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Advice:
-    """A law's warning about parameters that it accepts but does not recommend; its message shows `shown` values."""
+    """Warning of a law about parameter values that it accepts but does not recommend; it quotes `shown` values."""
 
     message: str
     shown: int
@@ -133,7 +134,7 @@ class Advice:
 
 @dataclass(frozen=True)
 class Output(Quantity):
-    """A report of a law along a run; above `at_most` and below `at_least` it needs attention."""
+    """Quantity that a law reports along a run. Values above `at_most` or below `at_least` need attention."""
 
     at_most: Upper
     at_least: Lower = -math.inf
@@ -141,7 +142,7 @@ class Output(Quantity):
 
 @dataclass(frozen=True)
 class Event:
-    """A zero crossing of a guard; `resets` is True where it assigns states, `ends` is one of `ENDS`."""
+    """Zero crossing of a guard. `resets`: it changes states. `ends`: its effect on the run, one of `ENDS`."""
 
     name: str
     direction: str
@@ -151,7 +152,7 @@ class Event:
 
     @property
     def numbers(self) -> tuple[int, int, int]:
-        """Direction, resets and ends, numbered as in native/step/state.h."""
+        """Direction, resets and ends as the numbers of native/step/state.h."""
         return {"either": 0, "rising": 1, "falling": -1}[self.direction], int(self.resets), ENDS.index(self.ends)
 
 
@@ -200,7 +201,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Scenario:
-    """A run that the paper or we describe: values, duration and the numbers it is expected to show.
+    """Predefined run: parameter values, duration, and the metrics expected for each law.
 
     Parameters
     ----------
@@ -262,7 +263,7 @@ class Metric:
 
 @dataclass(frozen=True)
 class Shape:
-    """A part of a picture of the system; the function `geometry` returns the coordinates of all shapes' points."""
+    """Part of a picture of the system. The function `geometry` returns the points of all shapes."""
 
     name: str
     kind: str
@@ -271,7 +272,7 @@ class Shape:
 
 
 class Array(NamedTuple):
-    """An argument or a result: its name and how many numbers it holds, None for a scalar."""
+    """Name and length of an argument or a result; the length of a scalar is None."""
 
     name: str
     length: int | None
@@ -300,7 +301,7 @@ class Function:
 
     @property
     def internal(self) -> bool:
-        """True for one of the two parts of another function, split so that a run computes the first part only once."""
+        """True for a part of a function that was split in two, so that a run computes the first part only once."""
         return self.file.endswith("_prepared.c")
 
     @cached_property
@@ -415,7 +416,7 @@ class Manifest:
 
     @property
     def seen(self) -> tuple[Quantity, ...]:
-        """The vector that laws receive: the state, or the measurements in its place."""
+        """Vector that laws receive: the state, or the measurements if the system has a sensor."""
         return self.measured or self.states
 
     def random(self, sampled: bool) -> bool:
@@ -443,22 +444,22 @@ class Manifest:
 
     @property
     def algebraic(self) -> bool:
-        """True where there are algebraic states, whose row of `rhs` is not a rate but zero along a run."""
+        """True if there are algebraic states. Their row of `rhs` is an equation that is zero along a run."""
         return "mass_diagonal" in self.functions
 
     @property
     def projects_by_parameters(self) -> bool:
-        """True where the manifold of the coordinates depends on parameters, such as lengths."""
+        """True if the projection of the states depends on parameters, such as lengths."""
         return "project" in self.functions and len(self.functions["project"].arguments) > 1
 
     def module_of(self, function: Function) -> str:
-        """Return the name of a function's Python file, as of its C file; derivatives of the rates are in MODEL.py."""
+        """Return the name of the Python file of a function: that of the C file, except for derivatives of rates."""
         own = function.file == file_of(self.model, "jac")
         return file_of(self.model, "", "py") if own else function.file.removesuffix(".c") + ".py"
 
     @property
     def whole(self) -> Self:
-        """Return the manifest without functions in parts, which Python and CasADi's C lack."""
+        """Return the manifest without split functions, which Python and CasADi's C do not have."""
         functions = {name: f for name, f in self.functions.items() if not f.internal}
         return replace(self, functions=functions)
 
@@ -491,7 +492,7 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
 
 
 def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
-    """Return the manifest in a text; `path` is its present or future file. Raises as `read_manifest` does."""
+    """Parse the text of a manifest; `path` is only used in messages. Raises as `read_manifest` does."""
     try:
         data = parse(text)
     except SchemaError as error:
@@ -514,7 +515,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
 
 
 def check_manifest(manifest: Manifest) -> None:
-    """Refuse a manifest whose parts contradict each other: a run allocates its arrays by it.
+    """Refuse a manifest with contradictory parts: a run allocates its arrays from it.
 
     Raises
     ------
@@ -537,12 +538,12 @@ def check_manifest(manifest: Manifest) -> None:
 
 
 def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
-    """Return the name of a C file, or of its twin in Python."""
+    """Return the name of a model's C file, or of the corresponding Python file."""
     return f"{model}_{part}.{kind}" if part else f"{model}.{kind}"
 
 
 def made_when_asked(model: str) -> frozenset[str]:
-    """Return the names of the files that a tree's generated folder leaves out: few read them, and few runs need them.
+    """Return the names of rarely used files that a generated folder omits; they are made at first use.
 
     They are CasADi's own C, the derivatives by parameters and of laws and closed loops, and of derivatives in Python
     all but those of the rates.
@@ -556,7 +557,7 @@ def made_when_asked(model: str) -> frozenset[str]:
 
 
 def _check_words(manifest: Manifest) -> None:
-    """Refuse names that are not C names: they appear in the code, and in names of files."""
+    """Refuse names that are not valid C names: they occur in code and in file names."""
     words = [("model", manifest.model)]
     for f in manifest.functions.values():
         words += [
@@ -608,13 +609,13 @@ _SIGNATURES: Mapping[str, str] = {
     "jac_x": "x u p -> J",
     "jac_u": "x u p -> J",
 }
-"""Arguments and results of the functions of a plant. A run calls the functions that its features need."""
+"""Arguments and results of each function of a plant. A model needs only the functions of its features."""
 _NEEDED = ("rhs", "outputs", "limits", "initial", "reference", "constraints")
 """Functions of every plant."""
 
 
 def _check_functions(manifest: Manifest) -> None:
-    """Refuse functions of other sizes than the vectors that they take and return."""
+    """Refuse functions whose sizes contradict the vectors that they take and return."""
     for event in manifest.all_events:
         if event.direction not in DIRECTIONS:
             raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
@@ -660,7 +661,7 @@ def _law_signature(manifest: Manifest, law: Controller) -> str:
 
 
 def reads_memory(outputs: Function) -> bool:
-    """Return True if the reports of a law depend on its memory."""
+    """Return True if a report of the law depends on its memory."""
     return any(array.name == "z" for array in outputs.arguments)
 
 
@@ -723,7 +724,7 @@ def _check_parameter(parameter: Parameter, place: str) -> None:
 
 
 def _check_scenarios(manifest: Manifest) -> None:
-    """Refuse scenarios that no run can have, and metrics of an unknown kind."""
+    """Refuse scenarios that cannot run, and metrics of an unknown kind."""
     shared = {q.name for q in (*manifest.parameters, *manifest.scenario_parameters)}
     for scenario in manifest.scenarios.values():
         place = f"scenarios.{scenario.name}"
@@ -748,12 +749,12 @@ def _check_scenarios(manifest: Manifest) -> None:
 
 
 def manifest_text(manifest: Manifest) -> str:
-    """Return the text of a manifest.json, sealed."""
+    """Return the text of a manifest.json with its digest."""
     return sealed(json_text({**plain(Manifest, manifest), "digest": ""}))
 
 
 def sealed(text: str) -> str:
-    """Return the text of a manifest.json with the digest of everything else in it.
+    """Insert the digest of the rest of a manifest.json into its text.
 
     A run trusts its manifest for the order of a law's outputs, the bounds of parameters, and units. Code and header
     confirm only names and sizes.
@@ -763,4 +764,4 @@ def sealed(text: str) -> str:
 
 
 _DIGEST, _NO_DIGEST = re.compile(r'\n "digest": "[^"]*"'), '\n "digest": ""'
-"""The digest of the file's top level: deeper entries are indented by more than one space."""
+"""Patterns of a top-level digest. Entries at deeper levels have a larger indentation."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conversion of names such as `lyapunov-v1` into identifiers, and reserved names."""
+"""Conversion of names such as `lyapunov-v1` to identifiers, and reserved names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ RESULT_NAMES = frozenset(
     t run state variable event final minimum maximum events t_stop error steps violated status
     """.split()  # noqa: SIM905
 )
-"""Names of variables and axes of results and stores, which no variable of a model may have."""
+"""Names of variables and axes in results and stores. A model must not use them."""
 
 ARGUMENTS = frozenset(
     """
@@ -20,14 +20,14 @@ ARGUMENTS = frozenset(
     t_end dt_out hold delay run real method rtol atol step max_steps backend profile
     """.split()  # noqa: SIM905
 )
-"""Names of arguments and options of runs and batches, which no parameter and no choice of a model may have: given by
-name, they would be ambiguous."""
+"""Names of arguments and options of runs and batches. No parameter or choice may have one, as keywords would be
+ambiguous."""
 
 WORK = "work"
-"""Name, in place of a revision, for the current derivation of `models/`; no model may have it."""
+"""Word for the current sources in `models/`, in place of a git revision. No model may have this name."""
 
 CLOCK = "clock"
-"""Name of the last state of a time-varying plant: it is time, and its rate is one."""
+"""Name of the time as a state: the last state of a time-varying plant, with rate one."""
 
 
 _GREEK = frozenset(
@@ -39,7 +39,7 @@ _GREEK = frozenset(
 
 
 def typeset(name: str) -> str:
-    r"""Return the LaTeX of a name without one: `theta_dot` is \dot{\theta}, `k_energy` has an upright subscript."""
+    r"""Return LaTeX for a name that declares none: `theta_dot` is \dot{\theta}, `k_energy` has an upright subscript."""
     base, *marks = name.split("_")
     word, digits = re.fullmatch(r"(.*?)([0-9]*)", base, re.DOTALL).groups()  # type: ignore[union-attr]
     below = [*([digits] if word and digits else ()), *(m for m in marks if m not in ("", "dot", "ddot"))]
@@ -58,5 +58,5 @@ def _typeset_word(word: str) -> str:
 
 @functools.lru_cache(maxsize=4096)  # of a few hundred names a model
 def identifier(name: str) -> str:
-    """Return the C and Python identifier of a name, with underscores for all but letters, digits and underscores."""
+    """Return a name as an identifier of C and Python: other characters become underscores."""
     return re.sub(r"\W", "_", name, flags=re.ASCII)

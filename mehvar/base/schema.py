@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frozen dataclasses as JSON and back: their type hints are the schema, one reader and one writer follow them.
+"""Conversion of frozen dataclasses to and from JSON, with their type hints as the schema.
 
 A hint is str, int, float, bool, `X | None`, `tuple[X, ...]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which is
 a list in JSON. Three things are not what a reader would guess:
@@ -34,16 +34,16 @@ T = TypeVar("T")
 _Convert = Callable[..., Any]
 _KEY = "json_key"
 _LONGEST = 60
-"""Characters of a value that a message shows: a line in a terminal with the place before it."""
+"""Characters of a value in a message: one line of a terminal together with its place."""
 _WIDTH = 120
 """Characters of a line of JSON that is written for people."""
 _MAY_CONTROL = re.compile(r"[\x7f-\x9f]|\\(?:u|[bfr])")
-"""Pattern of these characters in JSON, plain or escaped. Most files have none and are not searched again."""
+"""Pattern of control characters in JSON, plain or escaped: a quick test, as most files have none."""
 _SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
 
 
 class SchemaError(MehvarError, ValueError):
-    """Data that is not of the schema; the message begins with the place, as in "controllers.pd.parameters[0]"."""
+    """Data that contradicts the schema. The message begins with its place, as in "controllers.pd.parameters[0]"."""
 
     def __init__(self, problem: str, place: str = "") -> None:
         super().__init__(problem, place)
@@ -55,12 +55,12 @@ class SchemaError(MehvarError, ValueError):
 
 
 def json_key(key: str | None) -> dict[str, str | None]:
-    """Return the metadata of a field whose key in JSON differs from its name; None omits the field from JSON."""
+    """Return field metadata with another key for JSON; None omits the field from JSON."""
     return {_KEY: key}
 
 
 def key_of(field: Field[Any]) -> str | None:
-    """Return the key of a field in JSON; None for one that JSON does not hold."""
+    """Return the JSON key of a field; None for a field that JSON omits."""
     key: str | None = field.metadata.get(_KEY, field.name)
     return key
 
@@ -102,7 +102,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def json_text(table: Mapping[str, Any]) -> str:
-    """Return JSON for people and for diffs: one line per entry of the table, and recursively for long entries.
+    """Return readable JSON that diffs well: one line per entry, with long entries split in the same way.
 
     A list of texts or numbers is one line of any length.
     """
@@ -110,7 +110,7 @@ def json_text(table: Mapping[str, Any]) -> str:
 
 
 def _json_lines(value: Any, start: str) -> str:
-    """Return JSON of which all lines but the first begin with `start`."""
+    """Return JSON text whose lines, except the first, begin with `start`."""
     line = json.dumps(value, ensure_ascii=False)
     entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     nested = any(isinstance(entry, dict | list) for entry in entries)
@@ -126,7 +126,7 @@ def _json_lines(value: Any, start: str) -> str:
 
 
 def _check_texts(data: object, place: str) -> None:
-    """Refuse a text with control characters, since texts appear on terminals, pages and pictures."""
+    """Refuse a text with control characters, as texts appear on terminals, pages and pictures."""
     if isinstance(data, str) and printable(data) != data:
         raise SchemaError(_wrong(data, "a text without control characters").problem, place)
     if isinstance(data, dict):
@@ -152,7 +152,7 @@ def _no_number(word: str) -> float:
 
 
 def read(schema: type[T], data: object, any_age: bool = False, **others: object) -> T:
-    """Return JSON data as a dataclass.
+    """Convert JSON data to a dataclass.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def read(schema: type[T], data: object, any_age: bool = False, **others: object)
 
 
 def plain(schema: type, value: object) -> Any:
-    """Return an object as JSON data, keys in the order of the fields of the schema.
+    """Convert a dataclass to JSON data, with keys in the order of its fields.
 
     Parameters
     ----------
@@ -291,7 +291,7 @@ def _record_reader(kind: Any, any_age: bool) -> _Convert:
 
 
 def _exact(hint: Any) -> frozenset[type]:
-    """Return the types whose values need no conversion."""
+    """Return the types whose values JSON represents without conversion."""
     if get_origin(hint) is types.UnionType:
         return frozenset((*_exact(get_args(hint)[0]), type(None)))
     if get_origin(hint) is Annotated:
@@ -300,17 +300,17 @@ def _exact(hint: Any) -> frozenset[type]:
 
 
 def _placed(parts: Iterable[tuple[str, _Convert, Any]]) -> SchemaError:
-    """Return the error of the first part that has one, with its place; only then is a place of interest."""
+    """Return the error of the first invalid part, with its place; the search runs only after a failure."""
     for place, convert, value in parts:
         try:
             convert(value)
         except SchemaError as error:
             return SchemaError(error.problem, place + error.place)
-    raise AssertionError("what could not be read can now be read")
+    raise AssertionError("the data changed while it was read")
 
 
 def _rows(kind: Any) -> list[tuple[str, str, Any]]:
-    """Return name, key and hint of each field that JSON holds."""
+    """Return name, key and type hint of each field that JSON has."""
     keys = [(f, key_of(f)) for f in fields(kind)]
     return [(f.name, key, f.type) for f, key in keys if key is not None]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Units of the SI as they are written in tables and quantities, and the dimensions that they stand for."""
+"""SI units in tables and quantities, and their dimensions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 Dimension = Mapping[str, Fraction]
-"""Exponent of each base unit; a base unit that does not enter is left out."""
+"""Exponents of base units; a unit with exponent zero is omitted."""
 
 UNITS: Mapping[str, Mapping[str, int]] = {
     "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "A": {"A": 1}, "K": {"K": 1}, "mol": {"mol": 1}, "cd": {"cd": 1},
@@ -21,8 +21,8 @@ UNITS: Mapping[str, Mapping[str, int]] = {
     "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1}, "T": {"kg": 1, "s": -2, "A": -1},
     "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
 }  # fmt: skip
-"""The SI's base units and its derived ones. Angles are numbers, radians that is: the degree is the one unit here with a
-factor, and stands beside the base units, so that degrees add to radians nowhere."""
+"""Base and derived units of the SI. Angles in radians are plain numbers. A degree is a separate base unit, so that
+sums of degrees and radians are refused."""
 
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\^(-?\d+|\(-?\d+(?:/\d+)?\)))?")
 _SLASH = re.compile(r"/(?![^()]*\))")
@@ -31,7 +31,7 @@ _FORM = "written like 'kg m^2/s', '1/(kg m)' or 'kg^(1/2) m', or '1' for a dimen
 
 @functools.cache
 def dimension(unit: str) -> Dimension:
-    """Return the exponents of the base units: "N m s/rad" is a product up to the slash, "1/(kg m)" divides by both.
+    """Return the dimension of a unit: "N m s/rad" divides by all after the slash, "1/(kg m)" by the parenthesis.
 
     Raises
     ------
@@ -55,12 +55,12 @@ def dimension(unit: str) -> Dimension:
 
 
 def has_radians(unit: str) -> bool:
-    """Return True if a unit contains radians; its dimension treats them as numbers, as for rad/s and Hz."""
+    """Return True if a unit contains radians. Dimensions ignore them: rad/s and Hz have the same."""
     return "rad" in re.findall("[A-Za-z]+", unit)
 
 
 def product(*factors: tuple[Dimension, Fraction | int]) -> Dimension:
-    """Return the dimension of a product of powers."""
+    """Return the dimension of a product of powers of units."""
     total: dict[str, Fraction] = {}
     for factor, power in factors:
         for base, exponent in factor.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The environment: installed packages, and the project around the current folder."""
+"""The environment: installed packages and the current project."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def installed(*packages: str) -> dict[str, str]:
-    """Return the versions of packages by name, without those that are not installed; "python" is Python itself."""
+    """Return the versions of installed packages by name; "python" stands for Python itself."""
     from importlib.metadata import PackageNotFoundError, version  # costs more to import than all of the runtime
 
     numbers = {}
@@ -22,7 +22,7 @@ def installed(*packages: str) -> dict[str, str]:
 
 
 def required() -> frozenset[str]:
-    """Return the packages that ours depends on, extras included."""
+    """Return the names of our dependencies, extras included."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
@@ -32,7 +32,7 @@ def required() -> frozenset[str]:
 
 
 def extra_of(package: str) -> str:
-    """Return the first extra, other than a sum of extras, that installs a package for a user; "" for none."""
+    """Return the first extra that installs a package, combined extras excluded; an empty text without one."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
@@ -44,7 +44,7 @@ def extra_of(package: str) -> str:
 
 
 def project_root(start: Path) -> Path | None:
-    """Return the nearest folder at or above `start` that has generated/, and a model in models/.
+    """Return the nearest folder, from `start` upwards, that has generated/ and a model in models/.
 
     A model has system.py, or plant.toml if it is a law; where that is missing or misspelt, it has at least parameters.
     One of a single file defines `system` in its `__init__.py`.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands; each is `command` in a module of its name, imported at its call."""
+"""The list of commands. Each is the function `command` of a module, imported when the command is called."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ EXPORT = {
 
 
 class _Commands(TyperGroup):
-    """Commands by name: listed from the tables above, imported when called.
+    """Commands by name, from the tables above; a module is imported when its command is called.
 
     The result of a command is the exit status. An interrupted command reports it, where typer would only exit.
     """
@@ -99,7 +99,7 @@ def _group(commands: Mapping[str, str], *, hidden: Mapping[str, str] | None = No
 
 
 def _imported(module: str, listed: Any) -> Any:
-    """Return the command that a module defines, with the text under which it is listed."""
+    """Return the command of a module with its help text for the list of commands."""
     single = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     single.command(listed.name, help=listed.help, context_settings=_HELP)(importlib.import_module(module).command)
     command = typer.main.get_command(single)
@@ -118,7 +118,7 @@ Debug = Annotated[
 
 
 def _debug_option() -> Any:
-    """Return the option that every command has, as typer declares it."""
+    """Return the option --debug, which every command has."""
 
     def flag(debug: Debug = False) -> None:
         pass
@@ -130,7 +130,7 @@ def _debug_option() -> Any:
 
 @contextmanager
 def _shown_if_asked(ctx: Any) -> Iterator[None]:
-    """Print the traceback of an error under --debug, before the line that is printed in any case."""
+    """Print the traceback of an error if --debug was given; the message follows in any case."""
     try:
         yield
     except Exception:
@@ -141,7 +141,7 @@ def _shown_if_asked(ctx: Any) -> Iterator[None]:
 
 @contextmanager
 def _missing_by_name() -> Iterator[None]:
-    """Name what a command lacks as its other messages do, where typer prints a usage."""
+    """Report a missing argument in the style of our messages, in place of typer's usage text."""
     try:
         yield
     except typer.BadParameter as error:

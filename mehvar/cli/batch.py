@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar batch`: many runs from the command line, with progress, statistics, and a way to go on after an end."""
+"""`mehvar batch`: many runs with progress and statistics, in a store that can be continued."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from mehvar.settings import (
 from mehvar.terminal import BatchMeter, progress
 
 _FLAGS = {"n": "-n", "seed": "--seed", "sampling": "--sampling"}
-"""Options of a campaign with a flag of their own."""
+"""Campaign options with a command line flag of their own."""
 
 
 def command(
@@ -88,7 +88,7 @@ def command(
         typer.Option(parser=whole, metavar="N", help="Threads of this process; default: all processors."),
     ] = None,
 ) -> int:
-    """Run, report, print statistics; return the exit status.
+    """Run a batch and print its statistics; return the exit status.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def _client(scheduler: str | None) -> Any:
 
 
 def _stopped(why: str, out: Path, status: int) -> int:
-    """Report which runs the store keeps, and the command to continue."""
+    """Report the runs in the store of a stopped batch, and the command that continues it."""
     extent = ""
     try:
         store = open_store(out)

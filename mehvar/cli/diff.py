@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options of `mehvar diff`: kind of comparison, output format, destination."""
+"""`mehvar diff`: kind of comparison, output format and destination."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def command(
         typer.Argument(metavar="[OLD]", help="A model; or a git revision, a folder or `work`; default: HEAD."),
     ] = None,
     new: Annotated[
-        str | None, typer.Argument(metavar="[NEW]", help="Likewise; default: `work`, what models/ derives now.")
+        str | None, typer.Argument(metavar="[NEW]", help="As OLD; default: `work`, the current models/.")
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
     structures: Annotated[
@@ -68,7 +68,7 @@ def command(
             check_file(path)
     if paper:
         if old is not None:
-            raise InputError(f"--paper compares what models/ derives now with the paper, not {old!r}: leave it out")
+            raise InputError(f"--paper compares the current models/ with the paper: leave {old!r} out")
         if structures:
             raise bad_value("--structures", " ".join(structures), "left out with --paper, which compares papers")
         if plot is not None or chosen == "markdown":
@@ -91,7 +91,7 @@ def command(
 
 
 def _draw(diff: Diff, path: Path) -> None:
-    """Save the picture of the model whose run differs most, and report if there is none."""
+    """Save the picture of the run that differs most, or report that no run differs."""
     parts = [part for model in diff.models for part in model]
     moved = max(parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
     figure = moved.overlay.picture(moved.name) if moved.overlay else None
@@ -103,7 +103,7 @@ def _draw(diff: Diff, path: Path) -> None:
 
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
-    """Judge the printed equations of the papers."""
+    """Judge the equations that papers print."""
     from mehvar.reproduction.judging import judged
     from mehvar.reproduction.ledger_text import counted, holds, lines
 
@@ -118,7 +118,7 @@ def _papers(model: str | None, form: str, out: Path | None) -> int:
 
 
 def _deliver(text: str, out: Path | None, summary: Sequence[str]) -> None:
-    """Print a text, or save it and print a line for each model."""
+    """Print a text, or save it and print one summary line per model."""
     if out is None:
         sys.stdout.write(text)
         return
@@ -155,7 +155,7 @@ def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
 
 
 def _format(form: str | None, out: Path | None) -> str:
-    """Return the format of the option and of the file's ending; text if neither is given."""
+    """Return the output format from the option or the file's ending; default: text."""
     if form is not None and form not in FORMATS:
         raise bad_value("--format", form, " or ".join(FORMATS))
     implied = None if out is None else _ENDINGS.get(out.suffix.lower())

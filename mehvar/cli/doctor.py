@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar doctor`: what is installed, what is missing, and the command that would install it."""
+"""`mehvar doctor`: installed and missing tools, with the commands that install them."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _PROGRAMS = {
 
 
 def command(as_json: AsJson = False) -> int:
-    """Print the state of this installation; return 1 when something that runs need is missing."""
+    """Print the state of this installation; return 1 if a run lacks something."""
     rows = [["python", platform.python_version(), sys.executable, ""], _compiler_row()]
     rows += [_package_row(name, use) for name, use in _PACKAGES.items()]
     rows += [_program_row(name, *about) for name, about in _PROGRAMS.items()]
@@ -75,7 +75,7 @@ def command(as_json: AsJson = False) -> int:
 
 
 def _print_summary(rows: Sequence[Sequence[str]]) -> None:
-    """Print what works, and one line for each installer that would enable the rest."""
+    """Print the available features, and one install command per package manager for the rest."""
     uses = {name: row[2] for row in rows if (name := row[0]) in (*_PACKAGES, *_PROGRAMS) and not row[3]}
     typer.echo(f"\nworks: {'; '.join(dict.fromkeys(uses.values()))}")
     extras = {match[1] for row in rows if (match := _EXTRA.fullmatch(row[3]))}

@@ -27,7 +27,7 @@ def command(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write here instead of generated/MODEL.")] = None,
     emit: Annotated[str | None, typer.Option(metavar="casadi", help="Write CasADi's own C beside ours.")] = None,
 ) -> int:
-    """Check or generate; return the exit status."""
+    """Check the generated files or rewrite them; return the exit status."""
     if check:
         for flag, value in (("--structure", structure), ("--out", out), ("--emit", emit)):
             if value is not None:
@@ -38,7 +38,7 @@ def command(
 
 
 def check_models(models: Sequence[str]) -> int:
-    """Name every stale file, why it is stale, and the command that mends it; return the exit status."""
+    """Print each stale file, the reason, and the command that updates it; return the exit status."""
     tree = find_tree(Path.cwd()) or installed_tree()
     orphans = {} if models else tree.orphans
     reports = [generation.check(tree, model) for model in _names(tree, models)]
@@ -82,13 +82,13 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
 
 
 def _check_own(out: Path, model: str) -> None:
-    """Refuse the folder of another model, whose files would stay beside the new ones."""
+    """Refuse a folder of another model: its files would remain among the new ones."""
     if (out / FILE).is_file() and (there := read_manifest(out).model) != model:
         raise bad_value("out", str(out), f"another folder: this one has the model {there}", "--out")
 
 
 def _note_hidden(folder: Path) -> None:
-    """Say which names of the model's results are not reached as an attribute."""
+    """Print the names of result variables that xarray does not offer as attributes."""
     from mehvar.runtime.run.results import hidden_names
 
     for name in hidden_names(read_manifest(folder)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar list`: the available models, of mehvar and of the project in the current folder, from their manifests."""
+"""`mehvar list`: the models of mehvar and of the current project."""
 
 from __future__ import annotations
 

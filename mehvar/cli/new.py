@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar new`: a small system, or a law on a plant, that generates, simulates and passes its tests at once."""
+"""`mehvar new`: a small system, or a law on a plant, ready to generate, simulate and test."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PARTS = "parts"
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _LONGEST = 40
-"""Characters of a name: C guarantees 63 distinct characters of functions in the generated code, which begin with it."""
+"""Largest length of a name. C distinguishes 63 characters, and generated functions append to the name."""
 _ROOMS = ("models", "codegen", "generated", "runtime", "tests")
 _WRITTEN = {"calls", "kernel"}  # C files that the runtime writes beside a model's
 _C_HEADERS = frozenset(
@@ -39,7 +39,7 @@ _C_HEADERS = frozenset(
         *("stdnoreturn", "string", "tgmath", "threads", "time", "uchar", "wchar", "wctype"),
     )
 )
-"""C11, 7.1.2."""
+"""Names of the headers of C11, clause 7.1.2."""
 
 
 def command(
@@ -54,7 +54,7 @@ def command(
         ),
     ] = None,
 ) -> None:
-    """Write the folder and say what to do next."""
+    """Write the new folder and print the next steps."""
     if plant not in (None, PARTS):
         folder = scaffold_law(name, plant, Path.cwd())
         typer.echo(f"wrote {folder}; the law is in {folder / 'models' / name / 'law.py'}")
@@ -65,7 +65,7 @@ def command(
 
 
 def scaffold(name: str, into: Path, kind: str = "system") -> Path:
-    """Write a new system and generate it; the folder is complete or absent.
+    """Write and generate a new system; after an error no folder remains.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def scaffold(name: str, into: Path, kind: str = "system") -> Path:
 
 
 def scaffold_law(name: str, plant: str, into: Path) -> Path:
-    """Write a user's law on a plant and generate it; it is complete or absent.
+    """Write and generate a user's law on a plant; after an error no file remains.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
 
 
 def _example(manifest: Manifest) -> dict[str, object]:
-    """Return the parts of the example law on a plant: a gain on one state for each input, at most one a state."""
+    """Return the parts of the example law on a plant: for each input a gain on a different state."""
     from mehvar.base.units import dimension, product, unit_text
 
     gains = []
@@ -179,7 +179,7 @@ def _free(name: str, into: Path) -> Path:
 
 
 def _holder(name: str) -> str | None:
-    """Return what already has the name, with which a new system would conflict."""
+    """Return the current owner of a name that a new system must not take."""
     if name in shipped_models():
         return "a model that comes with mehvar"
     if name in project_models():
@@ -198,13 +198,13 @@ def _holder(name: str) -> str | None:
 
 
 def _own_c_files() -> set[str]:
-    """Return the names, without ending, of the C that may be compiled in one folder with a model."""
+    """Return the stems of our C file names that are compiled in one folder with a model."""
     files = (path for folder in (NATIVE, FIRMWARE) for path in folder.rglob("*.[ch]"))
     return {path.stem for path in files} | _WRITTEN
 
 
 def _write(folder: Path, name: str, kind: str, **values: object) -> None:
-    """Write the templates of a kind: the tests and the page where people look for them, all else with the model."""
+    """Write the templates of a kind: tests and README at the top of the folder, all others with the model."""
     from mehvar.codegen.templates import text_environment
 
     environment = text_environment(_TEMPLATES / kind)

@@ -41,7 +41,7 @@ _PACKAGES = ("python", "mehvar", "numpy", "scipy", "matplotlib", "unicorn")
 def command(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the report.")] = Path("report"),
 ) -> int:
-    """Write the report; return the exit status."""
+    """Write the report of the reproduced papers; return the exit status."""
     with progress("reproduce") as advance:
         counts, failures = reproduce(out, advance)
     for line in [*counts, f"report: {out / 'index.html'}", *failures]:
@@ -50,7 +50,7 @@ def command(
 
 
 def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], list[str]]:
-    """Compute all figures and claims of all papers and beyond, a batch and boards for each system; write the report.
+    """Compute all figures and claims of all papers, run a batch and a board for each system, and write the report.
 
     Everything is computed before anything is written.
 
@@ -105,7 +105,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
 
 @contextmanager
 def _in_background() -> Iterator[ThreadPoolExecutor]:
-    """Yield an executor of one task after another, whose waiting tasks are dropped at the end."""
+    """Yield an executor that runs tasks one after the other and drops waiting tasks at the end."""
     executor = ThreadPoolExecutor(1)
     try:
         yield executor
@@ -129,7 +129,7 @@ def _failures(reports: Sequence[PaperReport]) -> list[str]:
 
 
 def _part(advance: Advance | None, index: int, count: int) -> Advance:
-    """Return a progress call for one of several papers."""
+    """Return the progress function for one of several papers."""
 
     def part(done: float, total: float, what: str = "") -> None:
         if advance is not None:
@@ -166,7 +166,7 @@ def _claims_text(decided: Iterable[tuple[Manifest, Sequence[Claim]]]) -> str:
 
 
 def _facts(reports: Sequence[PaperReport], seconds: float) -> dict[str, str]:
-    """Return the software that computed everything, and the time it took."""
+    """Return the versions of the software and the time of the computation."""
     compiler, code = find_compiler(), reports[0].model.backend
     backend = {"c": "generated C", "python": "generated NumPy modules"}[code]
     versions = {**installed(*_PACKAGES), **reports[0].manifest.versions}

@@ -84,7 +84,7 @@ def _scenarios(manifest: Manifest) -> None:
 
 
 def _functions(manifest: Manifest) -> None:
-    """Print the functions for users; parts into which C code is split for speed are only for the integrator."""
+    """Print the public functions; split parts, which only the integrator calls, are omitted."""
     rows = [
         [
             f.name,

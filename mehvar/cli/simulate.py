@@ -88,7 +88,7 @@ def command(
     ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Run or repeat; return the exit status."""
+    """Run, or repeat a run of a batch; return the exit status."""
     if store is not None or run is not None or trust_model:
         decided = (controller, scenario, settings, t_end, input_texts, inputs, interpolation)
         if store is None or run is None or any(value is not None for value in decided):
@@ -118,7 +118,7 @@ def _check(
     out: Path | None,
     plot: Path | None,
 ) -> None:
-    """Refuse, in one message, every error that can be found before a run."""
+    """Refuse all errors that can be found before a run, in one message."""
 
     def check_settings() -> None:
         values = read_values(texts, manifest)
@@ -146,7 +146,7 @@ def _open_loop(
     file: Path | None,
     interpolation: Interpolation | None,
 ) -> dict[str, Any]:
-    """Return the arguments of `simulate` that an open loop has; none of a closed one."""
+    """Return the arguments of an open loop for `simulate`; none for a closed loop."""
     if controller != OPEN_LOOP:
         for flag, value in (("--input", texts), ("--inputs", file), ("--interpolation", interpolation)):
             if value is not None:
@@ -174,7 +174,7 @@ def _open_loop(
 def _check_inputs(
     manifest: Manifest, scenario: str | None, values: Mapping[str, Any], opened: Mapping[str, Any], origin: str
 ) -> None:
-    """Refuse wrong inputs under the name of --input; the run would blame --set."""
+    """Refuse invalid inputs in a message about --input, not about --set."""
     if opened:
         end = values.get("t_end") or manifest.scenario(scenario).duration
         law_of(manifest, None, **opened, period=None, memory=None, end=end, origin=origin)
@@ -191,7 +191,7 @@ def simulate(
     as_json: bool = False,
     origin: str = "--set",
 ) -> int:
-    """Run, print, save; return the exit status.
+    """Run, print and save; return the exit status.
 
     Raises
     ------
@@ -210,7 +210,7 @@ def simulate(
 def repeat(
     path: Path, number: int, out: Path | None, plot: Path | None, model: str | None = None, trust: bool = False
 ) -> int:
-    """Repeat one run of a batch with all variables recorded, and report whether it is bit-identical.
+    """Repeat one run of a batch with all variables recorded, and report any difference from the batch.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def _check_outputs(out: Path | None, plot: Path | None) -> None:
 
 
 def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False, as_described: bool = False) -> int:
-    """Print and save a run; a run of an unchanged scenario is compared with the numbers that the scenario expects."""
+    """Print and save a run. If its scenario is unchanged, compare its metrics with the expected ones."""
     notes = [
         *run.advice,
         *run.stiffness(),
@@ -287,7 +287,7 @@ def _summary(run: Run, notes: Sequence[str]) -> None:
 
 
 def _print_events(run: Run) -> None:
-    """Print how often each event happened, when first and when last."""
+    """Print the number of occurrences of each event, with the first and the last time."""
     times: dict[str, list[float]] = {}
     for t, name in run.events:
         times.setdefault(name, []).append(t)
@@ -297,7 +297,7 @@ def _print_events(run: Run) -> None:
 
 
 def _unexpected(run: Run) -> list[str]:
-    """Say which metrics are not reproduced as the scenario expects them, by the tolerances of the papers' report."""
+    """Report metrics that differ from the scenario's expected values, with the tolerances of the papers' report."""
     if run.controller.name not in run.scenario.expect:
         return []
     from mehvar.reproduction.deviations import of_run

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two versions of the derived equations side by side: sources, verdicts, text, pages."""
+"""Comparison of two versions of derived equations: sources, verdicts, text, pages."""

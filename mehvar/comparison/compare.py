@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar diff`: compare the equations of two versions, model by model."""
+"""`mehvar diff`: comparison of the equations of two versions, model by model."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _CODEGEN = Path(mehvar.codegen.__file__).parent
 _READ, _KEPT = ("equations.json", "manifest.json"), "comparison.pickle"
 _NAMED = 4
-"""Files that are named: a line of a terminal."""
+"""Files that a message names: as many as fit on one line."""
 
 
 def diff_versions(old: str, new: str, model: str | None = None, structures: Sequence[str] = ()) -> Diff:
@@ -108,7 +108,7 @@ def _text(name: str, value: object) -> str:
 
 
 def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
-    """Compare two systems that Python code has made."""
+    """Compare two systems built in Python."""
     from mehvar.codegen.build import built_folder
     from mehvar.models.parts import Spacecraft
 
@@ -118,7 +118,7 @@ def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
-    """Compare two generated folders of a model, and run both if anything but the form differs."""
+    """Compare two generated folders of a model; run both unless only the form of equations differs."""
     return _with_consequences(compare_documents(_document(old), _document(new)), old, new)
 
 
@@ -131,13 +131,13 @@ def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
 
 
 def compare_documents(old: Document, new: Document) -> ModelDiff:
-    """Compare the equations of a model, and the numbers where both have a manifest."""
+    """Compare the equations of a model, and its numbers if both sides have a manifest."""
     comparison = compare(old, new)
     return ModelDiff(comparison.model, _status(comparison), comparison)
 
 
 def read_equations(path: Path) -> Document:
-    """Read an equations.json without the manifest beside it.
+    """Read an equations.json; ignore a manifest in the same folder.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def _stale(side: Version, model: str) -> Iterator[str]:
 
 
 def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str]:
-    """Return a note about changed sources that structures without a comparison may use."""
+    """Return a note about changed sources that could affect structures outside the comparison."""
     if sources:
         instead = "other combinations were" if compared else "other structures than the default were"
         mend = "name them with --structures NAME=VALUE,NAME=VALUE" if compared else "--structures all compares them"
@@ -191,7 +191,7 @@ def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str
 
 
 def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelDiff, ...], list[str]]:
-    """Compare other structures; return those with changes of their own, and a note about the rest."""
+    """Compare further structures; return those with additional changes, and a note about the others."""
     parts, known = [], _edits(model)
     named: dict[str, list[str]] = {}
     pairs = [(v.old, v.new) for v in variants if isinstance(v.old, Path) and isinstance(v.new, Path)]
@@ -217,7 +217,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
 
 
 def _cached(old: Path, new: Path) -> ModelDiff:
-    """Compare two folders, unless the cache has a comparison of the same files by this version."""
+    """Compare two folders, or return a cached comparison of the same files by this version."""
     engine = sorted((*_CODEGEN.rglob("*.py"), *Path(__file__).parent.glob("*.py")))
     texts = [
         path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _READ))
@@ -240,7 +240,7 @@ def _one_sided(model: str, variant: Variant) -> ModelDiff:
 
 
 def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
-    """Return the edits of a model; structures with the same edits are reported once."""
+    """Return the edits of a model; structures with equal edits share one entry."""
     comparison = model.comparison
     equations = {
         (equation.name, equation.verdict.value, *_contents(comparison, equation))
@@ -251,7 +251,7 @@ def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
 
 
 def _contents(comparison: Comparison, equation: EquationChange) -> Iterator[str]:
-    """Yield an equation's edits with their places and parts, as "term lost" names no term; both sides without edits."""
+    """Yield the edits of an equation with places and parts; without edits, both whole sides."""
     for edit in equation.edits:
         yield from (edit.says, *edit.path, *(part.text if part else "" for part in (edit.old, edit.new)))
     if not equation.edits:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effects of a changed model, from running both versions: laws, rates of the state, eigenvalues, operations."""
+"""Effects of a changed model, from running both versions: on laws, rates, eigenvalues and operation counts."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ from .runs import Overlay, Runs, runs
 from .spectra import Loop, loops, moved, named, rest, start, undifferentiated
 
 SAMPLES = 512
-"""Number of random states: the largest difference is that of the upper half percent. They form one array."""
+"""Number of random states. Its upper half percent is the reported largest difference."""
 _SEED = 20250
 _SMALL = 0.1
-"""A state that starts at zero is moved by so much, in SI units: a tenth of a radian, of a metre a second."""
+"""Displacement of a state that starts at zero, in SI units: a tenth of a radian or of a metre per second."""
 _ROUNDING = 1e-9
-"""Relative to the rate. Rearranging a right-hand side of some thousand operations moves it by 1e-13 or so of its
-parts."""
+"""Rounding error relative to a rate: reordering some thousand operations changes it by about 1e-13 of its parts."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Rate:
 
 @dataclass(frozen=True)
 class Consequences:
-    """Effects of a change, each side with its own default parameters.
+    """Effects of a change; each side uses its own default parameters.
 
     Attributes
     ----------
@@ -84,7 +83,7 @@ class Consequences:
 
 
 def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
-    """Run two folders side by side; return the effects, and the run that differs most.
+    """Run both versions; return the effects and the run that differs most.
 
     Parameters
     ----------
@@ -125,7 +124,7 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
 
 
 def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
-    """Return the closed loops whose eigenvalues differ, and why they could not be compared."""
+    """Return the closed loops whose eigenvalues differ, and reasons why others could not be compared."""
     closed, refused = loops(before, after)
     if undifferentiated((before, after)):
         refused = ("one of the versions has no derivatives of its laws", *refused)
@@ -133,7 +132,7 @@ def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
 
 
 def _loaded(folder: Path) -> Model:
-    """Load a model whose manifest may be of another version: the comparison needs none of the newer fields."""
+    """Load a model with a manifest of any version: comparisons need no newer fields."""
     manifest = read_manifest(folder, any_age=True)
     return Model(manifest.whole, PythonBackend(manifest))
 
@@ -150,7 +149,7 @@ def _rhs(model: Model, x: FloatArray, u: FloatArray) -> FloatArray:
 
 
 def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
-    """Compare rates at random states as large as the first scenario's start, where both models are within limits."""
+    """Compare rates at random states around the first scenario's start, within the limits of both models."""
     random = np.random.default_rng(_SEED)
     size = np.maximum(np.abs(start(before)), _SMALL)
     x = random.uniform(-size, size, (SAMPLES, len(size)))
@@ -174,7 +173,7 @@ def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
 
 
 def _rest(model: Model) -> FloatArray:
-    """Look for a state at rest without inputs, from zero or a scenario's start."""
+    """Search for an equilibrium without inputs, from the zero state or a scenario's start."""
     p, u = model.parameters(), np.zeros(len(model.input_names))
     x = np.zeros(len(model.state_names))
     if not (np.all(np.isfinite(model.rhs(x, u, p))) and np.all(np.isfinite(model.jac_x(x, u, p)))):

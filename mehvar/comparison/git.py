@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading a git revision without touching the working tree or the index."""
+"""Reading of a git revision; the working tree and the index stay unchanged."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mehvar.codegen.workspace import ROOMS
 
 @dataclass(frozen=True)
 class Revision:
-    """A commit of the repository that a tree lives in.
+    """A commit of the repository that contains a project.
 
     Attributes
     ----------
@@ -39,14 +39,14 @@ class Revision:
         return short if self.commit.startswith(self.name) else f"{self.name} ({short})"
 
     def models(self) -> tuple[str, ...]:
-        """Names of the models with generated files or sources in the revision."""
+        """Names of the models that the revision has, as sources or generated files."""
         folders = _git(self.root, "ls-tree", "-d", "--name-only", self.commit, "generated/", "models/")
         rooms = {f"models/{room}" for room in ROOMS}
         names = {Path(line).name for line in folders.decode().splitlines() if line not in rooms}
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
 
     def extract(self, paths: Sequence[str], folder: Path) -> None:
-        """Write the files of `paths` that the revision has, below `folder`."""
+        """Write the revision's files below `paths` into `folder`."""
         names = _git(self.root, "ls-tree", "--name-only", self.commit, *paths).decode().splitlines()
         if not names:
             return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as one HTML page that needs nothing else: formulas are MathML, old and new stand side by side."""
+"""A comparison as one HTML page without external files: MathML formulas, old and new side by side."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _FOLDED = (
 
 @dataclass(frozen=True)
 class _Side:
-    """A formula: its left side as MathML, and its terms, each with its mark."""
+    """One side of a formula: its left side and its terms as MathML, with marks on changed terms."""
 
     left: str
     terms: Sequence[tuple[str, bool]]
@@ -99,7 +99,7 @@ class _Section:
 
     @property
     def has_content(self) -> bool:
-        """True where the section says more than its line of the summary."""
+        """True if the section contains more than its summary line."""
         return bool(
             self.notes or self.stories or self.changed or self.parameters or self.folded or self.follows is not None
         )
@@ -130,7 +130,7 @@ def html_page(diff: Diff) -> str:
 
 
 class _Sheet:
-    """Prepares one model for the page."""
+    """Prepares the page's content about one model."""
 
     def __init__(self, model: ModelDiff) -> None:
         self._model = model
@@ -172,7 +172,7 @@ class _Sheet:
 
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
-        """Return True for an equation without a card of its own; a family has the card of its first equation."""
+        """Return True for an equation without its own card; equal parts, such as pendulums, share a card."""
         return equation not in apart and (
             equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
         )
@@ -193,12 +193,12 @@ class _Sheet:
         )
 
     def _is_by_length(self, equation: EquationChange) -> bool:
-        """Return True where a longer family explains all; the form is known, and its formulas, twice, are megabytes."""
+        """Return True if only the number of equal parts changed; their formulas are too long to show twice."""
         longer = bool(self._comparison.extended())
         return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
-        """Print both forms and mark the edits that the comparison found, else the differences of the texts."""
+        """Print both forms with the comparison's edits marked; without edits, mark the textual differences."""
         comparison, old, new = self._comparison, equation.old_node, equation.new_node
         old_marks, new_marks = self._marks(equation)
         before = after = None
@@ -211,7 +211,7 @@ class _Sheet:
         return before, after
 
     def _part(self, equation: EquationChange, edit: Edit) -> str:
-        """Print the part that was edited, unless the edit's words name it."""
+        """Print the edited part unless the words of the edit already name it."""
         old = edit.old is not None
         part, root = (edit.old, equation.old_node) if old else (edit.new, equation.new_node)
         if is_complete(edit) or part is None or root is None or not part.places:
@@ -233,18 +233,18 @@ class _Sheet:
 
 
 def _farthest(runs: Sequence[tuple[RunChange, list[str]]]) -> list[tuple[RunChange, list[str]]]:
-    """Return runs by how far they moved, farthest first."""
+    """Return runs in order of their change, largest first."""
     return sorted(runs, key=lambda run: -run[0].size)
 
 
 def _picture(model: ModelDiff) -> str:
-    """Return the overlay of the run that differs most as a data URL; empty if there is none."""
+    """Return the overlay of the run that differs most, as a data URL; empty without one."""
     figure = model.overlay.picture(model.name) if model.overlay else None
     return "" if figure is None else "data:image/png;base64," + b64encode(small_png(figure)).decode()
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
-    """Return the terms of a formula as separate elements: a long line breaks between them, but not inside MathML."""
+    """Return the terms of a formula as separate elements, as browsers break lines only between elements."""
     printer = Printer(nodes, SymbolNames(latex), MATHML, marks)
     return [(element(text), marked) for text, marked in printer.parts(root)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gain and phase margins of a loop that was cut at its inputs."""
+"""Gain and phase margins of a loop that is cut at its inputs."""
 
 from __future__ import annotations
 
@@ -16,26 +16,27 @@ from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.linear import LinearSystem
 
 _MARGINAL = 1e-6
-"""Relative to the largest eigenvalue: an integrator outside the law has an eigenvalue of zero up to rounding, which is
-1e-8 for a double one. With ten times more, slow instabilities pass as integrators; with a tenth, triple integrators
-fail."""
+"""Tolerance relative to the largest eigenvalue: an integrator outside the law has the eigenvalue zero up to
+rounding, 1e-8 for a double integrator. Ten times as much hides slow instabilities; a tenth misses triple
+integrators."""
 _INTEGRATOR = 1e-7
-"""The same for a double integrator, whose two eigenvalues are 1e-8 off."""
+"""The same tolerance for a double integrator, whose eigenvalues have errors of 1e-8."""
 _POINTS = 1000
-"""Frequencies between which a crossing is looked for, beside those of the eigenvalues, where a response is steepest.
-Of the three shipped models no margin changes with half as many or with twice as many."""
+"""Frequencies of the grid for crossings, besides the eigenvalues' own, where a response is steepest. Half or twice
+as many change no margin of the three shipped models."""
 _DECADES = 2
-"""Below the slowest and above the fastest eigenvalue: there a lag of first order is within 1 % of its asymptote."""
+"""Decades of the grid below the slowest and above the fastest eigenvalue. There a first-order lag is within 1 % of
+its asymptote."""
 
 
 _ROUNDING = 1e-6
-"""Tolerance of a phase, rad, and of a logarithmic size: below the slowest pole a response is real up to rounding of
-1e-9 or so, and crosses the axis at random. A true crossing has clear values on either side."""
+"""Tolerance of a phase, rad, and of a logarithmic gain. Below the slowest pole, rounding of about 1e-9 moves a real
+response across the axis at random; true crossings have clear values on both sides."""
 
 
 @dataclass(frozen=True)
 class Margin:
-    """Stability margins of one input's loop, with all other loops closed.
+    """Stability margins at one input, with all other loops closed.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class Margin:
 
 
 def margins(cut: LinearSystem) -> tuple[Margin, ...]:
-    """Return the margin of each input that a law acts through; none where the closed loop is not stable.
+    """Return the margins at each input that a law uses; none if the closed loop is unstable.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def _is_stable(closed: FloatArray, period: FloatArray | None) -> bool:
 
 
 class _Loop:
-    """Negative response of one input's loop. The closed loop is unstable where it encircles -1."""
+    """Negative response of the loop at one input. The closed loop is unstable if the response encircles -1."""
 
     def __init__(self, cut: LinearSystem, closed: FloatArray, number: int) -> None:
         self._b, self._c = cut.B[:, number], cut.C[number]
@@ -95,13 +96,13 @@ class _Loop:
             return complex(math.inf)
 
     def gain(self) -> float:
-        """Return the factor nearest to one at which the response passes through -1."""
+        """Return the gain factor nearest to one at which the response passes through -1."""
         crossings = [self.at(w) for w in self._crossings(lambda value: value.imag / abs(value) if value else math.inf)]
         factors = [-1 / value.real for value in (*crossings, *self._ends()) if -math.inf < value.real < 0]
         return min(factors, key=lambda factor: abs(math.log(factor)), default=math.inf)
 
     def _ends(self) -> Iterator[complex]:
-        """Yield the response where it begins and where a sampled one ends: it is real there, and crosses no axis."""
+        """Yield the response at zero frequency and, for a sampled loop, at its highest frequency: it is real there."""
         ends = (0.0,) if self._period is None else (0.0, math.pi / self._period)
         poles = np.linalg.eigvals(self._A)
         for w in ends:
@@ -110,11 +111,11 @@ class _Loop:
                 yield self.at(w)
 
     def _rounded(self, poles: NDArray[Any]) -> float:
-        """Return the distance below which a pole counts as one of an integrator."""
+        """Return the distance within which a pole counts as an integrator's."""
         return _INTEGRATOR * (float(np.max(np.abs(poles), initial=0.0)) if self._period is None else 1.0)
 
     def phase(self) -> float:
-        """Return the smallest angle between the response and -1 where its size is one."""
+        """Return the smallest angle between the response and -1 at gain one."""
         crossings = [self.at(w) for w in self._crossings(lambda value: math.log(abs(value)) if value else -math.inf)]
         return min((abs(float(np.angle(-value))) for value in crossings), default=math.inf)
 
@@ -129,7 +130,7 @@ class _Loop:
         return np.unique(np.concatenate([grid, sizes[sizes < highest]]))
 
     def _crossings(self, what: Callable[[complex], float]) -> Iterator[float]:
-        """Yield the frequencies at which a quantity of the response changes its sign, rounding aside."""
+        """Yield the frequencies at which a quantity of the response changes sign; ignore rounding."""
         from scipy.optimize import brentq  # takes half a second, which an unchanged model does not need
 
         signs = [(w, what(value)) for w, value in zip(self._frequencies, self._values, strict=True)]

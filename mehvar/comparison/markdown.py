@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as Markdown for a pull request: effects in tables, edits as diffs, the rest folded."""
+"""A comparison as Markdown for a pull request: effects in tables, edits as diffs, details folded."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ from .text import (
 )
 
 _LONGEST = 60_000
-"""Characters of a comment: forges refuse more than 65 536, and the sender may add a line or two."""
+"""Limit on characters: forges refuse comments above 65 536, and a sender may add some lines."""
 _WHOLE = 20
-"""Sources of change that get their edits shown; a comment with more is not read to its end."""
+"""Number of causes shown with their edits; longer comments are rarely read to the end."""
 
 
 def markdown(diff: Diff) -> str:
@@ -144,5 +144,5 @@ def _code(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Escape a text, so that it is not read as Markdown or HTML."""
+    """Escape a text for Markdown and HTML."""
     return "".join(f"\\{letter}" if letter in "\\`*_<>#|[]" else letter for letter in text)

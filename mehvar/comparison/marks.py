@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Textual differences of two forms of an expression, for marks on a page that shows them side by side.
+"""Textual differences of two forms of an expression, marked on pages that show both.
 
 Only the form is compared; `mehvar.codegen.diff` decides whether and why the value changed.
 """
@@ -14,11 +14,11 @@ from mehvar.codegen.equations.formula import Nodes, Path
 
 _COMMUTATIVE = {"add", "mul", "min", "max", "and", "or"}
 _ALIKE = Fraction(1, 2)
-"""Share of common parts above which two terms count as one edited term, whose changed parts are marked."""
+"""Share of common parts above which two terms count as one edited term with marked changes."""
 
 
 class Alignment:
-    """Two graphs with common numbers for contents: equal numbers mean equal text, with operands in any order.
+    """Two graphs in which parts with equal text, in any operand order, have equal numbers.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Alignment:
         self._content = (_contents(old, table, renamed), _contents(new, table, {}))
 
     def marks(self, old: int, new: int) -> tuple[frozenset[Path], frozenset[Path]]:
-        """Return the paths of the smallest parts that differ, in the old and in the new expression."""
+        """Return the paths of the smallest differing parts in both expressions."""
         places: tuple[set[Path], set[Path]] = (set(), set())
         self._compare((old, ()), (new, ()), places)
         return frozenset(places[0]), frozenset(places[1])
@@ -87,7 +87,7 @@ class Alignment:
         return rest[0], rest[1]
 
     def _likeness(self, operation: str, old: _Place, new: _Place) -> Fraction:
-        """Return how much of two terms or of two factors is the same, from 0 to 1."""
+        """Return the similarity of two terms or factors, from 0 to 1."""
         kinds = {self._operation(0, old), self._operation(1, new)}
         if len(kinds) == 1 and not kinds & {"add", "mul", "pow"}:
             return Fraction(1)

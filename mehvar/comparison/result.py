@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results of comparing two versions, as plain frozen values."""
+"""Results of a comparison of two versions, as plain frozen values."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ class ModelDiff:
 
     @property
     def name(self) -> str:
-        """The model, with the structure if that is another than the default."""
+        """Name of the model, with its structure unless that is the default."""
         return " ".join(filter(None, (self.model, self.variant)))
 
     @property
     def differs(self) -> bool:
-        """True where more than the form differs: an equation, a parameter or the structure, in any compared one."""
+        """True if anything but the form of equations differs, in any compared structure."""
         return self.status is not ModelStatus.SAME or any(other.differs for other in self.structures)
 
     def __iter__(self) -> Iterator[ModelDiff]:
@@ -69,7 +69,7 @@ class ModelDiff:
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
-        """Equations with another value, directly or through other equations, and undecided ones."""
+        """Equations whose value differs or is undecided, by their own text or through other equations."""
         return self.comparison.changed
 
     @property
@@ -84,7 +84,7 @@ class ModelDiff:
 
     @property
     def equivalent(self) -> tuple[EquationChange, ...]:
-        """Equations that are written or called differently and mean the same."""
+        """Equations with a different form or name but the same meaning."""
         return self.comparison.equivalent
 
     @property
@@ -93,7 +93,7 @@ class ModelDiff:
         return self.comparison.parameters
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as plain lists, dicts and strings."""
+        """Return the contents as plain lists, dicts and strings."""
         equations = self.comparison.to_json()
         equations.pop("schema")
         follows = None if self.consequences is None else asdict(self.consequences)
@@ -151,7 +151,7 @@ class Diff:
             yield from model.lines()
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as docs/reference/diff-json.md describes."""
+        """Return the contents in the form of docs/reference/diff-json.md."""
         models = [model.to_json() for model in self.models]
         return {"schema": SCHEMA, "old": self.old, "new": self.new, "differs": self.differs, "models": models}
 

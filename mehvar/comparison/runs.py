@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effects on the laws: every scenario runs under every law, once with each version."""
+"""Effects on the laws: runs of every scenario and law with both versions."""
 
 from __future__ import annotations
 
@@ -31,11 +31,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _STEPS = 1e-6
-"""Relative tolerance of a metric: two formulations of one loop round differently, so an integrator with the tolerance
-1e-9 takes other steps and ends 1e-8 apart. With a tenth, rearranged equations would count; with ten times, changes
-below 1e-5 would be missed."""
+"""Relative tolerance of a metric. Two forms of a loop round differently, so runs with tolerance 1e-9 end 1e-8 apart.
+A tenth reports rearranged equations; ten times misses changes below 1e-5."""
 _VISIBLE = 1e-3
-"""Relative difference of margins, which are shown with three digits."""
+"""Relative difference of margins above which they are shown; three digits are printed."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ class RunChange:
 
     @property
     def size(self) -> float:
-        """The largest relative change of a metric; infinite where one run ended otherwise than the other."""
+        """Largest relative change of a metric; infinite if the two runs ended in different ways."""
         changes = (abs(m.new - m.old) / max(abs(m.old), abs(m.new)) for m in self.metrics)
         sizes = [size if math.isfinite(size) else math.inf for size in changes]
         return math.inf if self.old != self.new else max(sizes, default=0.0)
@@ -89,7 +88,7 @@ class RunChange:
 
 @dataclass(frozen=True)
 class MarginChange:
-    """Margins of a loop that differ, one input after the other.
+    """Changed margins of a loop, input by input.
 
     Attributes
     ----------
@@ -107,7 +106,7 @@ class MarginChange:
 
 @dataclass(frozen=True)
 class Overlay:
-    """The run that a change moves most, of both versions, for the picture; `size` is that of `RunChange`."""
+    """Both versions of the run that a change affects most, for the picture; `size` as in `RunChange`."""
 
     law: str
     scenario: str
@@ -205,7 +204,7 @@ def _cases(before: Model, after: Model) -> Iterator[tuple[str, str]]:
 
 
 def _run(model: Model, law: str, scenario: str) -> Run | str:
-    """Return a run, or the reason why there is none."""
+    """Return a run, or the reason for a missing one."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # advice on a law's parameters is unrelated to the change
         try:
@@ -227,7 +226,7 @@ def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> RunChang
 
 
 def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
-    """Return the metrics of a run with their units; for a model without any, the extremes and ends of its states."""
+    """Return the metrics of a run with units; without metrics, the extremes and final values of its states."""
     if isinstance(run, str):
         return {}
     known = run.manifest.metrics
@@ -239,7 +238,7 @@ def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
 
 
 def equal_numbers(old: float, new: float, part: float = _STEPS) -> bool:
-    """Return True if numbers agree relative to the larger one. A number that is not finite equals only itself."""
+    """Return True if numbers agree relative to the larger one; a number that is not finite equals only itself."""
     if not (math.isfinite(old) and math.isfinite(new)):
         return old == new or (math.isnan(old) and math.isnan(new))
     return abs(new - old) <= part * max(abs(old), abs(new))
@@ -252,7 +251,7 @@ def _end(run: Run | str) -> str:
 
 
 def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
-    """Return the margins where a run ends, with all that still moves there held; none where they are not defined."""
+    """Return the margins at the end of a run, with the remaining motion frozen; none where they are undefined."""
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
     p, s, c = run.parameters.p, run.parameters.s, run.parameters.c

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Versions OLD and NEW of a comparison: a git revision, a folder, or the current derivation, as generated folders."""
+"""The two versions of a comparison as generated folders, from a git revision, a folder or current sources."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Version:
 
 
 def names_model(text: str) -> bool:
-    """Return True for the name of a model here that is not a version: neither `work`, a path nor a revision."""
+    """Return True for a text that names a model and neither `work`, a path nor a revision."""
     tree = _tree_here()
     if text == WORK or Path(text).exists() or text not in tree.models:
         return False
@@ -68,7 +68,7 @@ def _tree_here() -> Tree:
 
 
 class Sources:
-    """Finds versions; git revisions are unpacked below `scratch`, which the caller removes."""
+    """Finds versions. Git revisions are unpacked below `scratch`, which the caller removes."""
 
     def __init__(self, scratch: Path, model: str | None = None) -> None:
         self.scratch = scratch
@@ -76,7 +76,7 @@ class Sources:
         self.tree = _tree_here()
 
     def version(self, text: str) -> Version:
-        """Return the version for a user's text.
+        """Return the version that a user's text names.
 
         Raises
         ------
@@ -111,7 +111,7 @@ class Sources:
         return {name: path for name, path in folders.items() if self.model in (None, name)}
 
     def _of_folders(self, folders: Mapping[str, Path], label: str, single: bool = False) -> Version:
-        """Return generated folders as they are, but for those that no longer match the models/ beside them."""
+        """Return generated folders, after deriving again those that do not match the models/ in the same project."""
         chosen, models = self._chosen(folders), tuple(folders)
         tree = _tree_around(chosen)
         if tree is None:
@@ -120,7 +120,7 @@ class Sources:
         return Version(label, chosen | derive(tree, [*stale], label), models, single, tree, stale)
 
     def _of_tree(self, tree: Tree, label: str) -> Version:
-        """Return generated/ where it is up to date, else the current derivation of models/."""
+        """Return generated/ if it is up to date, else a fresh derivation of models/."""
         if not tree.models:
             generated = _generated(tree.root / "generated")
             return Version(label, self._chosen(generated), tuple(generated))
@@ -130,7 +130,7 @@ class Sources:
         return Version(label, folders | derive(tree, old, label), tree.models, tree=tree, stale=stale)
 
     def _of_revision(self, revision: Revision) -> Version:
-        """Return the committed generated/, or derive models/ where generated/ is stale or of an older schema."""
+        """Return the committed generated/; derive models/ if it is stale or of an older schema."""
         root = self.scratch / revision.commit
         models = revision.models()
         folders = self._chosen({name: root / "generated" / name for name in models})
@@ -151,7 +151,7 @@ class Sources:
 
 
 def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
-    """Return why a generated folder does not match the models beside it; an empty text if there are none."""
+    """Return the reason why a generated folder does not match its models; empty without models."""
     try:
         return outdated(tree, model) if _schema(folder) == SCHEMA else ()
     except InputError:  # reported by its reader
@@ -159,7 +159,7 @@ def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
 
 
 def _mixed(folder: Path) -> tuple[str, ...]:
-    """Say which files of a revision's generated folder are not of one derivation, as after a merge."""
+    """Name the files of a revision's generated folder that come from different derivations, as after a merge."""
     try:
         check_unedited(read_manifest(folder, any_age=True))
     except InputError as error:
@@ -168,7 +168,7 @@ def _mixed(folder: Path) -> tuple[str, ...]:
 
 
 def _tree_around(folders: Mapping[str, Path]) -> Tree | None:
-    """Return the tree that folders are the generated/ of."""
+    """Return the project whose generated/ contains the folders."""
     places = {folder.resolve().parent for folder in folders.values()}
     tree = Tree(places.pop().parent) if len(places) == 1 else None
     if tree is None or any(folder.resolve() != tree.root / "generated" / name for name, folder in folders.items()):
@@ -177,7 +177,7 @@ def _tree_around(folders: Mapping[str, Path]) -> Tree | None:
 
 
 def _files_outside_models(folder: Path) -> list[str]:
-    """Return the files that a derivation read outside of models/, below the root of its tree."""
+    """Return the files outside models/, but inside the project, that a derivation read."""
     try:
         names = read_manifest(folder, any_age=True).inputs_sha256
     except InputError:
@@ -187,7 +187,7 @@ def _files_outside_models(folder: Path) -> list[str]:
 
 
 def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
-    """Derive models with this codegen, each in its own process; the cache keeps earlier derivations.
+    """Derive models with this codegen, each in its own process, or take them from the cache.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
 
 
 def derived(tree: Tree, model: str, label: str, structure: Mapping[str, str] | None = None) -> Path:
-    """Return the current derivation of a model; the previous folder lists the files it loads.
+    """Return the current derivation of a model; the previous folder lists the additional files that it reads.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linearisation points of two versions of a model, and eigenvalues that differ there: of the plant and of each loop."""
+"""Linearisation points of two versions, and differing eigenvalues of plant and loops there."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from mehvar.runtime.model.parameters import vector
 Pairs = tuple[tuple[complex, complex], ...]
 
 _STEPS = 20
-"""Gauss-Newton doubles the correct digits at each step near an equilibrium; without one, more steps do not help."""
+"""Gauss-Newton steps. Near an equilibrium each doubles the correct digits; elsewhere further steps do not help."""
 _ROUNDING = 1e-9
-"""Bound relative to a state: smaller values are printed as zero."""
+"""Bound relative to a state, below which values print as zero."""
 _EIGENVALUE_ROUNDING = 1e-5
-"""Relative to the largest eigenvalue. A triple eigenvalue is good to the third root of the machine's precision only,
-6e-6."""
+"""Tolerance relative to the largest eigenvalue: a triple eigenvalue has an error of 6e-6, the cube root of the
+machine's precision."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """Eigenvalues of a closed loop that a change has moved.
+    """Eigenvalues of a closed loop that changed.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ def start(model: Model) -> FloatArray:
 def rest(
     rate: Callable[[FloatArray], FloatArray], slope: Callable[[FloatArray], FloatArray], x: FloatArray
 ) -> FloatArray:
-    """Look for a zero of a rate by Gauss-Newton steps of least length."""
+    """Search for a zero of the rates by Gauss-Newton steps of least length."""
     for _ in range(_STEPS):
         matrix = slope(x)
         if not np.all(np.isfinite(matrix)):
@@ -71,12 +71,12 @@ def rest(
 
 
 def named(names: Iterable[str], x: FloatArray) -> tuple[tuple[str, float], ...]:
-    """Return the elements of a point that are not zero, by name."""
+    """Return the nonzero elements of a point by name."""
     return tuple((name, float(value)) for name, value in zip(names, x, strict=True) if abs(value) > _ROUNDING)
 
 
 def moved(old: FloatArray, new: FloatArray) -> Pairs:
-    """Return the eigenvalues of two matrices that differ, matched, one of each conjugate pair."""
+    """Return the differing eigenvalues of two matrices in pairs, one for each conjugate pair."""
     from scipy.optimize import linear_sum_assignment  # half a second that an unchanged model need not wait
 
     if not (np.all(np.isfinite(old)) and np.all(np.isfinite(new))):
@@ -90,7 +90,7 @@ def moved(old: FloatArray, new: FloatArray) -> Pairs:
 
 
 def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
-    """Return the loops whose eigenvalues differ, and why other loops have none.
+    """Return the loops whose eigenvalues differ, and the reasons why other loops have none.
 
     Loops are compared for laws that both versions have with the same number of states.
     """
@@ -114,7 +114,7 @@ def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...
 
 
 def undifferentiated(models: Sequence[Model]) -> bool:
-    """Return True if a version was generated before laws had derivatives."""
+    """Return True for a version from before laws had derivatives."""
     return any(not differentiable(model, law) for model in models for law in model.manifest.controllers.values())
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structures of a model beside the default one: which sources may change them, and folders of both sides to compare."""
+"""Structures of a model besides the default: the sources that may change them, and folders of both sides."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .sources import Version, derived
 ALL = "all"
 _ALLOWED = f"{ALL} or NAME=VALUE[,NAME=VALUE]"
 _WORDS = frozenset(("title", "description"))
-"""Keys of tables that are for people."""
+"""Keys of tables with texts for people."""
 _CALL = """
 import json, sys
 from pathlib import Path
@@ -38,7 +38,7 @@ print(json.dumps(getattr(structures, sys.argv[1])(Tree(Path.cwd()), *map(json.lo
 
 @dataclass(frozen=True)
 class Variant:
-    """One structure on both sides.
+    """One structure in both versions.
 
     Attributes
     ----------
@@ -54,20 +54,20 @@ class Variant:
 
     @property
     def is_refused(self) -> bool:
-        """True where neither side has it."""
+        """True if both sides refuse the structure."""
         return isinstance(self.old, str) and isinstance(self.new, str)
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Structures that are compared besides the default one, and True if these are all."""
+    """Structures to compare besides the default, and True if these are all."""
 
     variants: tuple[Variant, ...]
     complete: bool
 
 
 def changed_sources(model: str, old: Version, new: Version) -> tuple[str, ...]:
-    """Return the changed files on which structures outside the comparison depend; comments and layout do not count.
+    """Return changed files that uncompared structures depend on; comments and layout do not count.
 
     Empty for a model without structural choices.
     """
@@ -122,7 +122,7 @@ def _without_words(value: object) -> object:
 
 
 def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> Selection:
-    """Derive the structures that a user names, on both sides, each in its own process; the cache keeps them.
+    """Derive the structures that a user names on both sides, each in its own process, or take them from the cache.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def _name(structure: Mapping[str, str]) -> str:
 
 
 def _read(text: str, choices: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """Read NAME=VALUE[,NAME=VALUE], without the values that are defaults."""
+    """Read NAME=VALUE[,NAME=VALUE] and drop values that are defaults."""
     structure = read_settings(text.split(","), "--structures")
     for name, value in structure.items():
         if name not in choices:
@@ -174,7 +174,7 @@ def _read(text: str, choices: Mapping[str, Sequence[str]]) -> dict[str, str]:
 
 
 def _variant(model: str, old: Version, new: Version, structure: Mapping[str, str]) -> Variant:
-    """Derive a structure on both sides; if neither accepts it, add the choices that it needs."""
+    """Derive a structure on both sides. If both refuse it, add the choices that it requires."""
     variant = _derived(model, old, new, structure)
     if not variant.is_refused:
         return variant
@@ -194,7 +194,7 @@ def _derived(model: str, old: Version, new: Version, structure: Mapping[str, str
 
 
 def _call(version: Version, function: str, *arguments: object) -> Any:
-    """Call a function of `codegen.structures`, in a process that has imported no other models."""
+    """Call a function of `codegen.structures` in a new process, without models of this one."""
     assert version.tree is not None
     process = run_python(version.tree.root, "-c", _CALL, function, *map(json.dumps, arguments))
     if process.returncode:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as text: indented lines, coloured and wrapped on a terminal, plain elsewhere."""
+"""A comparison as indented text, coloured and wrapped on a terminal."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
 
 _ZERO = 1e-9
-"""Bound for a rate at rest, and for one part of an eigenvalue relative to the other, that is rounding error."""
+"""Rounding bound of a rate at an equilibrium, and of one part of an eigenvalue relative to the other."""
 _ALIKE = ("family", "symmetric")
-"""Groups that are reported once, by the first member."""
+"""Kinds of groups that are reported once, by their first member."""
 _CAUSAL = ("follows", "solved")
-"""Groups that are reported after their cause."""
+"""Kinds of groups that follow their cause in the report."""
 _PART = 1e-3
-"""Relative change of a metric below which it is counted, not listed; three digits do not show it."""
+"""Relative change of a metric below which it is only counted: three digits do not show it."""
 _NAMED = 12
-"""Number of equations named where all have the same report: two lines of a terminal. A page folds them all below."""
+"""Number of equations that one shared report names, two lines of a terminal; a page lists all."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
 _TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
-"""Verdicts that are reported for single equations, in this order."""
+"""Verdicts with separate reports, in this order."""
 _WHOLE = 8
-"""Number of sources reported with counterexample and evidence; the rest share a line. A page has all."""
+"""Number of causes with counterexample and evidence; the rest share a line. A page has all."""
 _RUNS, _METRICS = 4, 5
-"""Runs reported with their metrics, the most changed first, and metrics of each. A page has all of them."""
+"""Number of runs listed with metrics, most changed first, and of metrics per run. A page has all."""
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
@@ -75,18 +75,18 @@ def lines(
 
 
 def choices(comparison: Comparison) -> list[str]:
-    """Say which structural choices differ."""
+    """Return the structural choices that differ, as text."""
     return [f"structure {name}: {old} -> {new}" for name, old, new in comparison.structure]
 
 
 def counted(comparison: Comparison) -> str:
-    """Count equations by verdict, as in "1 changed, 6 inherited, 40 unchanged"."""
+    """Return the numbers of equations by verdict, as in "1 changed, 6 inherited, 40 unchanged"."""
     counts = [(len(comparison.of(verdict)), word) for verdict, word in _COUNTED.items()]
     return ", ".join(f"{count} {word}" for count, word in counts if count)
 
 
 def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
-    """Return the name of an equation, or of a family, with its number and title."""
+    """Return the name of an equation, or of those of equal parts, with number and title."""
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
         return about
@@ -95,17 +95,17 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
 
 
 def families(comparison: Comparison) -> dict[str, Story]:
-    """Return the family that each equation belongs to, where the same edit was made in several."""
+    """Return the group of equal parts for each equation whose parts have the same edit."""
     return {name: group for group in comparison.groups if group.kind in _ALIKE for name in group.names}
 
 
 def stories(comparison: Comparison) -> list[str]:
-    """Return the reports that cover several equations at once, except families and consequences."""
+    """Return the reports that cover several equations, except equal parts and consequences."""
     return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
-    """Yield the equations with reports of their own; a family once, by its first member."""
+    """Yield the equations with separate reports; the first stands for all equal parts."""
     family = families(comparison)
     for equation in (e for fate in _TOLD for e in comparison.of(fate)):
         group = family.get(equation.name)
@@ -115,7 +115,7 @@ def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story |
 
 
 def following(comparison: Comparison, equation: EquationChange | None = None) -> str:
-    """Return the consequences of a cause, or of changed equations of motion, in one line; empty if there are none."""
+    """Return the consequences of a cause, or of changed equations of motion, in one line; empty without any."""
     kind, source = ("solved", "") if equation is None else ("follows", handle(equation))
     for group in comparison.groups:
         names = group.names if equation is None else group.names[1:]
@@ -133,18 +133,18 @@ def _many(names: Sequence[str]) -> str:
 
 
 def is_quiet(equation: EquationChange) -> bool:
-    """Return True for an equation that is only a name that other equations began or ceased to use."""
+    """Return True for an equation that is only a name that others began or ceased to use."""
     return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
 def evidence(equation: EquationChange) -> str:
-    """Return the evidence for the verdict, with the test of the edits if there was one."""
+    """Return the evidence for the verdict, with the test of the edits if there is one."""
     replayed = "; the edits, applied to the old form, give the new one" if equation.replayed and equation.edits else ""
     return equation.how + replayed
 
 
 def example(equation: EquationChange) -> str:
-    """Return the counterexample in one line, or nothing."""
+    """Return the counterexample in one line; empty without one."""
     point = equation.counterexample
     if not point:
         return ""
@@ -153,25 +153,25 @@ def example(equation: EquationChange) -> str:
 
 
 def edit_title(edit: Edit) -> str:
-    """Return position and effect of an edit; a position that is just the edited part is omitted."""
+    """Return place and effect of an edit; the place is omitted if it equals the edited part."""
     places = [place for place in edit.path if edit.old is None or place != edit.old.text]
     where = " > ".join(places)
     return f"in {where}: {edit.says}" if where else edit.says
 
 
 def is_complete(edit: Edit) -> bool:
-    """Return True if an edit's text contains its old and new expressions already."""
+    """Return True if the words of an edit already contain its old and new expressions."""
     return all(part is None or part.text in edit.says for part in (edit.old, edit.new))
 
 
 def listed_parameters(comparison: Comparison) -> list[ParameterChange]:
-    """Return the names and numbers that are reported: of a family the first member only."""
+    """Return the reported names and numbers; the first stands for all equal parts."""
     extended = comparison.extended()
     return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
 
 
 def labels(comparison: Comparison, names: Sequence[str]) -> str:
-    """Return the shortest names of equations, each once."""
+    """Return the shortest unambiguous names of equations, without duplicates."""
     shortest = {equation.name: label(equation) for equation in reversed(comparison.equations)}
     every = list(dict.fromkeys(shortest.get(name, name) for name in names))
     rest = f" and {len(every) - _NAMED} more" if len(every) > _NAMED + 1 else ""
@@ -258,13 +258,13 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 
 
 def consequence_lines(follows: Consequences) -> Iterator[str]:
-    """Yield the effects of a change, one finding a line; loops first, because they fly."""
+    """Yield the effects of a change, one line each; loops first, as they decide the flight."""
     yield from run_lines(follows.runs)
     yield from plant_lines(follows)
 
 
 def plant_lines(follows: Consequences) -> Iterator[str]:
-    """Yield the effects on the plant, on eigenvalues and on the number of operations."""
+    """Yield the effects on the plant, its eigenvalues and the operation counts."""
     if follows.rates:
         yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
         yield from _first(f"  {r.name}'  {r.largest:.3g} {r.unit}  ({r.typical:.3g})" for r in follows.rates)
@@ -312,7 +312,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
 
 
 def _first(texts: Iterable[str], count: int = _NAMED) -> Iterator[str]:
-    """Yield the first lines of a table, and the number of the others."""
+    """Yield the first lines of a table and the number of the others."""
     rows = list(texts)
     kept = rows if len(rows) <= count + 1 else rows[:count]
     yield from kept
@@ -321,7 +321,7 @@ def _first(texts: Iterable[str], count: int = _NAMED) -> Iterator[str]:
 
 
 def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
-    """Return runs with their scenarios, those that differ alike under one law together."""
+    """Return runs with their scenarios; scenarios with equal differences under a law share an entry."""
     groups: dict[RunChange, list[str]] = {}
     for run in runs:
         groups.setdefault(replace(run, scenario=""), []).append(run.scenario)
@@ -329,19 +329,19 @@ def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
 
 
 def same_runs(runs: Runs) -> str:
-    """Name the runs that are equal in all metrics, law by law."""
+    """Return the runs whose metrics are all equal, law by law."""
     laws = dict.fromkeys(law for law, _ in runs.same)
     scenarios = {law: ", ".join(scenario for other, scenario in runs.same if other == law) for law in laws}
     return "; ".join(f"{names} under {law}" for law, names in scenarios.items())
 
 
 def refused_runs(runs: Runs) -> list[str]:
-    """Return the runs that neither version accepts, with the reason."""
+    """Return the runs that both versions refuse, with the reason."""
     return [f"not run, as both refuse it: {scenario} under {law}: {reason}" for law, scenario, reason in runs.refused]
 
 
 def outcome(run: RunChange) -> str:
-    """Say how a run differs."""
+    """Return the difference of a run in words."""
     ends = [f"{side} {end}" for side, end in (("the old one", run.old), ("the new one", run.new)) if end]
     if run.old == run.new:
         ends = [f"both {run.old}"] if run.old else []
@@ -351,12 +351,12 @@ def outcome(run: RunChange) -> str:
 
 
 def listed_metrics(run: RunChange) -> list[MetricChange]:
-    """Return the metrics that moved enough to be listed."""
+    """Return the metrics whose change is large enough to be listed."""
     return [m for m in run.metrics if not abs(m.new - m.old) < _PART * max(abs(m.old), abs(m.new))]
 
 
 def relative(metric: MetricChange) -> str:
-    """Return by how much of its old value a metric moved, or nothing where that has no meaning."""
+    """Return the change of a metric relative to its old value; empty where that has no meaning."""
     part = (metric.new - metric.old) / abs(metric.old) if metric.old else math.inf
     return f"  ({100 * part:+.3g} %)" if math.isfinite(part) else ""
 
@@ -369,7 +369,7 @@ def margin_rows(change: MarginChange) -> Iterator[tuple[str, str, str]]:
 
 
 def margin_text(margin: Margin | None) -> str:
-    """Return a margin as text; undefined where the linearised loop is not stable or the input is not used."""
+    """Return a margin as text; "undefined" for an unstable loop or an unused input."""
     if margin is None:
         return "not defined"
     return f"x{margin.gain:.3g}, {math.degrees(margin.phase):.3g} deg"
@@ -381,7 +381,7 @@ def unit(loop: Loop) -> str:
 
 
 def point(follows: Consequences) -> str:
-    """Say where a model was linearised."""
+    """Return the linearisation point as text."""
     steady = "" if follows.residual < _ZERO else f", largest rate there {follows.residual:.2g}"
     return f"{place(follows.point)}{steady}"
 
@@ -393,7 +393,7 @@ def place(values: Sequence[tuple[str, float]]) -> str:
 
 
 def number(value: complex) -> str:
-    """Return an eigenvalue, and its conjugate if it has one, to four digits."""
+    """Return an eigenvalue, with its conjugate if it has one, to four digits."""
     size = _ZERO * abs(value)
     real = f"{value.real:.4g}" if abs(value.real) > size else ""
     imaginary = f"± {abs(value.imag):.4g}i" if abs(value.imag) > size else ""

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of parameters from data, and gains from a cost."""
+"""Estimation of parameters from data, tuning of gains, and inputs that lead to a state."""

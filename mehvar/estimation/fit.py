@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters and initial states from a recorded run, by nonlinear least squares."""
+"""Estimation of parameters and initial states from a recorded run by nonlinear least squares."""
 
 from __future__ import annotations
 
@@ -25,16 +25,18 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 _STEP = 3e-4
-"""Relative step of a central difference: the cube root of a run's relative error of some 1e-11, which balances it with
-the error of the difference; about 1e-7 of a derivative remain."""
+"""Relative step of a central difference: the cube root of a run's relative error, about 1e-11, balances both errors.
+A derivative then has an error of about 1e-7."""
 _UNSEEN = 1e-6
-"""A combination that acts on the data a millionth as strongly as the strongest one drowns in those 1e-7."""
+"""Bound on singular values relative to the largest one: a combination of parameters with a smaller effect on the
+data is lost in derivative errors of 1e-7."""
 _RUN_ERROR = 1e-11
-"""Relative error of a run with the default tolerances. Divided by the step it bounds the error of a derivative."""
+"""Relative error of a run with default tolerances. Divided by the step, it bounds the error of a derivative."""
 _FLAT = 0.1
-"""Relative change that tells what the data do not see from what acts in steps, such as a time between two samples."""
+"""Relative change that separates parameters without any effect from those that act in steps, such as a time between
+two samples."""
 _FAR = 1e3
-"""Residual, in deviations, of a sample that a trial run did not reach."""
+"""Residual, in standard deviations, of a sample that a trial run did not reach."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +232,7 @@ class _Problem:
         return simulate(self._model, self._controller, self._scenario, parameters, initial, **self._options)
 
     def _residuals(self, relative: FloatArray) -> FloatArray:
-        """Return the residuals in deviations of the noise; large where a run did not come, or where none is allowed."""
+        """Return the residuals in standard deviations of the noise; large for runs that fail or are not allowed."""
         values = self._start + relative * self._scale
         try:
             run = self._run(dict(zip(self._free, map(float, values), strict=True)))
@@ -256,12 +258,14 @@ class _Problem:
                 ends.append((float(point[k]), self._residuals(point)))
             (above, plus), (below, minus) = ends
             if np.all(plus == _FAR) and np.all(minus == _FAR):
-                raise InputError(f"{self._free[k]} cannot be fitted (from free): no value close to its own is allowed")
+                raise InputError(
+                    f"{self._free[k]} cannot be fitted (from free): no other value near its first guess is allowed"
+                )
             columns.append((plus - minus) / (above - below))
         return np.stack(columns, axis=1)
 
     def _bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds of the relative changes; open bounds are kept off by a step."""
+        """Return the bounds of the relative changes; an open bound is moved inwards by a step."""
         manifest, law = self._model.manifest, self._law()
         rows = {q.name: q for q in (*manifest.parameters, *manifest.scenario_parameters)}
         rows |= {} if law is None else {q.name: q for q in law.parameters}
@@ -273,7 +277,7 @@ class _Problem:
         return np.minimum(low, 0), np.maximum(high, 0)
 
     def solve(self, start: FloatArray | None = None) -> FloatArray:
-        """Return the relative changes of the free values with the least residuals."""
+        """Return the relative changes of the free values that minimise the residuals."""
         from scipy.optimize import least_squares
 
         low, high = self._bounds()
@@ -297,7 +301,7 @@ class _Problem:
         return np.asarray(result.x, float)
 
     def estimate_sigma(self, relative: FloatArray) -> None:
-        """Estimate the deviations of the noise from the residuals."""
+        """Estimate the standard deviations of the noise from the residuals."""
         rows = self._by_variable(self._residuals(relative))
         samples = int(np.count_nonzero(self._kept))
         share = samples / (samples - len(self._free))
@@ -315,19 +319,19 @@ class _Problem:
         return rows
 
     def _check_flat(self, relative: FloatArray, residuals: FloatArray, directions: FloatArray) -> None:
-        """Refuse combinations without a slope whose larger changes do act on the data."""
+        """Refuse combinations of parameters with zero slope whose larger changes affect the data."""
         for direction in directions:
             for step in (_FLAT * direction, -_FLAT * direction):
                 moved = self._residuals(np.clip(relative + step, *self._bounds()))
                 if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
                     name = self._free[int(np.argmax(np.abs(direction)))]
                     raise InputError(
-                        f"{name} cannot be fitted (from free): small changes do not act on the data and larger ones "
-                        "do, as a time within a sample; leave it out, or start from another value"
+                        f"{name} cannot be fitted (from free): small changes have no effect on the data and larger "
+                        "ones do (as for a time within a sample). Leave it out, or start from another value"
                     )
 
     def result(self, relative: FloatArray, known_noise: bool) -> Fit:
-        """Return the estimates with their covariance and the tests of the residuals."""
+        """Return estimates, covariance and tests of the residuals."""
         from scipy.stats import chi2, norm
 
         residuals, jacobian = self._residuals(relative), self._jacobian(relative)
@@ -378,7 +382,7 @@ def _names(free: Sequence[str]) -> tuple[str, ...]:
 
 
 def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
-    """Return the options that make a run with the samples of the data."""
+    """Return the run options that reproduce the samples of the data."""
     for name in ("t_end", "dt_out", "inputs"):
         if name in options:
             raise bad_value(name, options[name], "left out: the data decide it")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gains by gradient, on common random numbers, against a cost over dispersions."""
+"""Gradient-based tuning of gains against a mean cost over dispersed runs with common random numbers."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from mehvar.runtime.run.problem import COMPLETE
 
 FloatArray = NDArray[np.float64]
 _STEP = 1e-4
-"""Relative step of a central difference: the same random numbers on both sides leave the error of the integration,
-some 1e-11, over a step whose square is the error of the difference."""
+"""Relative step of a central difference. Common random numbers leave only the integration error, about 1e-11, so the
+cube root balances both errors."""
 _WITHOUT_EFFECT = {"success", "until", "require", "confidence", "save", "out", "resume"}
-"""Arguments of a batch that decide what is kept or told of it."""
+"""Arguments of a batch that only affect what is stored or reported."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Tuning:
 
     @property
     def answer(self) -> Literal["better", "worse", "undecided"]:
-        """Verdict of the held-out runs on the new gains."""
+        """Verdict on the new gains from separate test runs."""
         return "better" if self.low > 0 else "worse" if self.high < 0 else "undecided"
 
     def __repr__(self) -> str:
@@ -141,7 +141,9 @@ def tune(
         raise bad_value("vary", vary, "given: without dispersions or noise all runs are the same")
     store = runs({}, seed)
     if (design := design_of(store.attributes)) != "random":
-        raise InputError(f"vary, sampling: a {design} design has no independent runs to judge by: use random")
+        raise InputError(
+            f"vary, sampling: a {design} design has no independent runs for a verdict: use sampling = random"
+        )
     number.check_names(scalars(store), notes(store))
     nominal = json.loads(store.attributes["nominal"])
     for name in free:
@@ -197,14 +199,14 @@ def tune(
 
 
 def _costs(store: Store, number: Number) -> FloatArray:
-    """Return the cost of each run; infinite for one that did not reach its end or has no number."""
+    """Return the cost of each run; infinite for a run that ended early or has no value."""
     costs = number(lambda name: column(store, name))
     return np.where(np.isin(store.read(STATUS), COMPLETE) & np.isfinite(costs), costs, math.inf)
 
 
 @dataclass(frozen=True)
 class _Scales:
-    """Gains as functions of points of the search, which begins at zero."""
+    """Map from points of the search, which starts at zero, to gains."""
 
     start: FloatArray
     logarithmic: NDArray[np.bool_]
@@ -220,7 +222,7 @@ class _Scales:
 def _scales(
     model: Model, controller: str, free: Sequence[str], start: FloatArray
 ) -> tuple[_Scales, FloatArray, FloatArray]:
-    """Return the scales and bounds of the search; it keeps a difference step off an end that is excluded."""
+    """Return scales and bounds of the search; it stays a difference step away from an excluded end."""
     law = model.manifest.controllers[controller]
     rows = {q.name: q for q in all_parameters(model.manifest, law)}
     logarithmic = np.array([rows[name].lower >= 0 and value > 0 for name, value in zip(free, start, strict=True)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C code that refuses values at the end of an FMU's initialization: bounds of parameters, other conditions."""
+"""C code that refuses invalid start values of an FMU: bounds of parameters and other conditions."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from mehvar.base.names import identifier
 from .variables import Subject
 
 _TEXT = 1024
-"""Bytes of a message at most; the rest is cut off."""
+"""Largest size of a message in bytes; the rest is cut off."""
 
 
 def refusals(subject: Subject) -> list[str]:
-    """Return the lines of a C function that decides if the values v are refused, with the reason.
+    """Return a C function that refuses invalid values v and writes the reason.
 
     Conditions with scenario parameters, which an FMU does not have, apply only to its start.
     """
@@ -80,7 +80,7 @@ def _conditions(subject: Subject, name: str, messages: Sequence[str], groups: st
 
 
 def _message(subject: Subject, message: str) -> str:
-    """Return the C expression that writes a message of the manifest with the values that it names."""
+    """Return the C expression that writes a manifest's message with the current values."""
     values = {q.name: f"s[{k}]" for k, q in enumerate(subject.model.manifest.scenario_parameters)}
     for group, parameters in (
         ("C", subject.law.parameters if subject.law else ()),

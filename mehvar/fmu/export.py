@@ -24,7 +24,7 @@ from .sources import UNITS, c_sources
 from .variables import subject
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Date of every member, so that the same model gives the same bytes."""
+"""Fixed date of all members of the archive, so that the same model gives the same bytes."""
 
 
 def export_fmu(
@@ -86,7 +86,7 @@ def export_fmu(
 
 
 def _binary_path(name: str, fmi: Version) -> str:
-    """Return where the binary of this platform stands in the file."""
+    """Return the path of this platform's binary inside an FMU."""
     machine = platform.machine().lower()
     system = {"win32": "win", "darwin": "darwin"}.get(sys.platform, "linux")
     if fmi == "2.0":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C sources of an FMU: the generated files, our integrators, and a header that connects them."""
+"""C sources of an FMU: generated files, integrators, and a header that connects them."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .variables import KINDS, NO_LAW, Subject
 
 _GROUPS = ("T", "P", "C", "R", "U", "Q", "D", "X", "Y", "Z", "M", "G")
 UNITS = ("unit.c", "tangents.c")
-"""The files that are compiled."""
+"""C files of an FMU that are compiled."""
 _UNOPTIMISED = (
     '#if defined __clang__\n#pragma clang optimize off\n#elif defined __GNUC__\n#pragma GCC optimize ("O0")\n#endif\n'
 )
-"""For the derivatives, which are rarely called: compile time matters more than run time."""
+"""Compiler flags for derivatives, which are rarely called: short compilation matters more than speed."""
 _CLASSES = {
     "parameter": "p",
     "input": "i",
@@ -32,7 +32,7 @@ _CLASSES = {
 
 
 def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
-    """Return the files of the folder `sources`, of which `UNITS` are compiled.
+    """Return the files of the folder `sources`; those in `UNITS` are compiled.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
 
 
 def _tangents(manifest: Manifest) -> str:
-    """Return the text that compiles the generated functions for dual numbers, under other names than for plain ones."""
+    """Return C text that compiles the generated functions again for dual numbers, under other names."""
     own = [f.name for f in manifest.functions.values() if f.file == file_of(manifest.model, "")]
     names = [f"{identifier(manifest.model)}_{identifier(name)}" for name in own]
     units = ("dual.h", file_of(manifest.model, ""), "tangents.h")
@@ -118,7 +118,7 @@ def _symbol(subject: Subject, name: str) -> str:
 
 
 def _assignments(subject: Subject) -> str:
-    """Return the C statement that fills in the addresses of an mv_model."""
+    """Return the C statement that sets the function addresses of an mv_model."""
     manifest = subject.model.manifest
     given = ("reference", "outputs")  # by the importer, and by our own header
     plant = ("actuate", "measure") if subject.law is None else ()  # whose input is what acts

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Variables of an FMU: groups of variables in a sequence, whose positions are the value references."""
+"""Variables of an FMU: groups of variables in a fixed order, whose positions are the value references."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from mehvar.runtime.run.calls import events_of, loop_calls
 
 Kind = Literal["plant", "loop", "sampled"]
 KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
-"""The plant by itself, under a continuous law, under a sampled law; numbered as in native/fmu/core.h."""
+"""Kinds of FMU: plant alone, continuous loop, sampled loop; numbered as in native/fmu/core.h."""
 _IDLE = " (without effect in this FMU)"
 _STATES = 64
-"""Random states, of which few miss a branch of a sensor."""
+"""Number of random states, enough to reach nearly all branches of a sensor."""
 NO_LAW = Controller(name=OPEN_LOOP, title="", memory=(), period=None, parameters=(), constraints=(), warnings=())
 
 
@@ -54,7 +54,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Subject:
-    """Contents of an FMU: a model, a law or none, and its variables by group.
+    """Contents of an FMU: a model, its law or None, and its variables by group.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Subject:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """Events of the loop, a guard each."""
+        """Events of the loop, one guard each."""
         return events_of(self.model.manifest, self.law or NO_LAW, self.kind != "loop")
 
     @property
@@ -100,7 +100,7 @@ class Subject:
 
 
 def subject(model: Model, controller: str | None, scenario: str | None) -> Subject:
-    """Return the variables of a model under a law or none, with the start values of a scenario.
+    """Return the variables of a model with or without a law, with the start values of a scenario.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def _parameters(
 
 
 def _acting(model: Model, law: Controller, kind: Kind, x: FloatArray, p: FloatArray) -> frozenset[str]:
-    """Return the names of parameters with an effect: an FMU has no noise, no delay and, alone, no actuator."""
+    """Return the parameters with an effect: an FMU has no noise or delay, and a plant alone has no actuator."""
     manifest = model.manifest
     calls = {identifier(f.name) for f in loop_calls(manifest, law, "", kind != "loop").values()} - {"reference"}
     calls -= {"actuate", "measure"} if law is NO_LAW else set()
@@ -188,7 +188,7 @@ def _acting(model: Model, law: Controller, kind: Kind, x: FloatArray, p: FloatAr
 
 
 def _measures(model: Model, name: str, x: FloatArray, p: FloatArray) -> bool:
-    """Return True if a parameter acts on measurements without noise, at states about some x."""
+    """Return True if a parameter affects measurements without noise, at states around some x."""
     place = [q.name for q in model.manifest.parameters].index(name)
     row = model.manifest.parameters[place]
     states = x + np.random.default_rng(0).normal(0, 1, (_STATES, len(x)))
@@ -201,7 +201,7 @@ def _measures(model: Model, name: str, x: FloatArray, p: FloatArray) -> bool:
 
 
 def _rate(unit: str) -> str:
-    """Return the unit of a rate: "rad/s" to "rad/s^2"."""
+    """Return the unit of the rate of a quantity: "rad/s" becomes "rad/s^2"."""
     if unit == "1":
         return "1/s"
     return f"{unit.removesuffix('/s')}/s^2" if unit.endswith("/s") else f"{unit}/s"

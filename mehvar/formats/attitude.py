@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Attitudes of a run for flight dynamics: an Attitude Ephemeris Message of CCSDS, and a C-kernel of SPICE.
+"""Attitude files of a run for flight dynamics: CCSDS Attitude Ephemeris Message and SPICE C-kernel.
 
 A result has quaternions and rates under names of its own, in frames of its own, from a time zero of its own. Whoever
 converts it names what they are elsewhere.
@@ -45,9 +45,9 @@ NAMES: Mapping[str, Mapping[str, str]] = {
         "kernels": "kernels of leap seconds and of the clock",
     },
 }  # fmt: skip
-"""Arguments of each format, by name; `rates`, three components of the rate in frame B, is optional in each."""
+"""Arguments of each format by name; the optional `rates` are three components in frame B."""
 _DIGITS = 1e-6
-"""Largest difference of a quaternion's norm from one: far above the 1e-12 of a run, far below any other meaning."""
+"""Tolerance of a quaternion's norm: far above a run's error of 1e-12, far below the norm of anything else."""
 _EPOCH = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,9})?", re.ASCII)
 
 
@@ -95,7 +95,7 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
         if name not in (*needed, "rates"):
             raise unknown_name("name of an attitude", name, [*needed, "rates"], ORIGIN)
     if missing := [f"{name} ({text})" for name, text in needed.items() if not about.get(name)]:
-        raise InputError(f"{to} needs to be told {'; '.join(missing)}: give {ORIGIN} NAME=VALUE")
+        raise InputError(f"{to} needs {'; '.join(missing)}: give {ORIGIN} NAME=VALUE")
     if not _EPOCH.fullmatch(about["epoch"]):
         raise bad_value("epoch", about["epoch"], "as 2026-03-21T12:00:00, with nine decimals at most", ORIGIN)
     quaternion = _columns(run, "quaternion", about["quaternion"], 4, {"1": 1.0})
@@ -104,7 +104,7 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
         rates = _columns(run, "rates", about["rates"], 3, {"rad/s": 1.0, "deg/s": np.pi / 180})
     t = run["t"].values
     if len(t) < 2 or not (np.diff(t) > 0).all():
-        raise InputError("an attitude needs two samples or more, at times that increase")
+        raise InputError("an attitude needs at least two samples at increasing times")
     norms = np.linalg.norm(quaternion, axis=1)
     worst = int(np.abs(norms - 1).argmax())
     if not np.abs(norms - 1).max() < _DIGITS:
@@ -163,7 +163,7 @@ def message(attitude: Attitude) -> bytes:
 
 
 def _instant(epoch: str, t: float) -> str:
-    """Return the time t after an epoch, to nanoseconds, by days of 86 400 s."""
+    """Return the time t after an epoch, rounded to nanoseconds; days have 86 400 s."""
     whole, _, fraction = epoch.partition(".")
     nanoseconds = int(fraction.ljust(9, "0") or 0) + round(Decimal(t) * 10**9)
     try:
@@ -174,7 +174,7 @@ def _instant(epoch: str, t: float) -> str:
 
 
 def kernel(attitude: Attitude) -> bytes:
-    """Return a C-kernel with a segment of type 3, by spiceypy; the rates turn with the attitude, from frame A.
+    """Return a C-kernel with a segment of type 3, written by spiceypy; the rates are in frame A.
 
     Raises
     ------
@@ -215,7 +215,7 @@ def _whole(name: str, text: str) -> int:
 
 
 def _spice(attitude: Attitude) -> tuple[Sequence[Any], Sequence[Any]]:
-    """Return SPICE's quaternions, scalar first, of the matrices from A to B, and rates in A."""
+    """Return SPICE's quaternions, scalar first, from A to B, and the rates in A."""
     vector, scalar = attitude.quaternion[:, :3], attitude.quaternion[:, 3:]
     rates = np.zeros_like(vector) if attitude.rates is None else attitude.rates
     across = 2 * np.cross(vector, rates)

@@ -31,7 +31,7 @@ ENDINGS = {
     "parquet": ".parquet", "arrow": ".arrow", "netcdf": ".nc", "csv": ".csv", "mat": ".mat", "mat73": ".mat",
     "aem": ".aem", "ck": ".bc",
 }  # fmt: skip
-"""The file names' endings by the word that `--to` takes; of two words for one, an ending stands for the first."""
+"""File endings by the format name of `--to`. If two names share an ending, the ending means the first."""
 _MATLAB = {"mat": matlab5, "mat73": matlab73}
 _ATTITUDES = {"aem": message, "ck": kernel}
 
@@ -47,14 +47,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Conversion:
-    """Files of a conversion, and a note about missing runs; it is empty if none is missing."""
+    """Files of a conversion, and a note about missing runs, which may be empty."""
 
     paths: list[Path]
     note: str = ""
 
 
 def flat_name(name: str, unit: str) -> str:
-    """Return a column's name with its unit, in letters, digits and underscores: "wx_rad_per_s"; "1" adds nothing."""
+    """Return a column name with its unit in letters, digits and underscores: "wx_rad_per_s"; the unit 1 is omitted."""
     if unit in ("", "1"):
         return name
     above, *below = unit.split("/")
@@ -63,7 +63,7 @@ def flat_name(name: str, unit: str) -> str:
 
 
 def format_of(out: str | os.PathLike[str]) -> str:
-    """Return the format that the ending of a file name stands for.
+    """Return the format of a file name's ending.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def convert(
 
 
 def _stored(dataset: xarray.Dataset) -> tuple[xarray.Dataset, str]:
-    """Return the computed runs of a batch by number, and a note about the missing ones."""
+    """Return the completed runs of a batch by number, and a note about missing ones."""
     planned = dataset.sizes["run"]
     stored = np.flatnonzero(dataset[STATUS].values != NOT_RUN)
     if not stored.size:
@@ -204,7 +204,7 @@ def _column(array: xarray.DataArray) -> Column:
 
 
 def _units(dataset: xarray.Dataset) -> dict[str, str]:
-    """Return the unit of every summarised variable, from the model; nothing if the model is not available."""
+    """Return the unit of each summarised variable from the model; empty if the model is not available."""
     name = dataset.attrs["model"]
     if name not in known_models():
         return {}
@@ -246,7 +246,7 @@ def _table(columns: Mapping[str, Column], dataset: xarray.Dataset) -> pyarrow.Ta
 
 
 def _netcdf(dataset: xarray.Dataset) -> bytes:
-    """Return a batch as NetCDF-4, which knows neither names of flexible length nor structures in attributes."""
+    """Return a batch as NetCDF-4, with names of fixed length and attributes as plain texts."""
     plain = dataset.assign_coords({n: c.astype(object) for n, c in dataset.coords.items() if c.dtype.kind not in "fiu"})
     return bytes(plain.assign_attrs({n: _text(v) for n, v in dataset.attrs.items()}).to_netcdf(engine="h5netcdf"))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vocabulary of a ledger, `papers/MODEL/ledger.py`: what a paper prints, and what its symbols mean in the derivation.
+"""Vocabulary of `papers/MODEL/ledger.py`: printed equations of a paper, and the derived meaning of its symbols.
 
 `mehvar diff --paper` judges a ledger, and so does `judge`; `judge_entry` judges one entry while it is being written.
 How an entry is written stands in `mehvar.models.paper`.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a package: sources in `src`, and those of its build system or framework, each from a folder of templates."""
+"""Files of a package: sources in `src`, and the build files from a folder of templates."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ KINDS = {
     "fprime": "A component of F Prime: put this folder into a deployment and `add_fprime_subdirectory` it.",
     "stm32cube": "A CMSIS pack's folder: add `src` to sources and include paths of a project, or install the pack.",
 }
-"""Use of each kind of package; the folder of templates of that name has its files."""
+"""Kinds of packages with their use; each has a folder of templates of that name."""
 FRAMEWORKS = ("cfs", "fprime")
-"""Kinds that call the law, and have lines of their own."""
+"""Kinds of packages for frameworks, which call the law themselves."""
 _NUMBERS = """\
 /* Numbers of this package: the type of mv_real. The code needs nothing of a C library but memcpy and memset,
  * where a compiler puts them. */
@@ -42,7 +42,7 @@ _ARITHMETIC = """\
 
 """
 _NOT_IN_A_PACKAGE = ("boards/", "main.c")
-"""Files that every project supplies itself: the functions of mehvar/board.h, and a main loop."""
+"""Files that each project supplies itself: the functions of mehvar/board.h, and a main loop."""
 
 
 def package(

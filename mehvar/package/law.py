@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law as two files of C: functions on a state that the caller owns, and no more of the model than the law reads."""
+"""A law as two C files: functions on a state that the caller owns, without unused parts of the model."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ class Vector:
 
 
 def law_name(firmware: Program) -> str:
-    """Return the prefix of all names of a law in C, such as satellite_mrac."""
+    """Return the prefix of all C names of a law, such as satellite_mrac."""
     return f"{identifier(firmware.model.name)}_{identifier(firmware.law.name)}"
 
 
 def law_files(firmware: Program, ranges: Mapping[str, tuple[float, float]], version: str) -> dict[str, str]:
-    """Return the law's header and source, and the headers that the laws of all packages share.
+    """Return the law's header and source, and the headers that all packages share.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def law_files(firmware: Program, ranges: Mapping[str, tuple[float, float]], vers
 
 
 def law_facts(firmware: Program, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
-    """Return the values of the templates of a package."""
+    """Return the values for the templates of a package."""
     manifest, law = firmware.model.manifest, firmware.law
     name = law_name(firmware)
     functions = _functions(generated_text(manifest, f"{manifest.model}.c"), name)
@@ -118,7 +118,7 @@ def _camel(name: str) -> str:
 
 
 def _functions(text: str, name: str) -> dict[str, str]:
-    """Return the law's functions by name, and those that they call, in the sequence of the generated C."""
+    """Return the law's functions and the functions they call, in the order of the generated C."""
     texts = {match[1]: match[0] for match in _FUNCTION.finditer(text)}
     needed, rest = set(), [name, *([start] if (start := f"{name}_start") in texts else [])]
     while rest:
@@ -128,14 +128,14 @@ def _functions(text: str, name: str) -> dict[str, str]:
 
 
 def _apart(functions: Mapping[str, str]) -> str:
-    """Return the functions as the source's own."""
+    """Return the functions, declared local to the source."""
     return "\n".join(
         re.sub(r"^(static )?void", "APART void", f, count=1, flags=re.MULTILINE) for f in functions.values()
     )
 
 
 def _vectors(firmware: Program, text: str) -> tuple[Vector, ...]:
-    """Return the vectors of the public header. All except memory and command hold only what the law reads."""
+    """Return the vectors of the public header. Except for memory and command, they contain only what the law reads."""
     manifest, law = firmware.model.manifest, firmware.law
     model, name = identifier(manifest.model).upper(), law_name(firmware).upper()
     period = f"{1000 * firmware.period:g} ms"
@@ -168,7 +168,7 @@ def _vector(
 
 
 def _names(vectors: Sequence[Vector], name: str) -> list[tuple[str, str]]:
-    """Return pairs of enumerators: of the generated functions, and of the public header."""
+    """Return pairs of constants: of the generated functions, and of the public header."""
     return [
         (f"{v.prefix}_{word}", f"{name.upper()}_{v.word}_{word}")
         for v in vectors
@@ -177,7 +177,7 @@ def _names(vectors: Sequence[Vector], name: str) -> list[tuple[str, str]]:
 
 
 def _layout(vectors: Sequence[Vector], name: str) -> str:
-    """Return 32 bits that another law, or another version of it with other inputs or parameters, does not have."""
+    """Return a 32-bit hash of the law's interface: other inputs or parameters give another value."""
     rows = [(v.word, [(q.name, q.unit) for q in v.quantities]) for v in vectors if v.word != "MEMORY"]
     return hashlib.sha256(repr((name, rows)).encode()).hexdigest()[:8]
 
@@ -198,7 +198,7 @@ def _ranges(
 
 
 def _bounds(parameter: Parameter) -> dict[str, str]:
-    """Return the least and the greatest allowed float."""
+    """Return the smallest and the largest allowed float."""
     least, most = (np.float32(np.clip(b, -_LARGEST, _LARGEST)) for b in (parameter.lower, parameter.upper))
     if parameter.lower_open and float(least) <= parameter.lower:  # a closed bound rounds as a value at it does
         least = np.nextafter(least, np.float32(np.inf))
@@ -218,12 +218,12 @@ def _calls(name: str, memory: bool, starts: bool) -> dict[str, str]:
 
 
 def _filled(values: Sequence[float]) -> Sequence[float]:
-    """Return the elements of an array in C, which has at least one."""
+    """Return the elements of a C array, which has at least one."""
     return values or [0.0]
 
 
 def _members(texts: Sequence[str]) -> str:
-    """Return the members of a struct in C, a line each."""
+    """Return the members of a C struct, one line each."""
     return "{\n" + "".join(f"    {text},\n" for text in texts) + "}"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physical laws that the equations of any model must fulfil, and tests of their sensitivity to wrong terms.
+"""Physical laws that the equations of every model must fulfil, and tests that wrong terms violate them.
 
 `machine` evaluates a system by the names of its quantities, `gates` compares values that must agree, `units` and
 `signature` need no declaration, and `mutation` changes the equations term by term. See

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physical laws that a wrong term must violate; a model declares which of them apply and how to read its quantities.
+"""Physical laws that every wrong term should violate. A model declares the applicable ones and its quantities.
 
 A gate compares two sides at random points. Balances differentiate a reading along the motion and compare it with its
 supply; symmetries transform point and right-hand side together; limits compare with a smaller system.
@@ -15,15 +15,15 @@ import numpy as np
 from mehvar.physics.machine import Array, Machine, Points, points
 
 TOLERANCE = 1e-9
-"""Relative to a side. The shipped equations pass with 1.2e-12, most of it from the differences along the motion; a term
-smaller than 1e-9 of its equation would escape, and so would its mutants."""
+"""Tolerance relative to a side. The shipped equations have errors up to 1.2e-12, mostly from differences along the
+motion. Terms below 1e-9 of their equation are not detected."""
 Reading = Callable[[Points], Array]
 Change = Callable[[Points], Points]
 
 
 @dataclass(frozen=True)
 class Gate:
-    """Two sides that are equal for the true equations.
+    """Two sides that are equal if the equations are true.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Gate:
     sides: Callable[[Points], tuple[Array, Array]]
 
     def error(self, at: Points) -> float:
-        """Return the largest difference over the points, relative to the sides of the point where above 1."""
+        """Return the largest difference over the points, relative to the larger side if that exceeds 1."""
         with np.errstate(all="ignore"):
             left, right = (np.reshape(side, (len(side), -1)) for side in self.sides(at))
             scale = np.maximum(1, np.maximum(np.abs(left).max(axis=1), np.abs(right).max(axis=1)))
@@ -47,7 +47,7 @@ class Gate:
 
 @dataclass(frozen=True)
 class Symmetry:
-    """A change of points under which a right-hand side changes with the states.
+    """Transformation of points that also transforms the right-hand side.
 
     Attributes
     ----------
@@ -67,13 +67,13 @@ class Symmetry:
     shifts: Mapping[str, float] | None = None
 
     def moved(self, at: Points) -> Points:
-        """Return the image of points."""
+        """Return the transformed points."""
         swaps, shifts = self.swaps or {}, self.shifts or {}
         names = {*self.signs, *swaps, *shifts}
         return at.moved(**{k: self._sign(k) * at[swaps.get(k, k)] + shifts.get(k, 0.0) for k in names})
 
     def image(self, rate: Array, names: list[str]) -> Array:
-        """Return what the map makes of a rate of the states."""
+        """Return the transformed rates of the states."""
         places = [names.index((self.swaps or {}).get(k, k)) for k in names]
         return np.asarray(rate[:, places] * np.array([self._sign(k) for k in names]))
 
@@ -88,7 +88,7 @@ def gates(declared: list[Gate], subject: Machine, n: int = 12) -> dict[str, floa
 
 
 def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", where: Change | None = None) -> Gate:
-    """Require that a reading changes at the rate of its supply.
+    """Require that a quantity, such as energy, changes at the stated rate, such as power.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", whe
 
 
 def never_rises(name: str, reading: Reading, where: Change) -> Gate:
-    """Require that a reading does not grow at the chosen points, such as energy without inputs."""
+    """Require that a quantity does not grow at the chosen points, such as energy without inputs."""
 
     def sides(at: Points) -> tuple[Array, Array]:
         rate = where(at).along(lambda p: _columns(reading(p)))
@@ -120,7 +120,7 @@ def never_rises(name: str, reading: Reading, where: Change) -> Gate:
 
 
 def symmetric(symmetry: Symmetry, flow: str = "rhs") -> Gate:
-    """Require that the right-hand side at the image is the image of the right-hand side."""
+    """Require that the right-hand side at transformed points is the transformed right-hand side."""
 
     def sides(at: Points) -> tuple[Array, Array]:
         names = [q.name for q in at.machine.system.states]
@@ -130,7 +130,7 @@ def symmetric(symmetry: Symmetry, flow: str = "rhs") -> Gate:
 
 
 def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapping[str, float | Reading]) -> Gate:
-    """Require that a system moves as a smaller one does.
+    """Require that a system moves in the same way as a smaller one.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapp
 
 
 def identity(name: str, left: Reading, right: Reading) -> Gate:
-    """Require that two readings agree."""
+    """Require that two quantities agree."""
     return Gate(name, lambda at: (left(at), right(at)))
 
 
@@ -166,7 +166,7 @@ MEASUREMENTS = "measurements without noise"
 
 
 def measures(truth: Reading, of: Callable[[Array], Array] = np.asarray, where: Change | None = None) -> Gate:
-    """Require that a sensor shows the truth where its random numbers are zero (their mean), whatever their size.
+    """Require that a sensor with zero random numbers shows the true value.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def measures(truth: Reading, of: Callable[[Array], Array] = np.asarray, where: C
 
 
 def derived_equations() -> Gate:
-    """Require that the evaluated rates solve the derived equations, as generation does."""
+    """Require that the evaluated rates fulfil the derived equations, as generation does."""
 
     def left(at: Points) -> Array:
         rates = at.result("rhs", *at.machine.system.rates)
@@ -201,7 +201,7 @@ def derived_equations() -> Gate:
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Scalar products, point by point."""
+    """Return scalar products point by point."""
     return np.asarray(np.sum(a * b, axis=-1))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A system's functions on CasADi's machine, called by the names of their quantities, and random points to call them at.
+"""Functions of a system in CasADi's virtual machine, with arguments by quantity name, and random points for them.
 
 Every additive term may carry a weight, 1 as derived: with another value the same compiled functions evaluate a mutant.
 """
@@ -23,18 +23,18 @@ from mehvar.models.system import TIME, Group, Parameter, Quantity, System, scala
 
 Array = NDArray[np.float64]
 Ranges = Mapping[str, tuple[float, float]]
-"""Plausible values by name of the quantity."""
+"""Plausible ranges of quantities by name."""
 
 _STENCIL = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
-"""Sixth-order central differences."""
+"""Coefficients of sixth-order central differences."""
 _STEP = 3e-3
-"""Step of the differences, for a motion of speed one. Truncation falls with its sixth power and rounding grows as it
-shrinks: errors of the gates are 1e-13 to 1.2e-12 here, up to twice that at half the step, 3e-12 at twice and 2e-10 at
-four times the step."""
+"""Step of the differences for a motion of speed one. Gate errors are 1e-13 to 1.2e-12 at this step, up to twice that
+at half of it, 3e-12 at twice and 2e-10 at four times: truncation grows with the sixth power, rounding with the
+inverse."""
 
 
 class Machine:
-    """The functions of a system, built when first called.
+    """Functions of a system, built at first use.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Machine:
 
 
 def _chart(system: System) -> list[Request]:
-    """Return the functions of regular coordinates that are not generated functions by themselves."""
+    """Return functions of the regular coordinates that are not generated functions."""
     chart = system.coordinates
     if chart is None:
         return []
@@ -89,7 +89,7 @@ def _chart(system: System) -> list[Request]:
 
 
 def _derived(system: System) -> list[Request]:
-    """Return the derived equations of motion, zero for the true rates."""
+    """Return the residuals of the derived equations of motion, zero for correct rates."""
     if not system.residual:
         return []
     units = {q.name: f"{q.unit}/s" for q in system.states}
@@ -100,7 +100,7 @@ def _derived(system: System) -> list[Request]:
 
 @dataclass(frozen=True)
 class Points:
-    """Values of all that a plant's functions receive, at n points.
+    """Values of all arguments of a plant's functions, at n points.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class Points:
         return np.stack([self[name] for name in names], axis=-1)
 
     def moved(self, **changes: Array | float) -> Points:
-        """Return the points with other values of some quantities."""
+        """Return the points with some quantities replaced."""
         values = {name: array.copy() for name, array in self.values.items()}
         for name, value in changes.items():
             group, k = self._place(name)
@@ -131,22 +131,22 @@ class Points:
         return dataclasses.replace(self, values=values)
 
     def at(self, **groups: Array) -> Points:
-        """Return the points with other vectors."""
+        """Return the points with some vectors replaced."""
         return dataclasses.replace(self, values={**self.values, **groups})
 
     def call(self, function: str) -> Array:
-        """Evaluate a function with the values of its groups."""
+        """Evaluate a function at the points."""
         arguments = self.machine.requests[function].arguments
         return self.machine(function, *(self._argument(group) for group in arguments))
 
     def result(self, function: str, *names: str) -> Array:
-        """Return parts of a function's result by their names."""
+        """Return selected elements of a function's result, by name."""
         values = self.call(function)
         places = [self._result_names(function).index(name) for name in names]
         return values[:, places]
 
     def along(self, reading: Callable[[Points], Array], flow: str = "rhs") -> Array:
-        """Differentiate a reading along the motion, by differences of sixth order."""
+        """Return the derivative of a quantity along the motion, by differences of sixth order."""
         rate = self.call(flow)
         step = _STEP / np.maximum(1, np.abs(rate).max(axis=1, keepdims=True))
         total: Array | float = 0.0
@@ -178,13 +178,13 @@ class Points:
 
 
 def groups(system: System) -> tuple[Group, ...]:
-    """Return the groups that points have values of."""
+    """Return the vectors whose values the points have."""
     own = (system.states, system.inputs, system.parameters, system.references, system.scenario_parameters)
     return (*own, scalar(TIME))
 
 
 def points(subject: Machine, n: int = 12, seed: int = 0) -> Points:
-    """Draw points, states on their manifold."""
+    """Draw random points; project the states to their manifold."""
     rng = np.random.default_rng(seed)
     system = subject.system
     values = {group.name: draw(subject.ranges, group, n, rng) for group in groups(system)}
@@ -193,7 +193,7 @@ def points(subject: Machine, n: int = 12, seed: int = 0) -> Points:
 
 
 def draw(ranges: Ranges, group: Group, n: int, rng: np.random.Generator) -> Array:
-    """Return n random vectors of a group, shape (n, size); functions take one unused number for an empty group.
+    """Draw n random vectors of a group, shape (n, size); an empty group gets one unused number.
 
     A quantity without a range lies around its default, or else in [0.1, 1]; the points of a table increase.
     """

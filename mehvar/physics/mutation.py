@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mutants of a plant's equations: each additive term of each definition flipped, dropped or doubled, one at a time.
+"""Mutants of a plant's equations. Each flips, drops or doubles one additive term of one definition.
 
 Every term gets a weight, 1 as derived, which the compiled functions receive: a mutant is another vector of weights, so
 thousands of them cost one derivation.
@@ -21,15 +21,16 @@ from mehvar.physics.machine import Array, Machine, Points, Ranges, points
 
 CHANGES = {"flipped": -1.0, "dropped": 0.0, "doubled": 2.0}
 SAME = 1e-13
-"""Difference below which a mutant's functions count as unchanged: above the rounding of another order of operations,
-some 1e-15, and far below the tolerance of the gates, so that a mutant within their tolerance counts as a survivor."""
+"""Difference below which a mutant counts as equivalent: above rounding of reordered operations, about 1e-15, and far
+below the gates' tolerance, so that mutants within that tolerance count as survivors."""
 _EQUIVALENCE_POINTS = 500
-"""A mutant in a rarely taken branch must be evaluated before it is called equivalent; gates use six points."""
+"""Points at which a mutant must change nothing to count as equivalent. More than the gates' six points, so that
+rarely taken branches are evaluated."""
 
 
 @dataclass(frozen=True)
 class Term:
-    """An additive term.
+    """An additive term of a definition.
 
     Attributes
     ----------
@@ -48,7 +49,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A term and its change."""
+    """A term and its mutation."""
 
     term: Term
     change: str
@@ -81,14 +82,14 @@ class Tally:
 
     @property
     def killed(self) -> int:
-        """Mutants killed by the gates."""
+        """Mutants that the gates detect."""
         return self.killers.total()
 
 
 def run(
     system: System, ranges: Ranges, gates_of: Callable[[Machine], list[Gate]], sample: int = 0, n: int = 6
 ) -> Tally:
-    """Try the mutants of a system's plant.
+    """Test the mutants of a system's plant.
 
     Parameters
     ----------
@@ -142,12 +143,12 @@ def _sample(terms: int, sample: int) -> list[tuple[int, str]]:
 
 
 def _first(gates: Iterable[Gate], at: Points) -> str:
-    """Return the first gate that the points do not pass."""
+    """Return the first gate that fails at the points."""
     return next((gate.name for gate in gates if not gate.error(at) <= TOLERANCE), "")
 
 
 class _Unchanged:
-    """Test for mutants that leave every function of the plant unchanged at many points."""
+    """Test for mutants that change no function of the plant at many points."""
 
     def __init__(self, subject: Machine) -> None:
         self.at = points(subject, _EQUIVALENCE_POINTS, seed=1)
@@ -168,7 +169,7 @@ def _close(new: Array, old: Array) -> bool:
 
 
 def weighted(system: System) -> tuple[System, tuple[Term, ...]]:
-    """Return the system with a weight at each additive term of its plant, and the terms.
+    """Return the system with a weight at each additive term of its plant, and the list of terms.
 
     Weighted are x', outputs, initial state, reference, the regular chart, the model's own functions except those of
     laws, and every definition that these lead to.
@@ -214,7 +215,7 @@ def _function(function: Function, bench: _Weights) -> Function:
 
 
 def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
-    """Weight the equations of a chart; a shared coordinate has none."""
+    """Put weights into the equations of a chart; skip coordinates that another chart shares."""
     return dataclasses.replace(
         chart,
         rhs=bench.weigh("chart rhs", chart.rhs),
@@ -225,7 +226,7 @@ def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
 
 
 def _reached(expressions: Sequence[Expr], system: System) -> set[sp.Symbol]:
-    """Return the definitions that expressions lead to."""
+    """Return the definitions that expressions depend on."""
     definitions = system.definitions
     waiting, names = [s for e in expressions for s in e.free_symbols], set()
     while waiting:
@@ -237,14 +238,14 @@ def _reached(expressions: Sequence[Expr], system: System) -> set[sp.Symbol]:
 
 
 class _Weights:
-    """Puts weights at terms; one sum has the same weights wherever it occurs."""
+    """Inserts weights at terms; equal sums get the same weights wherever they occur."""
 
     def __init__(self) -> None:
         self.terms: list[Term] = []
         self.shared: dict[Expr, Expr] | None = None
 
     def weigh(self, owner: str, expressions: Sequence[Expr], names: Sequence[sp.Symbol] = ()) -> tuple[Expr, ...]:
-        """Return the expressions with weights, except where one is its own name."""
+        """Return the expressions with weights; an expression that is its own name stays unchanged."""
         memo: dict[Expr, Expr] = {} if self.shared is None else self.shared
         return tuple(e if e in names else self._top(owner, sp.sympify(e), memo) for e in expressions)
 

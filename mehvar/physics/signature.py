@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Search for parameters without effect: each one, changed a little, must change a result of some function."""
+"""Search for idle parameters: a small change of each parameter must change the result of some function."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from mehvar.codegen.functions.requests import Request
 from mehvar.physics.machine import Machine, draw
 
 CHANGE = 0.01
-"""Relative change of a parameter: far above rounding, and small enough to stay in its range."""
+"""Relative change of a parameter: far above rounding, small enough to stay within bounds."""
 NOISE = 1e-12
-"""Relative change of a result that rounding may cause, which is some 1e-15 for each operation."""
+"""Relative change of a result that counts as rounding; each operation contributes about 1e-15."""
 _GROUPS = ("p", "s", "c")
 
 
 def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> list[str]:
-    """Return the parameters of plant, scenario and laws that change nothing at random points.
+    """Return the parameters of plant, scenario and laws that have no effect at random points.
 
     A few points reveal the effect of most parameters, but those of switches need many. In a sampled adaptive law with a
     dead zone and a floor, four parameters seem idle at 40 points, two at 750 and none at 1500. A law's period only
@@ -39,12 +39,12 @@ def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> li
 
 
 def _counts(request: Request) -> bool:
-    """Return True if a function affects a run: motion, outputs, inputs, its end. Constraints only refuse runs."""
+    """Return True if a function affects a run. Constraints do not: they only refuse runs."""
     return request.name == "limits" or all(name != "margin" for name, _ in request.results)
 
 
 def _active(subject: Machine, request: Request, place: int, waiting: dict[int, str], n: int) -> set[str]:
-    """Return which of an argument's entries change the function's result."""
+    """Return the elements of an argument that change the function's result."""
     if not waiting:
         return set()
     rng = np.random.default_rng(sum(map(ord, request.name)))
@@ -59,7 +59,7 @@ def _active(subject: Machine, request: Request, place: int, waiting: dict[int, s
 
 
 def _owner(subject: Machine, request: Request, group: str) -> str:
-    """Return the law that a parameter belongs to: each law has its own parameters."""
+    """Return the law that owns a parameter; names of parameters may recur in other laws."""
     if group != "c":
         return ""
     tags = {identifier(law.name): law.name for law in subject.system.controllers}

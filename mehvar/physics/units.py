@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of functions under a change of units: results must change by the dimensions of their own units."""
+"""Check of functions under a change of units: results must scale with their own units."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from mehvar.models.system import Definition, Group, System
 from mehvar.physics.machine import Array, Machine, draw
 
 SCALES = {"kg": 1.7, "m": 0.6, "s": 1.3, "A": 1.9, "K": 2.3, "mol": 2.9, "cd": 3.1, "deg": 1.0}
-"""Number of new units in an old one; no product of their small powers is 1, so no error cancels. A degree is a number
-of radians in any units."""
+"""Number of new units in one old unit. No product of small powers equals 1, so errors cannot cancel. A degree keeps
+its radians."""
 SAME_TORQUE = SCALES | {"kg": SCALES["s"] ** 2 / SCALES["m"] ** 2}
-"""Units in which a newton metre stays one."""
+"""Units in which a newton metre keeps its value."""
 
 
 def scale(unit: str, scales: Mapping[str, float]) -> float:
-    """Return how many new units make up one of the old ones."""
+    """Return the number of new units in one old unit."""
     return float(np.prod([scales[base] ** float(exponent) for base, exponent in dimension(unit).items()]))
 
 
 def misfit(subject: Machine, name: str, scales: Mapping[str, float] = SCALES, n: int = 16) -> float:
-    """Return how far a function is from giving the same result in other units, relative to that result."""
+    """Return the relative difference between a function in new units and its converted result."""
     request = subject.requests[name]
     rng = np.random.default_rng(sum(map(ord, name)))
     values = [draw(subject.ranges, group, n, rng) for group in request.arguments]
@@ -42,7 +42,7 @@ def misfit(subject: Machine, name: str, scales: Mapping[str, float] = SCALES, n:
 
 
 def _with_constants(subject: Machine, scales: Mapping[str, float]) -> Machine:
-    """Return the machine with its constants of nature in the new units, too."""
+    """Return the machine with the constants of nature converted to the new units."""
     factors = {
         step.symbol: scale(step.unit, scales)
         for step in subject.system.steps
@@ -64,7 +64,7 @@ def _factors(group: Group, scales: Mapping[str, float]) -> Array:
 
 
 def _observed(before: Array, after: Array) -> Array:
-    """Return the positive factor of each result that has no stated unit, such as a margin."""
+    """Return the measured positive factor of each result without a stated unit, such as a margin."""
     nonzero = np.abs(before).argmax(axis=0)
     columns = np.arange(before.shape[1])
     top, bottom = after[nonzero, columns], before[nonzero, columns]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of runs and of batches, in one style: empty figures, words of their axes, colours, and animations."""
+"""Pictures of runs and batches in a common style: figures, axis labels, colours, animations."""
 
 from __future__ import annotations
 

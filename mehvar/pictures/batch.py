@@ -27,18 +27,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
-"""Quantiles and opacity: all but the rarest runs, nine of ten, half of them; darker means more runs."""
+"""Quantiles and opacity of the bands: 98, 90 and 50 % of the runs. Darker means more runs."""
 _WORST = 3
 """Runs drawn individually: the number of line styles that can be distinguished."""
 MOST_STATES = 12
-"""States whose end is drawn for a model without metrics: panels that fill a screen in two columns."""
+"""Largest number of final states that are drawn for a model without metrics: panels that fill a screen."""
 _ROUNDING, _TINY = 1e-9, 1e-300
-"""Relative and absolute spread of values that a histogram shows as one bar: bars of a narrower axis vanish."""
+"""Relative and absolute spread below which a histogram shows values as one bar; narrower axes lose their bars."""
 _TITLE = 62
-"""Characters of a line of a panel's title; longer ones reach into the next panel."""
+"""Characters per line of a panel's title; longer lines reach into the next panel."""
 BINS = 60
-"""Bars of a histogram: a bar is two points wide. Half of them hide a second peak, twice as many show noise of 1000
-runs."""
+"""Bars of a histogram, each two points wide. Half as many hide a second peak; twice as many show noise of 1000 runs."""
 
 
 def batch_picture(store: Store, names: list[str]) -> Figure:
@@ -115,7 +114,7 @@ def _largest(store: Store, name: str) -> list[int]:
 
 
 def bin_edges(values: FloatArray) -> FloatArray:
-    """Return the edges of a histogram's bins; values that differ by roundings or not at all fall into the middle one.
+    """Return the edges of a histogram's bins; values that are equal up to rounding fall into the middle one.
 
     Narrower bins would be too thin to be drawn, or have edges that coincide, which NumPy refuses.
     """
@@ -130,7 +129,7 @@ def bin_edges(values: FloatArray) -> FloatArray:
 
 
 def histogram_title(meaning: str, finite: int, runs: int) -> str:
-    """Return the title of a histogram in lines that its panel holds."""
+    """Return the title of a histogram, broken into lines as wide as its panel."""
     return textwrap.fill(f"{meaning}: {finite} of {runs} runs", _TITLE)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures as files that are complete or absent; the same figure gives the same bytes."""
+"""Pictures as files. A file is complete or absent, and the same figure gives the same bytes."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _METADATA: dict[str, dict[str, None]] = {
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""Metadata of each format that would differ between two writes, and are omitted."""
+"""Metadata omitted from each format because they differ between two writes."""
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure; the file is complete or absent, and the same figure gives the same bytes.
+    """Write a figure. The file is complete or absent, and the same figure gives the same bytes.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def encoded(figure: Figure, suffix: str) -> bytes:
-    """Return a figure as the bytes of a file with a suffix that `save` knows."""
+    """Return the bytes of a picture file in the format of a suffix."""
     content = io.BytesIO()
     with style():
         figure.savefig(content, format=suffix[1:], metadata=_METADATA[suffix])
@@ -54,7 +54,7 @@ def encoded(figure: Figure, suffix: str) -> bytes:
 
 
 def small_png(figure: Figure) -> bytes:
-    """Return a figure as PNG in 256 colours: a third of the bytes, and lines and text look the same."""
+    """Return a figure as PNG with 256 colours: a third of the size, with no visible difference for lines and text."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
@@ -67,7 +67,7 @@ def small_png(figure: Figure) -> bytes:
 
 
 def checked_suffix(path: Path) -> str:
-    """Return the suffix of a picture's file in small letters; raise InputError for an unknown format."""
+    """Return the suffix of a picture's file in lower case; raise InputError for an unknown format."""
     suffix = Path(path).suffix.lower()
     if suffix not in _METADATA:
         raise bad_value("picture", str(path), "a file name that ends in .png, .svg or .pdf")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The animation of a system that declares its geometry: where the points of its shapes are along runs."""
+"""Animation of a system with a declared geometry: positions of the shapes' points along runs."""
 
 from __future__ import annotations
 
@@ -26,16 +26,15 @@ if TYPE_CHECKING:
     from .scene import FloatArray
 
 _PANELS = 3
-"""Beside the picture: as high as it is. With four the controls leave the screen of a laptop."""
+"""Panels beside the animation, which fill its height. A fourth would push the controls off a laptop's screen."""
 _LINES = 3
-"""Signals of a panel: with more its legend is as high as the panel."""
+"""Signals of a panel. With more, the legend would exceed the panel's height."""
 _SHOWN = 15.0
-"""Seconds in which a run is shown unless the reader chooses: half as long is hasty for a run that settles, twice as
-long is waited for."""
+"""Duration of an animation at the default speed, s. Half is too fast for a run that settles, twice is tedious."""
 
 
 def geometry_scene(runs: Mapping[str, xr.Dataset], model: Model) -> Scene:
-    """Return the animation of some runs of a model that declares its geometry.
+    """Return the animation of runs of a model with a declared geometry.
 
     Parameters
     ----------
@@ -85,7 +84,7 @@ def _panel(panel: Panel) -> ScenePanel:
 
 
 def _speeds(duration: float) -> tuple[float, ...]:
-    """Return the speeds to choose from, the first of which shows a run in some seconds."""
+    """Return the available speeds; the first shows the whole run in the default duration."""
     fast = duration / _SHOWN
     power = 10.0 ** math.floor(math.log10(fast)) if fast > 0 else 1.0
     speed = power * max((digit for digit in (1, 2, 5) if digit * power <= fast), default=1)

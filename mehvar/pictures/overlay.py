@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of one run in two versions: variables that differ, old dashed, new solid."""
+"""Picture of one run in two versions: the variables that differ, old dashed, new solid."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 4
-"""Number of panels: the variables that a change affects most, as many as fit on a screen."""
+"""Number of panels: as many as fit on a screen. They show the variables with the largest change."""
 _VISIBLE = 1e-3
-"""Change relative to a variable's size that is within the width of a line."""
+"""Change relative to a variable's size that a line's width hides."""
 
 
 def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure:
-    """Draw the variables over time that two runs have in common and that differ; call it in `style`."""
+    """Draw the common variables of two runs that differ, over time; call it in `style`."""
     names = _moved(old, new)[:_MOST]
     figure = new_figure(7.0, 0.8 + 1.5 * max(len(names), 1))
     figure.suptitle(title if names else f"{title}: no variable differs visibly", fontsize=10, wrap=True)
@@ -37,7 +37,7 @@ def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure:
 
 
 def _moved(old: xr.Dataset, new: xr.Dataset) -> list[str]:
-    """Return the shared series, ordered by their relative difference, the largest first."""
+    """Return the common series, largest relative difference first."""
     moved = {}
     for name in new.data_vars:
         if name not in old or new[name].dims != ("t",) or old[name].dims != ("t",):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a run of any model: every state, input and output over time, a panel for each kind and unit."""
+"""Picture of a run of any model: states, inputs and outputs over time, one panel per kind and unit."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 
 _LINES = ("-", "--", ":", "-.")
 _MOST_NAMED = 12
-"""Entries of a legend: more do not fit beside a panel of this height."""
+"""Entries of a legend: as many as fit beside a panel."""
 _FLAT = 30
-"""A curve whose peak is below this share of its panel's looks like a line at zero: 2 mm of a panel."""
+"""Ratio of peaks above which the smaller curve gets its own panel: below 2 mm it looks like zero."""
 _MARK, _MARKS = 0.12, 7
-"""Share of a panel's height that the name of a mark takes, and names below each other."""
+"""Height of a mark's name relative to its panel, and number of names below each other."""
 _REFERENCE = re.compile(r"^ref_|_ref$")
-"""Prefix and suffix that turn the name of a state into that of its reference."""
+"""Pattern of the prefix or suffix that distinguishes the name of a reference from that of its state."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +78,14 @@ def panels(manifest: Manifest, without: Collection[Quantity] = ()) -> list[Panel
 
 
 def _references(manifest: Manifest) -> dict[str, Quantity]:
-    """Return the references that are outputs, by the names of their states."""
+    """Return the references among the outputs, by the name of their state."""
     states, outputs = {q.name for q in manifest.states}, {q.name: q for q in manifest.outputs}
     names = {q.name: _REFERENCE.sub("", q.name) for q in manifest.references}
     return {state: outputs[name] for name, state in names.items() if name in outputs and state in states}
 
 
 def _by_magnitude(panel: Panel, dataset: xr.Dataset) -> Iterator[Panel]:
-    """Yield parts of a panel in which every curve is visible; curves of zero join the largest."""
+    """Split a panel so that every curve is visible; curves of zero join the largest."""
     peaks = {variable: _peak(dataset[variable].values) for variable, _ in panel.variables}
     rest = panel.variables
     while rest:
@@ -96,7 +96,7 @@ def _by_magnitude(panel: Panel, dataset: xr.Dataset) -> Iterator[Panel]:
 
 
 def _peak(values: NDArray[np.float64]) -> float:
-    """Return the largest magnitude of the finite values; zero without any."""
+    """Return the largest magnitude of the finite values; zero if there are none."""
     return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
 
 
@@ -128,7 +128,7 @@ def _entry(variable: str, quantity: Quantity) -> str:
 
 
 def _mark(ax: Axes, dataset: xr.Dataset, panel: Panel, manifest: Manifest) -> None:
-    """Draw a line at each settling time of the panel's variables; their names stand below each other."""
+    """Draw a line at each settling time of the panel's variables, with names below each other."""
     names, marks = {variable for variable, _ in panel.variables}, 0
     for name, metric in manifest.metrics.items():
         if metric.kind.startswith("settling") and names & set(metric.of) and name in dataset:

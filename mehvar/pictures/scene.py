@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Data of an animation: the moving parts of each run. A script of the page draws it."""
+"""Data of an animation: moving parts of each run. A script of the page draws them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SceneLine:
-    """A series of a scene that is drawn over time.
+    """A series beside an animation, drawn over time.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class SceneLine:
 
 @dataclass(frozen=True)
 class ScenePanel:
-    """Series of a scene over one axis.
+    """Series beside an animation with a common axis.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class ScenePanel:
 
 @dataclass(frozen=True)
 class Scene:
-    """An animation: the moving parts of each run, and series drawn over time beside it.
+    """An animation: moving parts of each run, with series over time.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of the runs of a batch as a dataset: histograms and bands, one metric against another, convergence."""
+"""Pictures of a batch's dataset: histograms, bands, scatter plots, success rates, convergence."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 _SUMMARY = re.compile(r"(final|minimum|maximum|events)\((\w+)\)")
 _POINTS = 200
-"""Numbers of runs at which convergence is drawn: a point every three pixels; each takes an interval to compute."""
+"""Points of the convergence curve, one per three pixels; each needs an interval."""
 
 _PER_CELL = 10
-"""Average runs in a cell of a map: its success rate is then known to 0.3 or so. With half as many, a map of noise looks
-like a region; with twice as many, borders become half as sharp again."""
+"""Average number of runs per cell of a map: its success rate then has an error of about 0.3. With half as many,
+noise looks like a region; with twice as many, borders lose half of their sharpness."""
 _FEWEST_CELLS = 4
-"""Fewest cells per side, for a batch so small that a cell has few runs: with fewer cells no border is visible."""
+"""Smallest number of cells per side, also for small batches with few runs per cell: fewer show no border."""
 
 
 class Runs:
-    """The runs of a batch by name: those that are stored, of an unfinished one.
+    """The stored runs of a batch, with their numbers by name.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Runs:
 
     @property
     def summaries(self) -> list[str]:
-        """Names of the metrics; of a model without metrics, those of the first states at the end."""
+        """Names of the metrics; for a model without metrics, of the first final states."""
         return self.metrics or [f"final({name})" for name in self._places("final")[:MOST_STATES]]
 
     def column(self, name: str) -> FloatArray:
@@ -106,7 +106,7 @@ class Runs:
 
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
-        """True for each run that reached its end and fulfils the condition, if there is one."""
+        """True for each run that reached its end and fulfils the success condition, if any."""
         status = self.dataset["status"].values
         if not self.condition:
             return np.isin(status, COMPLETE)
@@ -125,7 +125,7 @@ class Runs:
 
     @property
     def headline(self) -> str:
-        """Title of the batch, its number of runs, and its number of successes."""
+        """Title with the batch, its number of runs and of successes."""
         about, n = self.dataset.attrs, self.successful.size
         condition = f" ({self.condition})" if self.condition else ""
         return (
@@ -153,7 +153,7 @@ def metrics_picture(runs: Runs, names: Sequence[str] = ()) -> Figure:
 
 
 def scatter_picture(runs: Runs, x: str, y: str) -> Figure:
-    """Draw one number of each run against another; colours distinguish successful runs from the others."""
+    """Draw one number of each run against another, with a colour for successful runs."""
     across, up = runs.column(x), runs.column(y)
     figure = new_figure(6.5, 4.5)
     ax = figure.subplots()
@@ -170,7 +170,7 @@ def scatter_picture(runs: Runs, x: str, y: str) -> Figure:
 
 
 def region_picture(runs: Runs, x: str, y: str) -> Figure:
-    """Draw the share of runs that succeed in each cell of a plane of two numbers, as the region of attraction is."""
+    """Draw the success rate in each cell of a plane of two numbers, such as a region of attraction."""
     across, up = runs.column(x), runs.column(y)
     finite = np.isfinite(across) & np.isfinite(up)
     sides = [_edges(values[finite]) for values in (across, up)]
@@ -196,7 +196,7 @@ def _edges(values: FloatArray) -> FloatArray:
 
 
 def convergence_picture(runs: Runs) -> Figure:
-    """Draw the share of successful runs over the number of runs, with its exact 95 % interval if it has one."""
+    """Draw the success rate over the number of runs, with its exact 95 % interval if defined."""
     counts = np.unique(np.linspace(1, runs.successful.size, _POINTS).astype(int))
     successes = np.cumsum(runs.successful)[counts - 1]
     figure = new_figure(6.5, 3.5)

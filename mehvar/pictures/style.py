@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One style for every picture: palette, lines, fonts, empty figures, and the words of their axes."""
+"""Common style of all pictures: palette, lines, fonts, empty figures, axis labels."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, BLACK, GREY, LIGHT = "#E69F00", "#56B4E9", "#222222", "#777777", "#DDDDDD"
 COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-"""Okabe and Ito's palette without its yellow, which is too faint on white."""
+"""Palette of Okabe and Ito without its yellow, which is too faint on white."""
 BAND_LOW, BAND_HIGH = "band-low", "band-high"
-"""The `gid` of two lines of an axes, in this order, between which a chart of the figure is filled."""
+"""`gid` of the lower and the upper edge of a band, which an interactive chart fills."""
 _MOST_CHANGES = 4
-"""Changes that a title names, so that it stays one line."""
+"""Largest number of changed values in a title, so that it stays on one line."""
 _SUPERSCRIPTS = str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 DPI = 150
-"""Sharp on paper at the size of a column; twice as many make the report four times as large."""
+"""Resolution, sharp in print at column width; twice as many dots make the report four times as large."""
 
 _by_pyplot: ContextVar[bool] = ContextVar("_by_pyplot", default=False)
-"""New figures are made by pyplot, so that a notebook or a window shows them."""
+"""True if pyplot makes new figures, so that a notebook or a window shows them."""
 
 _STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -60,7 +60,7 @@ _STYLE: dict[str, Any] = {
 
 
 def require_matplotlib() -> None:
-    """Refuse with the command that helps.
+    """Raise an error with the install command if matplotlib is missing.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def style() -> Iterator[None]:
 
 @contextmanager
 def interactive_style() -> Iterator[None]:
-    """Apply the style to figures of pyplot, whose backend is loaded first.
+    """Apply the style to pyplot's figures, after loading its backend.
 
     Loading a notebook's backend makes pyplot interactive, but pyplot postpones it to the first drawing. Within the
     style, leaving the block would revert that, and a notebook would show only the first picture.
@@ -103,7 +103,7 @@ def interactive_style() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure whose parts make room for each other.
+    """Return an empty figure with automatic layout.
 
     Parameters
     ----------
@@ -119,18 +119,18 @@ def new_figure(width: float, height: float) -> Figure:
 
 @functools.cache
 def _figure_class() -> type[Figure]:
-    """Return the class of figures that accept any text."""
+    """Return the figure class that shows any text literally."""
     from matplotlib.figure import Figure
 
     class TextProof(Figure):
-        """A figure that shows texts literally unless they are mathematics."""
+        """A figure that shows texts literally unless they are formulas."""
 
         def draw(self, renderer: Any) -> None:
             _make_drawable(self)
             super().draw(renderer)
 
         def _ipython_display_(self) -> None:
-            """Leave pyplot, whose inline backend would show the figure again at the end of the cell."""
+            """Detach the figure from pyplot, whose inline backend would show it again at the end of the cell."""
             from matplotlib import get_backend, pyplot
 
             if "inline" in get_backend():
@@ -163,7 +163,7 @@ def _make_drawable(figure: Figure) -> None:
 
 
 def text_figure(text: str) -> Figure:
-    """Return a figure with a text that explains why there is no picture."""
+    """Return a figure with a text that says why there is no picture."""
     figure = new_figure(7.0, 1.0)
     figure.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
     return figure
@@ -210,7 +210,7 @@ def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None
 
 
 def case_text(about: Mapping[str, Any]) -> str:
-    """Return the case from a run's or batch's attributes, as in "paper, theta_0 = 0.3" for the scenario paper."""
+    """Return the scenario and changed values of a run or batch as text, as in "paper, theta_0 = 0.3"."""
     if "campaign" in about:
         campaign = json.loads(about["campaign"])
         plain = {name: row.default for name, row in OPTIONS.items()}
@@ -224,7 +224,7 @@ def case_text(about: Mapping[str, Any]) -> str:
 
 
 def headline(dataset: xr.Dataset) -> str:
-    """Return the title and case of a run and, if it ended early, the reason.
+    """Return title and case of a run, and the reason of an early end.
 
     Parameters
     ----------

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of the report of `mehvar reproduce`: charts, animations, batches, the board, and the page itself."""
+"""Report of `mehvar reproduce` and pages of `mehvar report`: charts, animations, batches, boards."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results answer for themselves: `run.mehvar.plot()`, `.metrics()`, `.compare(other)`, `.report(path)`; batches too.
+"""Accessor `.mehvar` of results: `run.mehvar.plot()`, `.metrics()`, `.compare(other)`, `.report(path)`.
 
 Importing this module registers the accessor with xarray. `mehvar.simulate`, `batch` and `open_result` import it, and so
 does xarray itself where it opens a file or a store: see `Engine` and `Registration`.
@@ -41,14 +41,14 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.own.law import LawFunction
 
 _HEIGHT = 720
-"""Pixels of an animation in a notebook: picture, tracks and controls of a stage without scrolling on a laptop."""
+"""Height of an animation in a notebook, pixels: picture, plots and controls fit on a laptop's screen."""
 _OF_RUN = "plot metrics compare animate report"
-"""Methods of the result of a single run."""
+"""Methods for the result of a single run."""
 
 
 @dataclass(frozen=True)
 class Animation:
-    """A page with one animation, which needs nothing but a browser."""
+    """An animation as a page that runs in any browser, without a network."""
 
     page: str
 
@@ -137,7 +137,7 @@ class Results:
             return scatter_picture(self._runs(success), x, y).axes[0]
 
     def region(self, x: str, y: str, success: str | None = None) -> Axes:
-        """Draw the success rate of a batch in each cell of a plane, as of a region of attraction.
+        """Draw the success rate of a batch in each cell of a plane, for example a region of attraction.
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class Results:
             return convergence_picture(self._runs(success)).axes[0]
 
     def metrics(self) -> pandas.DataFrame:
-        """Return the metrics as a table: value, unit and meaning; of a batch the numbers of `mehvar stats`.
+        """Return the metrics as a table with unit and meaning; for a batch, the statistics of `mehvar stats`.
 
         Mean and standard deviation are of the finite values, whose number is `count`; quantiles are of all values,
         infinite ones included.
@@ -197,7 +197,7 @@ class Results:
         interpolation: Interpolation | None = None,
         model: Model | str | os.PathLike[str] | None = None,
     ) -> xarray.Dataset:
-        """Repeat one run of a batch with everything recorded, and compare it with the batch bit by bit.
+        """Repeat one run of a batch with all variables recorded, and check that it is bit-identical.
 
         Parameters
         ----------
@@ -245,7 +245,7 @@ class Results:
         return to_dataset(repeated)
 
     def compare(self, other: xarray.Dataset) -> pandas.DataFrame:
-        """Return the deviations of another run from this one, a row for each variable that both have.
+        """Return the differences of another run from this one, one row per common variable.
 
         Parameters
         ----------
@@ -280,7 +280,7 @@ class Results:
         return pandas.DataFrame.from_dict(rows, orient="index")
 
     def report(self, path: str | os.PathLike[str]) -> Path:
-        """Write a page about this run or batch, which needs nothing but a browser.
+        """Write a page about this run or batch; any browser shows it without a network.
 
         Parameters
         ----------
@@ -304,7 +304,7 @@ class Results:
         return write_page(Path(path), self.page())
 
     def page(self, store: str = "") -> Page:
-        """Return the report; `store` is the folder of a batch, for commands that repeat a run."""
+        """Return the report as a page; `store` is the batch's folder, for the commands in it."""
         from mehvar.report.batch import batch_sections
         from mehvar.report.page import Page
         from mehvar.report.subjects import run_sections
@@ -314,7 +314,7 @@ class Results:
         return Page(self._title, run_sections(self._dataset, self._manifest))
 
     def animate(self) -> Animation:
-        """Return the run as a 3-D animation, which a notebook shows and `save(path)` writes.
+        """Return a 3-D animation of the run; a notebook shows it, and `save(path)` writes it.
 
         Raises
         ------
@@ -359,7 +359,7 @@ class Results:
 
 
 class Registration:
-    """Entry of the group `xarray.chunkmanagers`, which offers no chunks: `xarray.open_zarr` loads the group's modules.
+    """Entry of `xarray.chunkmanagers` without a chunk manager, so that `xarray.open_zarr` imports this module.
 
     It opens a store with its own engine and loads no other engine, so that an entry there would not register us.
     """
@@ -368,7 +368,7 @@ class Registration:
 
 
 def _common_samples(one: NDArray[np.float64], other: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the indices of instants that two rising sequences share, up to rounding."""
+    """Return the indices of the instants that two increasing sequences share, up to rounding."""
     if not other.size:
         return (empty := np.zeros(0, dtype=np.intp)), empty
     right = np.searchsorted(other, one).clip(1, max(1, len(other) - 1)).clip(max=len(other) - 1)

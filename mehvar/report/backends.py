@@ -25,27 +25,26 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 POINTS = 500
-"""Points per function: a second of work for all of them; a difference in printing shows at every point."""
+"""Random points per function: together about a second. A wrong operation shows at every point."""
 _SPREAD = 0.1
-"""Spread of a point around one of a run, relative to the value and to the largest of its series. Much more leaves the
-domains of the functions; much less misses what the run does not reach."""
+"""Spread of random points around those of a run, relative to the value and to the largest of its series. Larger ones
+leave the functions' domains; smaller ones miss untested regions."""
 TOLERANCE = 1e-13
-"""Relative to the largest result of a function at a point: 450 roundings, where the largest difference found is 90, in
-six times as many points. The oracle of the tests has the same."""
+"""Tolerance relative to a function's largest result at a point: 450 roundings. The largest difference in six times
+as many points was 90. The tests use the same value."""
 _STEADY = TOLERANCE / 4
-"""Largest change of a function by rounding its arguments at compared points. Two versions of code round differently in
-several places, so each differs from the other by a few such changes. With the tolerance itself differences come up to
-9.3e-14, and another compiler may fail; with half of it up to 4.8e-14, with this 2.0e-14, with half of this 1.2e-14."""
+"""Largest change of a result, when its arguments are rounded, at points that are compared. Two versions of code
+differ by several such changes. The largest difference is 2.0e-14 with this value, 4.8e-14 and 1.2e-14 with twice and
+half of it, 9.3e-14 with the tolerance itself, where another compiler may fail."""
 
 _NEIGHBOURS = 32
-"""Tried at each point. A rounding inside a function moves it as one of an argument does. With one neighbour three of
-500 points beside a pole pass, as roundings in one direction may cancel; with four one, with sixteen one of slosh in
-one draw of points, with twice as many none."""
+"""Rounded neighbours tried at each point. Roundings in one direction may cancel: with one neighbour, three of 500
+points near a pole pass; with four or sixteen, one; with twice sixteen, none."""
 
 
 @dataclass(frozen=True)
 class FunctionAgreement:
-    """A function on both backends: at how many points, and the largest difference relative to its largest result."""
+    """Comparison of a function on both backends: number of points, and largest relative difference."""
 
     name: str
     points: int
@@ -53,13 +52,13 @@ class FunctionAgreement:
 
     @property
     def same(self) -> bool:
-        """True where both agree within rounding error."""
+        """True if both agree within rounding error."""
         return self.points > 0 and self.difference <= TOLERANCE
 
 
 @dataclass(frozen=True)
 class RunAgreement:
-    """A run on both backends: how each ended, and the largest difference of a state and of a metric.
+    """Comparison of a run on both backends: both ends, and the largest differences of states and metrics.
 
     Relative to the larger of 1 and the largest state, and of 1 and the metric, in their units.
     """
@@ -72,29 +71,29 @@ class RunAgreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Results of both versions of a model's code, for its functions and for runs of its laws."""
+    """Comparison of the two generated codes of a model, for its functions and the runs of its laws."""
 
     functions: Sequence[FunctionAgreement]
     runs: Sequence[RunAgreement]
 
     @property
     def different(self) -> list[str]:
-        """Functions that differ by more than rounding."""
+        """Functions whose difference exceeds rounding error."""
         return [function.name for function in self.functions if not function.same]
 
     @property
     def same(self) -> bool:
-        """True where every function agrees within rounding error."""
+        """True if every function agrees within rounding error."""
         return not self.different
 
     @property
     def largest(self) -> float:
-        """The largest difference of all functions."""
+        """Largest difference among all functions."""
         return max(function.difference for function in self.functions)
 
 
 def agreement(runs: Runs) -> Agreement:
-    """Compare every function that CasADi prints, and each law's run of the first scenario."""
+    """Compare every function of CasADi's code, and each law's run of the first scenario."""
     ours, theirs = runs.model, load(runs.model.manifest.folder, "casadi")
     loops = {law: runs(law, ours.manifest.scenario(None).name) for law in ours.manifest.controllers}
     functions = [compare(ours, theirs, name, _loop_of(name, loops)) for name in theirs.functions]
@@ -102,7 +101,7 @@ def agreement(runs: Runs) -> Agreement:
 
 
 def compare(ours: Model, theirs: Model, name: str, run: Run) -> FunctionAgreement:
-    """Compare a function at random points around those of a run.
+    """Compare a function at random points near those of a run.
 
     Skipped are points where ours is not finite, and ill-conditioned points, where rounding the arguments changes the
     result by more than a quarter of the tolerance, as beside a pole. There any two versions of code differ.
@@ -123,14 +122,14 @@ def compare(ours: Model, theirs: Model, name: str, run: Run) -> FunctionAgreemen
 
 
 def _neighbours(values: Sequence[FloatArray]) -> Iterator[list[FloatArray]]:
-    """Return the arguments with each number replaced by the next one, up or down at random."""
+    """Return the arguments with each number moved to the next double, up or down at random."""
     rng = np.random.default_rng(0)
     for _ in range(_NEIGHBOURS):
         yield [np.nextafter(value, rng.choice([-np.inf, np.inf], value.shape)) for value in values]
 
 
 def points(function: Function, run: Run) -> list[FloatArray]:
-    """Return random arguments of a function, spread around the values of the run."""
+    """Return random arguments of a function near the values of the run."""
     rng = np.random.default_rng(sum(map(ord, function.name)))
     rows = rng.integers(len(run.t), size=POINTS)
     known = _series(run)
@@ -138,7 +137,7 @@ def points(function: Function, run: Run) -> list[FloatArray]:
 
 
 def _series(run: Run) -> Mapping[str, FloatArray]:
-    """Return a run's values by the names of arguments, a row for each sample."""
+    """Return the values of a run by argument name, one row per sample."""
     constant = {name: np.tile(getattr(run.parameters, name), (len(run.t), 1)) for name in "pcs"}
     rows = {"x": run.x, "q": run.x, "u": run.u, "v": run.u, "u_cmd": run.u_cmd, "z": run.z}
     return constant | rows | {"t": run.t} | run.variables()
@@ -163,7 +162,7 @@ def _flat(results: FloatArray | tuple[FloatArray, ...]) -> FloatArray:
 
 
 def _loop_of(function: str, loops: Mapping[str, Run]) -> Run:
-    """Return the run of the law that a function belongs to, of the first law where it belongs to none."""
+    """Return the run of the function's law; for other functions, that of the first law."""
     own = [law for law in loops if f"{function}_".startswith(f"{identifier(law)}_")]
     return loops[max(own, key=len, default=next(iter(loops)))]
 

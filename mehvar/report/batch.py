@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page about a batch: what was varied, success, sensitivities, metrics, runs to look at, and pictures."""
+"""Page about a batch: dispersions, success, sensitivities, metrics, notable runs, pictures."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from .page import Drawing, Section, Table, Text
 from .subjects import installed_derivation, version_table
 
 _PANELS = 4
-"""Panels of a picture of a batch: two rows of two are readable without zooming."""
+"""Panels of a batch picture: two rows of two are readable without zooming."""
 _FAILURES = 5
-"""Unsuccessful runs that the page lists: their commands fill a third of a screen."""
+"""Unsuccessful runs on the page; their commands fill a third of a screen."""
 
 
 def batch_sections(runs: Runs, store: str = "") -> list[Section]:
@@ -72,13 +72,13 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
 
 
 def batch_metrics(runs: Runs) -> list[MetricStatistics]:
-    """Return the statistics of each metric; of a model without metrics, of each state at the end."""
+    """Return the statistics of each metric; for a model without metrics, of each final state."""
     design = design_of(runs.dataset.attrs)
     return [metric_statistics(_store(runs), name, [0], design) for name in summary_names(_store(runs))]
 
 
 def _store(runs: Runs) -> Any:
-    """Return the batch as a store of one block, as far as statistics read one; runs that are not stored are NaN."""
+    """Return the batch as a store with one block, for the statistics; missing runs are NaN."""
     return Recorded(runs.whole, chunk=runs.whole.sizes["run"])
 
 
@@ -105,7 +105,7 @@ def _success(runs: Runs, design: str) -> str:
 
 
 def _endings(runs: Runs) -> list[Table]:
-    """Return the number of runs by how they ended, if not all reached the end time."""
+    """Return the number of runs by kind of end, unless all reached the end time."""
     codes, counts = np.unique(runs.dataset["status"].values, return_counts=True)
     rows = [(STATUS_TEXT[int(code)], str(count)) for code, count in zip(codes, counts, strict=True)]
     return [Table("How the runs ended", ("ending", "runs"), rows)] if len(rows) > 1 else []
@@ -143,7 +143,7 @@ def _ends(ends: tuple[float, float]) -> str:
 
 
 def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Iterator[Table]:
-    """Yield the first unsuccessful runs and the run of the largest value of each metric, with the command for each."""
+    """Yield the first unsuccessful runs and those with the largest value of a metric, with commands to repeat them."""
     status, t_stop = runs.dataset["status"].values, runs.dataset["t_stop"].values
     failed = np.flatnonzero(~runs.successful)[:_FAILURES].tolist()
     yield Table(

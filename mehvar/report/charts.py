@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Data of a figure's panels over time, for an interactive chart; the figure is the only description."""
+"""Data of an interactive chart, read from the panels of a figure over time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COLOR_NAMES = {
     BLUE: "blue", VERMILLION: "vermillion", GREEN: "green", PURPLE: "purple", ORANGE: "orange", SKY: "sky",
     BLACK: "black", GREY: "grey", LIGHT: "grey",
 }  # fmt: skip
-"""The palette's colours by the names that the page's style gives them, one value for light and one for dark."""
+"""Colours of the palette by their names in the style sheet, which has values for light and dark pages."""
 
 _LETTERS = {
     "varphi": "φ", "phi": "φ", "vartheta": "ϑ", "theta": "θ", "psi": "ψ", "rho": "ρ", "mu": "μ", "delta": "δ",
@@ -32,7 +32,7 @@ _LETTERS = {
 
 
 def chart(figure: Figure) -> dict[str, Any] | None:
-    """Return the panels of a figure whose horizontal axis is time; None for a figure without one.
+    """Return the panels of a figure over time; None if a figure has no time axis.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def chart(figure: Figure) -> dict[str, Any] | None:
 
 
 def _over_time(ax: Axes) -> bool:
-    """Tell a panel over time; panels that share their axis may share its label."""
+    """Return True for a panel over time; panels with a shared axis may have one label."""
     shared = ax.get_shared_x_axes().get_siblings(ax)
     return any(other.get_xlabel().startswith("time") for other in shared)
 
@@ -74,7 +74,7 @@ def _is_mathematics(part: str) -> bool:
 
 
 def plain(label: str) -> str:
-    """Return a label in HTML without its marks."""
+    """Return a label in HTML without its markup."""
     return re.sub("<.*?>", "", label)
 
 
@@ -111,7 +111,7 @@ def _xy(line: Line2D) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
 
 
 def _shared(lines: list[Line2D]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return all instants of some lines, and their values there; a line has none at another line's instants."""
+    """Return all instants of several lines and their values there; a line has no value at other lines' instants."""
     x = np.unique(np.concatenate([_xy(line)[0] for line in lines]))
     columns = np.full((len(x), len(lines)), np.nan)
     for k, line in enumerate(lines):
@@ -121,7 +121,7 @@ def _shared(lines: list[Line2D]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, 
 
 
 def _references(ax: Axes) -> dict[str, Any]:
-    """Return the lines across the whole panel: levels of y and marks of x."""
+    """Return the lines across a panel: levels of y and marks of x."""
     across = [line for line in ax.get_lines() if line.get_transform() != ax.transData]
     levels = [line for line in across if line.get_transform() == ax.get_yaxis_transform(which="grid")]
     marks = [line for line in across if line not in levels]

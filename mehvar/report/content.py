@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Content of the report on one paper: everything is computed here, nothing is written."""
+"""Content of the report on one paper: computation without output."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of the page: a unique name, texts, the picture, and a chart for panels over time.
+    """A figure of the page: unique name, texts, picture, and a chart if it shows time series.
 
     `heading` says which figure of the paper it is, or that it is beyond the paper.
     """
@@ -67,7 +67,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class BeyondReport:
-    """Content of the page about the structure beyond a paper, with claims of our own."""
+    """Content of the page about an extension of a paper, with claims of our own."""
 
     words: BeyondWords
     manifest: Manifest
@@ -77,13 +77,13 @@ class BeyondReport:
 
     @property
     def unpictured(self) -> list[Claim]:
-        """Return the claims that no figure shows."""
+        """Return the claims without a figure."""
         return _unpictured(self.pictures, self.claims)
 
 
 @dataclass(frozen=True)
 class PaperReport:
-    """Content of the page about one paper; `seconds` has the computing time by purpose."""
+    """Content of the page about one paper; `seconds` has the computing times by purpose."""
 
     model: Model
     paper: Reproduction
@@ -106,23 +106,23 @@ class PaperReport:
 
     @property
     def manifest(self) -> Manifest:
-        """The model's."""
+        """Manifest of the model."""
         return self.model.manifest
 
     @property
     def cover(self) -> Picture | None:
-        """The figure that stands for the paper on the overview."""
+        """Figure that represents the paper on the overview."""
         shown = zip(self.paper.figures, self.pictures, strict=True)
         return next((picture for figure, picture in shown if figure.number == self.paper.captions.cover), None)
 
     @property
     def unpictured(self) -> list[Claim]:
-        """Return the claims that no figure shows."""
+        """Return the claims without a figure."""
         return _unpictured(self.pictures, self.claims)
 
     @property
     def rows(self) -> list[tuple[tuple[str, str], list[Deviation]]]:
-        """Return the compared numbers of each scenario and law."""
+        """Return the compared numbers by scenario and law."""
         return by_run(self.deviations)
 
 
@@ -132,7 +132,7 @@ def _unpictured(pictures: Sequence[Picture], claims: Sequence[Claim]) -> list[Cl
 
 
 def beyond_folders(names: Sequence[str]) -> dict[str, Path]:
-    """Return the generated folders of the structures beyond the models' papers, derived where the cache has none."""
+    """Return the generated folders of all extensions, derived unless the cache has them."""
     further = {name: beyond.words.structure for name in names if (beyond := load_beyond(name))}
     return structure_folders(installed_tree(), further)
 
@@ -144,7 +144,7 @@ def paper_report(
     casadi: Future[Model] | None,
     advance: Advance,
 ) -> PaperReport:
-    """Run everything for the page about a paper; wait for what other processes derive where it is first needed.
+    """Run everything for a paper's page; wait for derivations in other processes where their result is needed.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def paper_report(
 
 
 def _beyond(name: str, beyond: Beyond, paper: Runs, runs: Runs) -> BeyondReport:
-    """Run a paper's extension, beside the paper's runs."""
+    """Run a paper's extension and compare it with the paper's own runs."""
     old, new = paper.model.manifest, runs.model.manifest
     claims = beyond.claims(paper, runs)
     pictures = [
@@ -213,19 +213,19 @@ def _beyond(name: str, beyond: Beyond, paper: Runs, runs: Runs) -> BeyondReport:
 
 
 def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
-    """Return a figure as the page takes it."""
+    """Return a figure in the form of the page."""
     with style():
         return Picture(name, title, caption, small_png(figure), chart(figure), claims)
 
 
 def _static(name: str, title: str, figure: Figure) -> Picture:
-    """Return a figure without its chart, which would be as large as the picture again."""
+    """Return a figure without its chart, which would double its size."""
     with style():
         return Picture(name, title, "", small_png(figure), None)
 
 
 def scene_data(drawn_by: str, scene: Scene) -> dict[str, Any]:
-    """Return an animation as the page's scripts read it."""
+    """Return an animation in the form of the page's scripts."""
     runs = {title: dict(series) for title, series in scene.runs.items()}
     return {
         "drawn_by": drawn_by,
@@ -263,7 +263,7 @@ def _figure(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs)
 
 
 class _Clock:
-    """Seconds between notes."""
+    """Stopwatch with the seconds spent on each part of the work."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}

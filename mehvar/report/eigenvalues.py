@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Eigenvalues of the closed loops where the runs of a report end."""
+"""Eigenvalues of closed loops at the end of a report's runs."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     ComplexArray = NDArray[np.complex128]
 
 SHOWN = 4
-"""Number of eigenvalues that fill a line of the table."""
+"""Number of eigenvalues on a line of the table."""
 _SAME = 0.01
-"""Relative change of an eigenvalue allowed when the state changes within the run's tolerance. Those of smooth loops
-change by 1e-8 of the largest, those of a law at its kink completely; half or twice changes no row."""
+"""Allowed relative change of an eigenvalue when the state changes within the run's tolerance. Smooth loops change by
+1e-8, a law at its kink completely. Half or twice changes no row."""
 _ROUNDING = 1e-5
-"""Relative to the largest eigenvalue. A triple eigenvalue is good to the third root of the machine's precision only,
-6e-6."""
+"""Tolerance relative to the largest eigenvalue: a triple eigenvalue has an error of 6e-6, the cube root of the
+machine's precision."""
 
 
 @dataclass(frozen=True)
 class LoopSpectrum:
-    """The eigenvalues of one loop that are nearest to instability.
+    """Eigenvalues of one loop that are nearest to instability.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class LoopSpectrum:
 
 
 def loop_spectra(runs: Runs, loops: Iterable[tuple[str, str]]) -> list[LoopSpectrum]:
-    """Linearise loops, each a scenario and a law, at the last sample of their runs."""
+    """Linearise loops, given by scenario and law, at the last sample of their runs."""
     return [_spectrum(runs, scenario, law) for scenario, law in loops]
 
 
@@ -82,7 +82,7 @@ def _spectrum(runs: Runs, scenario: str, law: str) -> LoopSpectrum:
 
 
 def _within_tolerance(run: Run) -> Iterator[FloatArray]:
-    """Yield the end of a run, and states within its tolerances: changed in one element, either way."""
+    """Yield the end of a run, and states that differ from it within tolerance, one element at a time."""
     x = run.x[-1]
     yield x
     off = np.diag(float(run.options["rtol"]) * np.abs(x) + float(run.options["atol"]))
@@ -90,7 +90,7 @@ def _within_tolerance(run: Run) -> Iterator[FloatArray]:
 
 
 def _same(some: ComplexArray, others: ComplexArray) -> bool:
-    """Return True if two sets of eigenvalues agree; False if an eigenvalue is not a number."""
+    """Return True if two sets of eigenvalues agree; False if one contains NaN."""
     if not (np.isfinite(some).all() and np.isfinite(others).all()):
         return False
     distance = np.abs(some[:, None] - others).min(axis=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Engine `mehvar` of xarray: results have `.mehvar` in a session that never imported mehvar.
+"""Engine `mehvar` of xarray: opened results have `.mehvar` without an import of mehvar.
 
 xarray imports it for `open_dataset` with this engine or with none; for `open_zarr` see `Registration` of the accessor.
 """

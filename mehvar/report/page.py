@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page of the report: sections of blocks, in one file that needs nothing else; styles, scripts and data are in it."""
+"""A page of the report: sections in one file with its styles, scripts and data."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """A table under a heading; a table without rows is not shown."""
+    """A table with a heading; tables without rows are omitted."""
 
     title: str
     columns: Sequence[str]
@@ -47,7 +47,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Formulas:
-    """Formulas under a heading that opens: pairs of a title and a formula as MathML."""
+    """A foldable list of formulas: pairs of title and MathML."""
 
     title: str
     formulas: Sequence[tuple[str, Markup]]
@@ -56,7 +56,7 @@ class Formulas:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture; with an interactive chart if its axis is time."""
+    """A picture, with an interactive chart if its axis is time."""
 
     picture: Picture
     kind: str = field(default="drawing", init=False)
@@ -64,7 +64,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Stage:
-    """An animation of runs; `drawn_by` is the entry of `Report.scenes` that `script` makes."""
+    """An animation of runs; `script` creates the entry `drawn_by` of `Report.scenes`."""
 
     name: str
     title: str
@@ -77,7 +77,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the page with its own HTML form, and its pictures."""
+    """A part of the page: its HTML and its pictures."""
 
     html: Markup
     pictures: Sequence[Picture] = ()
@@ -89,7 +89,7 @@ Block = Text | Table | Formulas | Drawing | Stage | Part
 
 @dataclass(frozen=True)
 class Section:
-    """Blocks under a heading of the page, which its contents link by `anchor`."""
+    """A section of the page with a heading; the contents link to `anchor`."""
 
     anchor: str
     title: str
@@ -98,7 +98,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """Title, lead and sections of a page; `others` are the titles and files of related pages."""
+    """Title, introduction and sections of a page; `others` are titles and files of related pages."""
 
     title: str
     sections: Sequence[Section]
@@ -125,7 +125,7 @@ def page_text(page: Page) -> str:
 
 
 def write_page(path: Path, page: Page) -> Path:
-    """Write a page, whole or not at all; return its path.
+    """Write a page, complete or not at all; return its path.
 
     Raises
     ------
@@ -141,17 +141,17 @@ def write_page(path: Path, page: Page) -> Path:
 
 
 def geometry_script() -> str:
-    """Return the script that draws the shapes of a system that declares its geometry."""
+    """Return the script that draws the shapes of a system."""
     return _asset("geometry.js")
 
 
 def _asset(name: str) -> Markup:
-    """Return a style or a script as it stands in a page."""
+    """Return a style sheet or a script as page content."""
     return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
 
 
 def _data(pictures: Sequence[Picture], stages: Sequence[Stage]) -> Markup:
-    """Return the numbers of charts and animations as JSON that may stand in a script element."""
+    """Return data of charts and animations as JSON that is safe in a script element."""
     data: dict[str, Any] = {
         "charts": {p.name: p.chart for p in pictures if p.chart},
         "scenes": {stage.name: scene_data(stage.drawn_by, stage.scene) for stage in stages},
@@ -160,12 +160,12 @@ def _data(pictures: Sequence[Picture], stages: Sequence[Stage]) -> Markup:
 
 
 def uri(picture: Picture) -> str:
-    """Return the static picture as an address that holds it."""
+    """Return the static picture as a data URL."""
     return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
 
 
 def typeset(text: str) -> Markup:
-    """Return text with proper minus signs, powers, degrees, thousands, Greek letters and subscripts."""
+    """Return text with typographic minus signs, exponents, degrees, thousands, Greek letters and subscripts."""
     text = str(escape(text))
     text = re.sub(r"(\d)e([+-]?\d+)", lambda match: f"{match[1]}×10^{int(match[2])}", text)
     text = pretty_unit(re.sub(r"(?<=\d) deg\b", "°", text))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of the papers' report: one for each paper, and an overview with every claim."""
+"""Pages of the papers' report: one per paper, and an overview of all claims."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _LEAD = (
 def paper_pages(
     reports: Sequence[PaperReport], facts: Mapping[str, str], live: Mapping[str, str] = MappingProxyType({})
 ) -> dict[str, str]:
-    """Return the pages of the report by the name of their file.
+    """Return the pages of the report by file name.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def paper_pages(
 
 
 def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] = ()) -> Part:
-    """Return a part of the template, which has a macro for each."""
+    """Return a macro of the template."""
     filters: dict[str, Callable[..., Any]] = {
         "typeset": typeset, "uri": uri, "unit": pretty_unit, "number": number, "deviation": deviation, "brief": _brief,
         "complex": eigenvalue, **FILTERS,
@@ -67,7 +67,7 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
 
 
 def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
-    """Return a paper's animation: of its own runs with their events, or of given runs, cut at `until`."""
+    """Return a paper's animation: of its own runs with events, or of given runs up to the time `until`."""
     words = paper.captions.scene
     if until is None:
         return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
@@ -142,7 +142,7 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
 
 
 def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
-    """Return the checks that a table shows, failed ones first, and the number it leaves out."""
+    """Return the checks that a table shows, failed ones first, and the number of omitted ones."""
     checks = sorted(claim.checks, key=lambda check: check.holds)
     return checks[:3], max(0, len(checks) - 3)
 
@@ -153,7 +153,7 @@ def number(value: float) -> str:
 
 
 def deviation(number: Deviation) -> str:
-    """Return the deviation of a number from its expected value."""
+    """Return the deviation of a number from its expected value as text."""
     value = number.size
     if not math.isfinite(value) or not math.isfinite(number.expected):
         return "–"

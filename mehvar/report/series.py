@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Series for a page: thinned to the visible samples, and encoded as compact text."""
+"""Series for a page: reduced to the visible samples and encoded as compact text."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 _FAR = 1e9
-"""Substitute for a value that is not finite, so large that the sample and its neighbours are kept."""
+"""Substitute for values that are not finite: large enough that the sample and its neighbours are kept."""
 
 TOLERANCE = 3e-4
-"""Largest distance of an omitted sample from the straight line through the kept ones, over the series' range.
+"""Largest distance of an omitted sample from the line through kept samples, relative to the series' range.
 
 This is a third of a pixel in a chart 1000 pixels high, so no visible sample is omitted.
 """
 
 
 def thin(t: ArrayLike, columns: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.intp]:
-    """Return which samples to keep so that straight lines between them show every column (Ramer 1972, Douglas 1973).
+    """Return the samples to keep so that lines between them represent every column (Ramer 1972, Douglas 1973).
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def thin(t: ArrayLike, columns: ArrayLike, tolerance: float = TOLERANCE) -> NDAr
 
 
 def _scaled(column: FloatArray) -> FloatArray:
-    """Return a column relative to its range; values that are not finite lie far from all others."""
+    """Return a column relative to its range; values that are not finite become very large."""
     finite = column[np.isfinite(column)]
     span = float(np.ptp(finite)) if finite.size else 0.0
     return np.where(np.isfinite(column), column / (span or 1.0), _FAR)
@@ -71,7 +71,7 @@ def encode(values: ArrayLike) -> str:
 
 
 def track(t: ArrayLike, columns: Mapping[str, ArrayLike]) -> dict[str, object]:
-    """Return thinned series over one time, encoded: {"t": text, "columns": {name: text}}."""
+    """Return reduced series with a common time, encoded: {"t": text, "columns": {name: text}}."""
     values = np.column_stack([np.asarray(column, dtype=float) for column in columns.values()])
     kept = thin(t, values)
     encoded = {name: encode(values[kept, k]) for k, name in enumerate(columns)}

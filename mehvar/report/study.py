@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The batch of a system: success rates of its laws, and bands of their series over time."""
+"""Batch of a system: success rates of its laws, and bands of series over time."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 SEED = 1
 _LOW, _HIGH = 0.05, 0.95
-"""Nine runs of ten: of 512 runs 25 lie beyond each edge, enough for it to be smooth."""
+"""Quantiles of the band: 90 % of the runs. Of 512 runs, 25 lie beyond each edge, enough for a smooth one."""
 _COLORS = (BLUE, VERMILLION)
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Results of the batches of a study: title and statistics of each law, and the metrics of the condition."""
+    """Results of a study's batches: title and statistics of each law, and the metrics of its condition."""
 
     study: Study
     laws: Sequence[tuple[str, Statistics]]
@@ -38,12 +38,12 @@ class Batch:
 
     @property
     def metrics(self) -> list[tuple[str, MetricStatistics]]:
-        """Return the metrics that success depends on, with the title of the law."""
+        """Return the metrics in the success condition, with the title of the law."""
         return [(title, row) for title, law in self.laws for row in law.rows if row.name in self.study.success]
 
 
 def run_study(model: Model, study: Study, advance: Callable[[float, str], None]) -> Batch:
-    """Run the batch of each law of a study, with the same numbers each time.
+    """Run the batches of a study, one per law, with the same random numbers.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _figure(study: Study, stores: Sequence[tuple[str, Store]]) -> Figure:
 
 
 def _draw(ax: Axes, store: Store, name: str, scale: float, color: str) -> None:
-    """Draw the median of a series over the runs, and the band that holds nine runs of ten."""
+    """Draw the median of a series and the band of 90 % of the runs."""
     t = store.coordinate("t")
     low, middle, high = scale * bands(store, name, (_LOW, 0.5, _HIGH))
     edge: dict[str, Any] = {"color": color, "lw": 0.6}

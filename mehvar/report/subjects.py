@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages about a model or a run: their sections, from committed equations and from results."""
+"""Pages about a model or a run, from committed equations and results."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _MEANING = ("name", "unit", "meaning")
 
 
 def model_sections(model: Model) -> list[Section]:
-    """Return the sections of a model: its equations, its numbers, a run of each law in its first scenario.
+    """Return the sections of a model: equations, numbers, and a run of each law in the first scenario.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def model_sections(model: Model) -> list[Section]:
 
 
 def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
-    """Return the sections of a run: results, numbers, and the equations if the run used the present ones.
+    """Return the sections of a run: results, numbers, and the equations if they match the run.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
 
 
 def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
-    """Return the animation of a run: by its paper, else by its model's geometry; None without either.
+    """Return the animation of a run, by its paper or its model's geometry; None without both.
 
     Also None for a model that is not installed in the version of the run, since its functions place the points.
     """
@@ -112,7 +112,7 @@ def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
 
 
 def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Dataset]) -> Stage | None:
-    """Return the animation of each law's run, or of the runs that the model's paper shows."""
+    """Return the animation of each law's run, or of the runs in the model's paper."""
     name = model.manifest.model
     if has_paper(name):
         paper = load_reproduction(name)
@@ -132,7 +132,7 @@ def _animation(stage: Stage | None) -> list[Section]:
 
 
 def _derivation(folder: Path) -> list[Section]:
-    """Return the derived equations in order, and the rates of the states; nothing for a folder without them."""
+    """Return the derived equations in order, and the states' rates; nothing for a folder without them."""
     if not (folder / "equations.json").is_file():
         return []
     document = Document.read(folder)
@@ -154,7 +154,7 @@ def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Mark
 
 
 def installed_derivation(model: str, digest: str) -> list[Section]:
-    """Return the derivation of the installed model with this hash; empty if there is none."""
+    """Return the derivation of an installed model with this hash; empty without one."""
     return _derivation(find_model(model).folder) if is_installed(model, digest) else []
 
 
@@ -200,5 +200,5 @@ def _origin(manifest: Manifest, versions: str) -> Section:
 
 
 def version_table(text: str) -> Table:
-    """Return the versions of packages, from their JSON."""
+    """Return a table of package versions from their JSON."""
     return Table("Versions", ("package", "version"), list(json.loads(text).items()))

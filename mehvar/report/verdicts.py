@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts on requirements: as text, as facts, and as a page for a review."""
+"""Verdicts on requirements: text, facts, and a page for reviews."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from mehvar.runtime.run.own.law import OwnLaw
 from mehvar.runtime.run.problem import COMPLETE
 
 _SHOWN = 3
-"""Failures whose values are shown."""
+"""Number of failures whose values are shown."""
 _KINDS = {"holds": "same", "does not hold": "changed", "undecided": "maybe"}
-"""Colours of a verdict on a page."""
+"""Colours of verdicts on a page."""
 
 
 def require(
@@ -40,7 +40,7 @@ def require(
     rare: bool = False,
     **batch: Any,
 ) -> Verdicts:
-    """Decide whether requirements hold, by the runs of a store or by runs that end as soon as all are decided.
+    """Decide requirements, from the runs of a store or from new runs until all are decided.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _rare(
     report: Progress | None = None,
     **batch: Any,
 ) -> Verdicts:
-    """Decide by runs that seek the failures."""
+    """Decide requirements by runs that search for failures."""
     if not isinstance(runs, Model) and str(runs).endswith(".toml"):
         raise bad_value("rare", True, f"left out with {runs}: mehvar require {runs} --rare takes the file", "the call")
     for name in ("out", "resume", "success", "until", "strict", "scheduler"):
@@ -100,7 +100,7 @@ def _rare(
 
 
 class Verdicts:
-    """Verdicts of a store's runs on requirements, one `Verdict` each.
+    """Verdicts on requirements from a store's runs, one `Verdict` each.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class Verdicts:
 
     @property
     def hold(self) -> bool:
-        """True where every requirement holds."""
+        """True if every requirement holds."""
         return all(verdict.answer == "holds" for verdict in self._verdicts)
 
     def __repr__(self) -> str:
@@ -192,7 +192,7 @@ class Verdicts:
         return f"{facts.text(verdict.requirement.share)} ({verdict.reason})"
 
     def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
-        """Return the worst runs, each with the command that repeats it, empty for a store in memory."""
+        """Return the worst runs with the commands that repeat them; without commands for a store in memory."""
         path = self._store.path
         return [
             (
@@ -203,7 +203,7 @@ class Verdicts:
         ]
 
     def _value(self, run: int, value: float, number: str) -> str:
-        """Return the number of a run, or why it has none."""
+        """Return the number of a run, or the reason why it has none."""
         if not number:
             return ""
         if math.isfinite(value):
@@ -218,7 +218,7 @@ class Verdicts:
 
 
 class RareVerdicts(Verdicts):
-    """Verdicts by runs that seek failures; the arguments are those of `decide_rare`."""
+    """Verdicts by runs that search for failures; arguments as for `decide_rare`."""
 
     def __init__(
         self,
@@ -243,7 +243,7 @@ class RareVerdicts(Verdicts):
         return f"{self._about}: failures sought, seed {self._seed}"
 
     def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
-        """Return the values of the worst failures."""
+        """Return the varied values of the worst failures."""
         count = min(_SHOWN, *map(len, verdict.failures.values())) if verdict.failures else 0
         return [
             (", ".join(f"{name} = {values[k]:.6g}" for name, values in verdict.failures.items()) + " fails", "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vocabulary of the reproduction of a paper, `papers/MODEL/reproduction.py`: runs, claims, figures, extensions."""
+"""Vocabulary of `papers/MODEL/reproduction.py`: runs, claims, figures and extensions of a paper."""
 
 from __future__ import annotations
 

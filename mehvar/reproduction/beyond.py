@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Extensions of a paper: a structure of its model with effects that the paper omits, and claims about it.
+"""Extensions of a paper: a structure of its model with effects that the paper omits, and our claims about it.
 
 `papers/MODEL/beyond.toml` has the structure and the texts, `beyond.py` beside it the functions that compute.
 """
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from mehvar.base.manifest import Manifest
 
 BothChecks: TypeAlias = Callable[[Runs, Runs, Expected], Sequence[Check]]
-"""Runs the paper's model and the one beyond it, and returns the checks of a claim."""
+"""Function that runs the paper's model and its extension, and returns the checks of a claim."""
 BothFigure: TypeAlias = "Callable[[Runs, Runs], Figure]"
-"""Draws runs of both."""
+"""Function that draws runs of the paper's model and its extension."""
 
 
 @dataclass(frozen=True)
 class BeyondWords:
-    """A paper's `beyond.toml`.
+    """Contents of a paper's `beyond.toml`.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class BeyondWords:
 
 @dataclass(frozen=True)
 class Beyond:
-    """The texts of an extension, and the functions that draw and check.
+    """An extension: its texts, and the functions that draw and check it.
 
     Attributes
     ----------
@@ -73,15 +73,15 @@ class Beyond:
     checks: Mapping[str, BothChecks]
 
     def claims(self, paper: Runs, runs: Runs) -> list[Claim]:
-        """Return the decided claims."""
+        """Return the claims with verdicts."""
         return decide(self.words.claim, self.checks_beside(paper), runs)
 
     def checks_beside(self, paper: Runs) -> dict[str, Checks]:
-        """Return the checks with the paper's runs filled in."""
+        """Return the checks as functions of the extension's runs only."""
         return {number: partial(check, paper) for number, check in self.checks.items()}
 
     def figures(self, paper: Runs) -> list[PaperFigure]:
-        """Return the figures with the paper's runs filled in."""
+        """Return the figures as functions of the extension's runs only."""
         return [
             PaperFigure(f.number, f.title, f.caption, partial(self.draw[f.number], paper), f.claims)
             for f in self.words.figure
@@ -90,7 +90,7 @@ class Beyond:
 
 @dataclass(frozen=True)
 class Difference:
-    """One difference of the structures: its name, the value in the paper's structure, the value in the extended one."""
+    """A difference between two structures: name, value in the paper's structure, value in the extension."""
 
     what: str
     paper: str
@@ -98,7 +98,7 @@ class Difference:
 
 
 def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[str, BothChecks]) -> Beyond:
-    """Bind `beyond.toml` of a folder to functions.
+    """Read a folder's `beyond.toml` and assign its functions.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
 
 
 def load_beyond(model: str) -> Beyond | None:
-    """Return the extension of a model's paper, if it has one."""
+    """Return the extension of a model's paper; None without one."""
     if not (load_reproduction(model).folder / "beyond.toml").is_file():
         return None
     beyond: Beyond = paper_part(model, "beyond").BEYOND
@@ -134,7 +134,7 @@ def load_beyond(model: str) -> Beyond | None:
 
 
 def differences(paper: Manifest, beyond: Manifest) -> list[Difference]:
-    """Return the sizes of both structures, and the names that only the second one has."""
+    """Return the sizes of both structures, and the names that only the extension has."""
     rows = [
         Difference("operations of the rates", *(str(m.functions["rhs"].operations) for m in (paper, beyond))),
         *(
@@ -157,6 +157,6 @@ def differences(paper: Manifest, beyond: Manifest) -> list[Difference]:
 
 
 def _only(these: Sequence[str], others: Sequence[str]) -> str:
-    """Return the number of names, and the names that the other model lacks."""
+    """Return the number of names, and those that the other model lacks."""
     own = [name for name in these if name not in others]
     return f"{len(these)}" + (f", of these {', '.join(own)}" if own else "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Claims of the papers, and the checks that decide them."""
+"""Claims of papers, and the checks behind their verdicts."""
 
 from __future__ import annotations
 
@@ -14,20 +14,19 @@ from mehvar.base.errors import InputError
 from .runs import Runs, WatchedRuns
 
 TIMES = 0.01
-"""Allowed relative deviation of a time: a settling time is a whole number of samples, and one sample is 0.2 to 0.9 % of
-the times in the papers. With half of this no claim fails, and two rows get a note; with twice this three claims lose
-theirs."""
+"""Allowed relative deviation of a time. A settling time is a whole number of samples, and a sample is 0.2 to 0.9 %
+of the papers' times. Half of it fails no claim and gives two rows a note; twice removes three notes."""
 AMPLITUDES = 0.02
-"""Allowed relative deviation of an amplitude: expected ones have two to four digits, and rounding changes two digits by
-up to 2.5 %. No verdict changes with half or twice this."""
+"""Allowed relative deviation of an amplitude. Printed ones have two to four digits; rounding to two digits changes
+them by up to 2.5 %. Half or twice changes no verdict."""
 COUNTS = 1.0
-"""Allowed absolute deviation of a count: a sign change at the end of a run may or may not be included."""
+"""Allowed deviation of a count: a sign change at the very end of a run may or may not count."""
 
 PAPERS, OWN = "claims of the papers", "rows of our own against an independent program"
 
 
 class ClaimVerdict(StrEnum):
-    """Verdict on a claim."""
+    """Kinds of verdict on a claim."""
 
     HOLDS = "holds"
     NOTE = "holds with a note"
@@ -37,13 +36,13 @@ class ClaimVerdict(StrEnum):
     FAILS = "does not hold"
 
     def of(self, count: int) -> str:
-        """Return the number of claims with this verdict, in words."""
+        """Return a count of claims with this verdict, in words."""
         return f"{count} {self if count == 1 else self.replace('holds', 'hold').replace('does', 'do')}"
 
 
 @dataclass(frozen=True)
 class Check:
-    """One part of a claim: an expected value beside the one from running the model.
+    """A part of a claim: expected value and value from the run.
 
     Attributes
     ----------
@@ -66,7 +65,7 @@ class Check:
 
 @dataclass(frozen=True)
 class TriedReading:
-    """Another reading of an ambiguous or missing part of a paper, and the checks of a claim under it."""
+    """Another reading of an ambiguous or incomplete part of a paper, with the checks of a claim under it."""
 
     name: str
     text: str
@@ -74,13 +73,13 @@ class TriedReading:
 
     @property
     def holds(self) -> bool:
-        """True where the claim holds under this reading."""
+        """True if the claim holds under this reading."""
         return all(check.holds for check in self.checks if check.essential)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement of a paper and the checks that decide it; `explanation` covers the checks that may fail.
+    """A statement of a paper with its checks; `explanation` is about checks that may fail.
 
     Attributes
     ----------
@@ -114,7 +113,7 @@ class Claim:
 
     @property
     def verdict(self) -> ClaimVerdict:
-        """Verdict on the claim."""
+        """Verdict that follows from the checks."""
         failed = [check for check in self.checks if not check.holds]
         if any(check.essential for check in failed):
             if not self.refuted:
@@ -128,7 +127,7 @@ class Claim:
 
     @property
     def outcome(self) -> str:
-        """Results under other readings, in one line; empty if none was tried."""
+        """Results under other readings, on one line; empty without other readings."""
         if not self.readings:
             return ""
         holding = [f"{r.name}: {r.text.removesuffix('.')}" for r in self.readings if r.holds]
@@ -142,23 +141,23 @@ class Claim:
 
     @property
     def expected(self) -> str:
-        """Expected values, in one line."""
+        """Expected values, on one line."""
         return "; ".join(f"{check.what}: {check.expected}" for check in self.checks)
 
     @property
     def measured(self) -> str:
-        """Measured values, in one line."""
+        """Measured values, on one line."""
         return "; ".join(f"{check.what}: {check.measured}" for check in self.checks)
 
     @property
     def note(self) -> str:
-        """The explanation if one is needed, else empty."""
+        """The explanation if some check fails, else an empty text."""
         return "" if self.verdict is ClaimVerdict.HOLDS else self.explanation
 
 
 @dataclass(frozen=True)
 class ReadingText:
-    """A reading to try for a claim: its name and its change, in one sentence."""
+    """Another reading to try for a claim: its name, and one sentence about its change."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -168,7 +167,7 @@ class ReadingText:
 
 @dataclass(frozen=True)
 class ClaimText:
-    """A claim before it is decided: an entry of a paper's `claims.toml`, with the numbers that its checks expect."""
+    """Entry of a paper's `claims.toml`: the text of a claim, and the expected numbers of its checks."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -194,19 +193,19 @@ class ClaimText:
 
 
 Expected: TypeAlias = Callable[[str], float]
-"""The expected numbers of a claim, by name."""
+"""Expected numbers of a claim by name."""
 Checks: TypeAlias = Callable[[Runs, Expected], Sequence[Check]]
-"""Runs the model and returns the checks of a claim."""
+"""Function that runs the model and returns the checks of a claim."""
 
 
 Readings: TypeAlias = Mapping[str, Mapping[str, Checks]]
-"""Checks of a claim under a reading, by claim number and reading name."""
+"""Checks under other readings, by claim number and reading name."""
 
 
 def decide(
     texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs, readings: Readings | None = None
 ) -> list[Claim]:
-    """Return the decided claims, each with its checks, also under other readings."""
+    """Return the claims with their checks and verdicts, also under other readings."""
     return [_decided(text, checks[text.number], (readings or {}).get(text.number, {}), runs) for text in texts]
 
 
@@ -217,7 +216,7 @@ def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], ru
 
 
 def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
-    """Return the checks of a reading; if one of its runs diverges, its numbers do not count as measurements.
+    """Return the checks under a reading; numbers of a diverging run count as missing.
 
     This holds only for readings: a claim may be about a loop that diverges, and then has a check for that.
     """
@@ -232,19 +231,19 @@ def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
 
 
 def tally(claims: Iterable[Claim]) -> dict[str, list[tuple[ClaimVerdict, int]]]:
-    """Count claims by verdict, the papers' claims first and our own rows second; unused verdicts are omitted."""
+    """Count claims by verdict, first those of papers, then our own; verdicts without claims are omitted."""
     several = list(claims)
     counts = {kind: Counter(claim.verdict for claim in several if claim.kind == kind) for kind in (PAPERS, OWN)}
     return {kind: [(verdict, of[verdict]) for verdict in ClaimVerdict if of[verdict]] for kind, of in counts.items()}
 
 
 def tally_text(kind: str, counts: Sequence[tuple[ClaimVerdict, int]]) -> str:
-    """Return the counts of a kind as one line."""
+    """Return the counts of one kind on one line."""
     return f"{sum(count for _, count in counts)} {kind}: {'; '.join(v.of(count) for v, count in counts) or 'none'}"
 
 
 def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:
-    """Return the check that a number is within a relative tolerance of the expected one.
+    """Return a check that a number is within a relative tolerance of the expected one.
 
     Parameters
     ----------
@@ -262,7 +261,7 @@ def about(what: str, expected: float, measured: float, unit: str = "", tolerance
 
 
 def count(what: str, expected: float, measured: float) -> Check:
-    """Return the check that a count is within one of the expected one.
+    """Return a check that a count differs by at most one from the expected one.
 
     Parameters
     ----------
@@ -275,7 +274,7 @@ def count(what: str, expected: float, measured: float) -> Check:
 
 
 def below(what: str, bound: float, measured: float, unit: str = "") -> Check:
-    """Return the check that a number is below a bound.
+    """Return a check that a number is below a bound.
 
     Parameters
     ----------
@@ -290,7 +289,7 @@ def below(what: str, bound: float, measured: float, unit: str = "") -> Check:
 
 
 def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
-    """Return the check that a number is above a bound.
+    """Return a check that a number is above a bound.
 
     Parameters
     ----------
@@ -305,7 +304,7 @@ def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
 
 
 def beside(check: Check) -> Check:
-    """Return the check marked as not essential for the claim.
+    """Return a check that does not decide its claim.
 
     Parameters
     ----------

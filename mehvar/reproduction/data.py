@@ -43,5 +43,5 @@ def read_data(path: Path, kind: type[Data]) -> Data:
 
 
 def _place(steps: tuple[int | str, ...]) -> str:
-    """Return a field's position in the file, entries of a list counted from one: "figure 3, caption"."""
+    """Return a field's place in the file, with list entries counted from one: "figure 3, caption"."""
     return "".join(f" {step + 1}" if isinstance(step, int) else f", {step}" for step in steps).removeprefix(", ")

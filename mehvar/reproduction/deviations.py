@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deviations of the metrics of runs from the values that scenarios expect."""
+"""Deviations of runs' metrics from the values that scenarios expect."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Deviation:
-    """One metric of one run and its expected value; infinity means that it does not settle within the run."""
+    """A metric of a run and its expected value; infinity means that the run does not settle."""
 
     scenario: str
     law: str
@@ -28,7 +28,7 @@ class Deviation:
 
     @property
     def size(self) -> float:
-        """Relative, or absolute for a count; zero where both are infinite."""
+        """Relative deviation; absolute for a count; zero if both values are infinite."""
         if self.measured == self.expected:
             return 0.0
         difference = self.measured - self.expected
@@ -36,17 +36,17 @@ class Deviation:
 
     @property
     def allowed(self) -> float:
-        """The largest size that counts as reproduced."""
+        """Largest deviation that counts as reproduced."""
         return {"settling": TIMES, "sign_changes": COUNTS}.get(self.metric.kind, AMPLITUDES)
 
     @property
     def holds(self) -> bool:
-        """True where the number is reproduced."""
+        """True if the deviation is allowed."""
         return abs(self.size) <= self.allowed
 
 
 def deviations(runs: Runs) -> list[Deviation]:
-    """Run every scenario and law that expects numbers, and compare."""
+    """Run all scenarios and laws with expected numbers, and compare."""
     manifest = runs.model.manifest
     return [
         number
@@ -57,7 +57,7 @@ def deviations(runs: Runs) -> list[Deviation]:
 
 
 def of_run(manifest: Manifest, scenario: Scenario, law: str, measured: Mapping[str, float]) -> list[Deviation]:
-    """Compare the metrics of one run with those that its scenario expects for its law, if any."""
+    """Compare the metrics of a run with the numbers that its scenario expects for its law."""
     return [
         Deviation(scenario.name, law, manifest.metrics[name], math.inf if value is None else value, measured[name])
         for name, value in scenario.expect.get(law, {}).items()
@@ -65,7 +65,7 @@ def of_run(manifest: Manifest, scenario: Scenario, law: str, measured: Mapping[s
 
 
 def by_run(numbers: Sequence[Deviation]) -> list[tuple[tuple[str, str], list[Deviation]]]:
-    """Return the deviations of each scenario and law, in order."""
+    """Return the deviations by scenario and law, in order."""
     rows: dict[tuple[str, str], list[Deviation]] = {}
     for number in numbers:
         rows.setdefault((number.scenario, number.law), []).append(number)
@@ -73,7 +73,7 @@ def by_run(numbers: Sequence[Deviation]) -> list[tuple[tuple[str, str], list[Dev
 
 
 def table_claims(manifest: Manifest, numbers: Sequence[Deviation]) -> list[Claim]:
-    """Return one claim for each run: its numbers are reproduced."""
+    """Return one claim per run: that its numbers are reproduced."""
     return [
         _run_claim(f"T{k}", manifest.scenarios[scenario], law, row)
         for k, ((scenario, law), row) in enumerate(by_run(numbers), 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judging of the papers in a tree, each in its own process; the cache keeps verdicts under a hash of the sources.
+"""Verdicts on all papers of a project, each computed in its own process and cached by its sources.
 
 Judging needs SymPy and takes up to a minute for a paper.
 """
@@ -20,13 +20,13 @@ from mehvar.codegen.processes import in_processes
 from mehvar.codegen.workspace import load_paper, own_text
 
 Ledger = dict[str, Any]
-"""A ledger as plain data, as `mehvar.codegen.ledger.ledger.Ledger.to_json` returns it."""
+"""A judged ledger as plain data, from `mehvar.codegen.ledger.ledger.Ledger.to_json`."""
 
 _FILE = "ledger.json"
 
 
 def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
-    """Return the ledger of every model of a tree that has one, or of one model, as plain data.
+    """Return the judged ledgers of a project's models, or of one model, as plain data.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def _no_ledger(tree: Tree, model: str, others: Sequence[str]) -> InputError:
 
 
 def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
-    """Return the ledger of a model from the cache; a missing one is judged in another process."""
+    """Return the judged ledger of a model from the cache; judge it in another process if it is missing."""
     key = cache.key(*itertools.chain(*tree.sources(model, papers=True).items()))
 
     def fill(folder: Path) -> None:
@@ -68,7 +68,7 @@ def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
 
 
 def _judge(root: Path, model: str) -> str:
-    """Derive a model and judge its paper; runs in its own process."""
+    """Derive a model and judge its paper; the caller uses a process for each model."""
     system = system_of(Tree(root), model, {})
     # after the model, so that both use the models package of its tree
     from mehvar.codegen.ledger.ledger import judge

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judged ledgers as one HTML page: printed and correct side by side."""
+"""Judged ledgers as an HTML page: printed and correct equations side by side."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from .judging import Ledger
 from .ledger_text import correction, counted, example, slips
 
 FILTERS = {"counted": counted, "example": example, "slips": slips, "correction": correction}
-"""Functions for templates that show a ledger."""
+"""Template functions for ledgers."""
 
 
 def paper_page(ledgers: Sequence[Ledger]) -> str:
-    """Return the page of published against derived equations as text."""
+    """Return the page that compares printed with derived equations."""
     return page("diff_paper.html.j2", FILTERS, ledgers=ledgers) + "\n"

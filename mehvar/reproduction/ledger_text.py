@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judged ledgers as text: printed equations that do not hold, and the others by number."""
+"""Judged ledgers as text: wrong printed equations in full, others by number."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ _WORDS = {_HOLDS: "hold", _DIFFERS: "differ", _DEFINITION: "definitions"}
 
 
 def holds(ledger: Ledger) -> bool:
-    """Return True if everything printed holds, or is the author's choice."""
+    """Return True if all printed entries hold or are the author's choice."""
     return not any(entry["verdict"] in _STYLES for entry in ledger["entries"])
 
 
 def counted(ledger: Ledger) -> str:
-    """Count the entries by verdict, as in "31 hold, 27 differ"."""
+    """Return the numbers of entries by verdict, as in "31 hold, 27 differ"."""
     counts = [(count, _WORDS.get(verdict, verdict)) for verdict, count in ledger["counts"].items()]
     return ", ".join(f"{count} {word}" for count, word in counts if count)
 
 
 def slips(ledger: Ledger) -> str:
-    """Count the errata by kind, as in "8 damage of the scan, 3 physics"."""
+    """Return the numbers of errata by kind, as in "8 damage of the scan, 3 physics"."""
     return ", ".join(f"{count} {kind}" for kind, count in ledger["slips"].items() if count)
 
 
 def correction(entry: dict[str, Any]) -> str:
-    """Return the name of an entry's other form: correct, or an assumption where nothing proves it."""
+    """Return the name of an entry's corrected form: "correct", or "assumption" if nothing proves it."""
     return "assumption" if entry["erratum"] and entry["erratum"]["assumption"] else "correct"
 
 
 def standing(entry: dict[str, Any]) -> str:
-    """Return the verdict on an entry for the statements that use it; a damaged copy does not make a formula wrong."""
+    """Return the verdict of an entry for statements that use it; a damaged scan does not make a formula wrong."""
     damaged = entry["erratum"] and entry["erratum"]["kind"] == _SCAN
     return _AMBIGUOUS if damaged else str(entry["verdict"])
 
 
 def lines(ledgers: Sequence[Ledger]) -> Iterator[Line]:
-    """Yield the printed equations of each paper that do not hold, and the names of the others."""
+    """Yield the wrong printed equations of each paper, and the numbers of the others."""
     for ledger in ledgers:
         yield 0, Text.assemble((f"{ledger['model']}: ", "bold"), counted(ledger))
         yield 0, Text(ledger["title"], "dim")
@@ -64,7 +64,7 @@ def lines(ledgers: Sequence[Ledger]) -> Iterator[Line]:
 
 
 def example(line: dict[str, Any]) -> str:
-    """Return a counterexample in one line, or nothing."""
+    """Return a counterexample on one line; empty without one."""
     point = line["counterexample"]
     if not point:
         return ""

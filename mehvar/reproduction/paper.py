@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FigureCaption:
-    """The texts of a figure, by its number in the paper; `claims` are the numbers of the claims that it shows.
+    """Texts of a figure, by its number in the paper; `claims` are the numbers of the claims that it supports.
 
     `label` is the paper's name for it, if the paper numbers several kinds of pictures. The caption of a figure whose
     picture is `lost` ends with the text of the captions for lost pictures.
@@ -68,7 +68,7 @@ class FigureCaption:
 
 @dataclass(frozen=True)
 class SceneCaption:
-    """The texts of the animation: a caption valid for any run, a title, and the events `shown` by the paper's runs."""
+    """Texts of the animation: title, a caption for any run, and the events `shown` in the paper's runs."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -79,7 +79,7 @@ class SceneCaption:
 
 @dataclass(frozen=True)
 class Captions:
-    """A paper's `captions.toml`: its authors, its reading, and the texts of figures and animation.
+    """Contents of a paper's `captions.toml`: authors, reading, and texts of figures and animation.
 
     `cover` is the number of the figure that represents the paper on the overview.
     """
@@ -96,7 +96,7 @@ class Captions:
 
 @dataclass(frozen=True)
 class Claims:
-    """A paper's `claims.toml`."""
+    """Contents of a paper's `claims.toml`."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -105,7 +105,7 @@ class Claims:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of the claims that it shows.
+    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of the claims that it supports.
 
     `label` is the paper's name for it, if it differs from that number.
     """
@@ -156,11 +156,11 @@ class Reproduction:
 
     @property
     def script(self) -> str:
-        """The script that draws the scene."""
+        """Script that draws the scene."""
         return (self.folder / "scene.js").read_text(encoding="utf-8")
 
     def claims(self, runs: Runs) -> list[Claim]:
-        """Return the paper's decided claims."""
+        """Return the paper's claims with verdicts."""
         return [*decide(self.texts, self.checks, runs, self.readings), *self.more_claims(runs)]
 
 
@@ -174,7 +174,7 @@ def read_reproduction(
     readings: Readings | None = None,
     more_claims: Callable[[Runs], Sequence[Claim]] = lambda _: (),
 ) -> Reproduction:
-    """Bind the files of a folder to functions.
+    """Read the texts in a folder and assign its functions.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[
 
 
 def papers_tree() -> Tree:
-    """Return the tree whose papers are reproduced: the current project, else mehvar's checkout.
+    """Return the project with the papers to reproduce: the current one, else mehvar's checkout.
 
     Raises
     ------
@@ -244,12 +244,12 @@ def papers_tree() -> Tree:
 
 
 def paper_models(tree: Tree) -> list[str]:
-    """Return the models of a tree with a paper to reproduce."""
+    """Return the models of a project that have a paper to reproduce."""
     return [name for name in tree.papers if _reproduction(tree, name).is_file()]
 
 
 def paper_part(model: str, part: str) -> ModuleType:
-    """Return a module of the folder of a model's paper.
+    """Return a module from the folder of a model's paper.
 
     Raises
     ------
@@ -269,7 +269,7 @@ def load_reproduction(model: str) -> Reproduction:
 
 
 def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
-    """Draw one run: as in the model's paper if that has the law, else with a panel for each kind and unit.
+    """Draw a run as its model's paper does for that law; otherwise one panel per kind and unit.
 
     Parameters
     ----------
@@ -290,7 +290,7 @@ def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
 
 
 def result_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
-    """Draw a stored result: its paper's picture calls functions of the model, which must be the one of the result."""
+    """Draw a stored result. The paper's picture is used only if the installed model is that of the result."""
     with style():
         draw = run_picture if is_installed(manifest.model, manifest.hash) else panels_picture
         return draw(dataset, manifest)
@@ -306,7 +306,7 @@ def _home(model: str) -> Tree | None:
 
 
 def _trees() -> list[Tree]:
-    """Return the current project, and the tree that mehvar was installed from."""
+    """Return the current project and the project of the installed mehvar."""
     return [tree for tree in (find_tree(Path.cwd()), installed_tree()) if tree is not None]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Animation of a stored run, drawn by the scene of its model's paper."""
+"""Animation of a stored run by the scene of its model's paper."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """A stored run with the interface that scenes use."""
+    """A stored run in the form that scenes use."""
 
     t: FloatArray
     series: Mapping[str, FloatArray]
@@ -39,7 +39,7 @@ class RecordedRun:
 
 
 class _RecordedRuns:
-    """Returns the same run for any loop."""
+    """Returns the same stored run for every loop."""
 
     def __init__(self, model: Model, run: RecordedRun) -> None:
         self.model = model
@@ -50,7 +50,7 @@ class _RecordedRuns:
 
 
 def recorded_scene(dataset: xr.Dataset, manifest: Manifest) -> tuple[Reproduction, Scene] | None:
-    """Return the paper of a run's model and the animation of the run.
+    """Return the paper of a run's model, and its animation of the run.
 
     None for a model without a paper, for one that is not installed in the version of the run, and for a law without a
     series that the paper's scene shows.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The runs behind figures and claims, on this machine and on an emulated board, each computed once."""
+"""Runs behind figures and claims, on this machine and on an emulated board; each is computed once."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.simulate import Run
 
 _BOARD = "mps2-m4f"
-"""A Cortex-M4F, as in the satellite's paper; Unicorn runs it half as fast again as the STM32F405, whose line has more
-registers to emulate."""
+"""Emulated board: a Cortex-M4F as in the satellite's paper. Its emulation is 1.5 times as fast as that of the
+STM32F405."""
 _MOST_SAMPLES = 4001
-"""A board evaluates 400 (estimator) to 1200 samples a second under Unicorn, so a law takes at most four seconds: 80 s
-of a law that is sampled every 20 ms. Twice as many take twice as long."""
+"""Largest number of samples on an emulated board, at 400 (with estimator) to 1200 samples a second: about four
+seconds per law. 80 s of a law with a period of 20 ms."""
 
 
 class Runs:
-    """Closed loops of one model, each integrated once.
+    """Closed loops of one model; each is integrated once.
 
     Attributes
     ----------
@@ -64,13 +64,13 @@ class Runs:
         return metrics(self(controller, scenario, **settings), self.model.manifest)
 
     def under(self, **settings: Any) -> Runs:
-        """Return the same loops with further settings, such as another reading of a paper; a call may override them."""
+        """Return the loops with further settings, such as another reading of a paper; a call may override them."""
         return _OtherRuns(self, settings)
 
     def board(
         self, controller: str, scenario: str | None = None, samples: int | None = None, **settings: Any
     ) -> BoardRun:
-        """Return a run with its law on an emulated board, beside the same law in float and in double on this machine.
+        """Return a run with its law on an emulated board, with the same law in float and double on this machine.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class Runs:
 
 
 class _OtherRuns(Runs):
-    """Loops with further settings; their runs are cached with the others."""
+    """Loops with further settings, in the same cache."""
 
     def __init__(self, runs: Runs, settings: Mapping[str, Any]) -> None:
         super().__init__(runs.model)
@@ -123,7 +123,7 @@ class _OtherRuns(Runs):
 
 
 class WatchedRuns(_OtherRuns):
-    """The same loops, with a record of the requested runs.
+    """The same loops, with a record of the runs that are requested.
 
     Attributes
     ----------
@@ -145,5 +145,5 @@ class WatchedRuns(_OtherRuns):
 
     @property
     def lost(self) -> list[Run]:
-        """The runs that did not reach their end."""
+        """Runs that ended early."""
         return [run for run in self.seen if run.status is not Status.DONE]

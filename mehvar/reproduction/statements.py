@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Statements of a paper, sentence by sentence, with verdicts: the entries of a paper's `statements.toml`.
+"""Statements of a paper, sentence by sentence, with verdicts; from its `statements.toml`.
 
 A file holds the paper's counts of equations, tables and figures. It has a statement for every sentence of abstract and
 conclusions, every table, every figure, and every other checkable sentence. A long sentence may have several entries,
@@ -32,7 +32,7 @@ from mehvar.base.errors import InputError
 from .claims import Claim, ClaimVerdict
 
 BEYOND = "beyond the paper"
-"""The place of a statement that is ours."""
+"""Place of a statement that is our own."""
 
 
 class StatementVerdict(StrEnum):
@@ -67,7 +67,7 @@ _EQUATIONS = {
 
 @dataclass(frozen=True)
 class PrintedCounts:
-    """Numbers of numbered equations, tables and figures in a paper."""
+    """Numbers of the equations, tables and figures that a paper prints."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -110,7 +110,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Numbers of items of a kind that a paper prints, that are judged, and that the report shows.
+    """For one kind of item, the numbers that a paper prints, that are judged, and that the report shows.
 
     Attributes
     ----------
@@ -166,7 +166,7 @@ def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapp
 def missing(
     statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
 ) -> Iterator[str]:
-    """Name printed items without an entry, and claims without a statement.
+    """Return the printed items without an entry, and the claims without a statement.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def missing(
 def coverage(
     statements: Statements, judgements: Sequence[Statement], equations: Mapping[str, str], figures: Iterable[int]
 ) -> list[Coverage]:
-    """Count the items that the paper prints, that are judged, and that are shown.
+    """Count the items that are printed, judged and shown.
 
     An equation is shown by the errata when it does not hold, and by the model's equations otherwise; a table or an
     entry on the text by the list of statements.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The batch of a paper: its dispersions and its condition for success. Its numbers are in `study.toml`."""
+"""Batch of a paper: its dispersions and success condition, from `study.toml`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Band:
-    """A stored series shown over time: the label of its axis, and True for an angle in degrees."""
+    """A stored series to show over time: axis label, and True for an angle in degrees."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -19,13 +19,13 @@ class Band:
 
     @property
     def scale(self) -> float:
-        """Factor of the series."""
+        """Factor applied to the series."""
         return 180 / math.pi if self.degrees else 1.0
 
 
 @dataclass(frozen=True)
 class Study:
-    """A batch for each of some laws: dispersions, condition for success, and series shown over time.
+    """A batch for each of several laws: dispersions, success condition, and series to show.
 
     Attributes
     ----------

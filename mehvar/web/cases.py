@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Initial runs of a page: every law in every scenario that it can run, with this machine's results."""
+"""Initial runs of a page: every law in every possible scenario, with this machine's results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mehvar.runtime.run.ticks import ticks_of
 
 @dataclass(frozen=True)
 class Case:
-    """A run of the host with its schedule, which a page repeats.
+    """A run on the host, with its schedule, that a page repeats.
 
     Attributes
     ----------
@@ -35,24 +35,24 @@ class Case:
 
     @property
     def rows(self) -> int:
-        """Samples of the whole run."""
+        """Number of samples of the complete run."""
         return -(-(len(self.t) - 1) // self.record_every) + 1
 
     @property
     def evaluations(self) -> int:
-        """Number of evaluations of the law in a sampled loop."""
+        """Number of evaluations of a sampled law."""
         return (len(self.t) - 1) // self.hold_every + 1
 
     @property
     def formulas(self) -> list[str]:
-        """Parameters of the law that follow from others by a formula, which neither user nor scenario overrides."""
+        """Law parameters that follow from others by a formula, unless user or scenario overrides them."""
         law, case = self.run.controller, self.run.scenario
         values = {**case.values, **case.controllers.get(law.name, {})}
         return [q.name for q in law.parameters if q.formula is not None and q.name not in values]
 
 
 def cases_of(model: Model) -> list[Case]:
-    """Return the runs of a model; a law that refuses a scenario has none there.
+    """Return the runs of a model, without scenarios that a law refuses.
 
     Raises
     ------

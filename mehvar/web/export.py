@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model as one HTML page that simulates it, without a network."""
+"""Export of a model as one HTML page that simulates it without a network."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _UPLOT = "report/uplot"
 
 
 def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str]) -> Path:
-    """Write a page that runs a model: sliders, plots, animated geometry, a checksum of every number.
+    """Write a page that simulates a model, with sliders, plots, animation, and a checksum of all numbers.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
 
 
 def page_data(manifest: Manifest, cases: Sequence[Case]) -> dict[str, Any]:
-    """Return the input of simulator.js and live.js: the module, the model's names, and the runs."""
+    """Return the data for simulator.js and live.js: module, names of the model, runs."""
     options = RunOptions()
     ticks = list({case.t.tobytes(): case.t for case in cases}.values())
     return {
@@ -175,5 +175,5 @@ def _asset(name: str) -> Markup:
 
 
 def _packed(content: bytes) -> str:
-    """Return base64 of gzip, the same for the same bytes."""
+    """Return compressed bytes as base64; equal bytes give an equal result."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")

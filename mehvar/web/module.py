@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The WebAssembly module of a model: its generated C and the loop of a single run, compiled by zig."""
+"""WebAssembly module of a model: generated C and the loop of a single run, compiled by zig."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _UNIT, _MODULE = "unit.c", "module.wasm"
 FLAGS = (
     "-std=gnu11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-sanitize=all", "-s", "-I.",
 )  # fmt: skip
-"""Flags of a host's library that decide bits. WebAssembly has no fused product and sum."""
+"""Compiler flags that determine bits, as for native libraries. WebAssembly has no fused multiply-add."""
 _BARE = ("-target", "wasm32-freestanding", "-ffreestanding", "-nostdlib", "-Wl,--no-entry")
 _HOSTED = ("-target", "wasm32-wasi", "-mexec-model=reactor")
-"""With a C library, which zig compiles first: a minute and a half, once; without one it takes two seconds."""
+"""Flags with a C library, which zig compiles once in a minute and a half; without one, two seconds suffice."""
 
 
 def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
-    """Return the module, which has no imports.
+    """Return the compiled module, which has no imports.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
 
 
 def zig_available() -> bool:
-    """Return True if live pages can be made here."""
+    """Return True if zig is installed."""
     try:
         zig_toolchain()
     except MissingError:
@@ -89,14 +89,14 @@ def _compile(folder: Path, sources: Mapping[str, str], zig: Toolchain, options: 
 
 
 def _needs_library(sources: Mapping[str, str]) -> bool:
-    """Return True for a model that calls a function of the C library, mostly a hyperbolic one."""
+    """Return True if a model calls C library functions that we do not supply, such as hyperbolic ones."""
     names = re.findall(r"^MV_DEFINE_LIBM\((\w+)\)", sources["mehvar/private/libm.h"], re.MULTILINE)
     calls = re.compile(rf"\bmv_(?:{'|'.join(names)})\(")
     return any(calls.search(text) for name, text in sources.items() if "/" not in name)
 
 
 def c_sources(manifest: Manifest, cases: Sequence[Case]) -> dict[str, str]:
-    """Return the C of the module by path, of which unit.c is compiled."""
+    """Return the module's C files by path; unit.c is compiled."""
     own = file_of(manifest.model, "")
     native = native_sources("step/*.h", "single/*.[ch]", "methods/*.[ch]", "methods/*.inc", "random/noise.[ch]",
                             "random/philox.h", "web/*.c")  # fmt: skip
@@ -154,7 +154,7 @@ typedef struct {
 
 
 def _law(manifest: Manifest, law: Controller) -> str:
-    """Return the fields of a law's web_law."""
+    """Return the fields of a law's web_law structure."""
     sampled, name = law.period is not None, identifier(law.name)
     calls = loop_calls(manifest, law, "", sampled)
     charted = not sampled and "to_coordinates" in calls

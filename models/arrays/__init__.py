@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays of parameters: vectors, matrices, and tables that are read between their points."""
+"""Arrays of parameters: vectors, matrices and interpolated tables."""
 
 from .kinds import INCREASING, Table, Tensor, array_of, elements
 

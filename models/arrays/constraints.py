@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Constraints on arrays in every run: points that increase, matrices that are positive definite."""
+"""Constraints on arrays in every run: increasing points and positive definite matrices."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .kinds import INCREASING, Tensor
 
 
 def with_arrays(system: System) -> System:
-    """Return a system with the constraints that its arrays declare; the same system without arrays."""
+    """Return a system with the constraints of its arrays."""
     shared = [*_conditions(system.parameters), *_conditions(system.scenario_parameters)]
     own = [tuple(_conditions(law.parameters)) for law in system.controllers]
     if not shared and not any(own):
@@ -37,7 +37,7 @@ def _conditions(group: Group) -> Iterator[Condition]:
 
 
 def _increasing(array: Tensor, group: Group) -> Iterator[Condition]:
-    """Yield a condition for each gap: SymPy's Min of fifty gaps takes a minute."""
+    """Yield one condition per gap; SymPy takes a minute for the Min of fifty gaps."""
     for a, b in itertools.pairwise(group.elements(array.name).values()):
         shown = f"{a.name} = {{{a.name}:g}}, {b.name} = {{{b.name}:g}}"
         yield Condition(b - a, f"the points {array.name} must increase: {shown}")

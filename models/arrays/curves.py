@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A function between points, as an expression: its derivatives are exact, and every backend has it.
+"""Interpolation as an expression, with exact derivatives on every backend.
 
 The piece is found by bisection. All pieces are evaluated and selected from, as lanes must do.
 """
@@ -20,7 +20,7 @@ Column = Sequence[sp.Expr]
 
 @dataclass(frozen=True)
 class Reading:
-    """A table of parameters, to be called with an expression for each axis.
+    """A table of parameters, called with one expression per axis.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Reading:
     outside: str
 
     def __call__(self, *places: sp.Expr) -> sp.Expr:
-        """Return the value of the table at a place.
+        """Return the interpolated value of the table.
 
         Raises
         ------
@@ -63,7 +63,7 @@ class Reading:
 
 
 def curve(x: sp.Expr, at: Column, values: Column, form: str, outside: str) -> sp.Expr:
-    """Return the value at x of a function through points.
+    """Return the value at x of an interpolating function.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def curve(x: sp.Expr, at: Column, values: Column, form: str, outside: str) -> sp
 
 
 def _bisected(x: sp.Expr, knots: Column, pieces: Sequence[sp.Expr]) -> sp.Expr:
-    """Select the piece that x is in; at a knot the one above it."""
+    """Select the piece that contains x by bisection; at a knot, the upper piece."""
     if len(pieces) == 1:
         return pieces[0]
     middle = len(pieces) // 2
@@ -100,13 +100,13 @@ def _bisected(x: sp.Expr, knots: Column, pieces: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def _cubic(along: sp.Expr, v: sp.Expr, h: sp.Expr, rise: sp.Expr, left: sp.Expr, right: sp.Expr) -> sp.Expr:
-    """Return Hermite's cubic over an interval of length h, from the value v on."""
+    """Return Hermite's cubic on an interval of length h, with start value v."""
     bend, twist = (3 * rise - 2 * left - right) / h, (left + right - 2 * rise) / h**2
     return v + along * (left + along * (bend + along * twist))
 
 
 def _slopes(steps: Column, rises: Column) -> list[sp.Expr]:
-    """Return slopes at the points that keep the cubics monotone.
+    """Return slopes at the points for which the cubics are monotone.
 
     Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, as SciPy's `PchipInterpolator` has them.
     """
@@ -117,12 +117,12 @@ def _slopes(steps: Column, rises: Column) -> list[sp.Expr]:
 
 
 def _harmonic(h: sp.Expr, k: sp.Expr, before: sp.Expr, after: sp.Expr) -> sp.Expr:
-    """Return the weighted harmonic mean of two rises, zero where they differ in sign."""
+    """Return the weighted harmonic mean of two slopes; zero if their signs differ."""
     total = (h + 2 * k) * after + (2 * h + k) * before
     return sp.Piecewise((3 * (h + k) * before * after / total, before * after > 0), (0, True))
 
 
 def _end(h: sp.Expr, k: sp.Expr, near: sp.Expr, far: sp.Expr) -> sp.Expr:
-    """Return the slope at an end of the parabola through three points, between zero and three times the rise there."""
+    """Return the end slope of the parabola through three points, between zero and three times the rise there."""
     slope = ((2 * h + k) * near - h * far) / (h + k)
     return sp.Piecewise((0, slope * near <= 0), (3 * near, slope * near > 3 * near**2), (slope, True))

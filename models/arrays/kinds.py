@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kinds of arrays: declaration, names of elements, and value under the array's name."""
+"""Kinds of arrays: declaration, element names, and value under the array's name."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ SYMMETRIC = ("symmetric", "positive definite")
 INCREASING = "increasing"
 LINES = ("linear", "cubic")
 OUTSIDE = ("hold", "line")
-"""Kinds of declared arrays: matrices, the points of a table, tables, and their rule beyond these points."""
+"""Words of a parameter table: forms of arrays, interpolation, and the rule outside of the points."""
 
 
 @dataclass(frozen=True)
 class Tensor(ParameterArray):
-    """A vector or a matrix; of a symmetric one only the elements on and above the diagonal are parameters.
+    """A vector or matrix. Of a symmetric matrix, the elements on and above the diagonal are parameters.
 
     Parameters
     ----------
@@ -39,13 +39,13 @@ class Tensor(ParameterArray):
     form: str = ""
 
     def places(self) -> Iterator[tuple[int, ...]]:
-        """Yield the indices of the elements that are parameters, from one on."""
+        """Yield the indices of the elements that are parameters, counted from one."""
         for place in super().places():
             if self.form not in SYMMETRIC or place[0] <= place[1]:
                 yield place
 
     def of(self, group: Group) -> sp.Matrix:
-        """Return the matrix of the elements' symbols, a vector as a column."""
+        """Return the matrix of the elements' symbols; a vector is a column."""
         import sympy as sp
 
         symbols = group.elements(self.name)
@@ -59,7 +59,7 @@ class Tensor(ParameterArray):
 
 @dataclass(frozen=True)
 class Table(ParameterArray):
-    """Values at points, read in between by a call: `p.thrust(t)`.
+    """Values at points with interpolation: `p.thrust(t)`.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Table(ParameterArray):
     outside: str
 
     def of(self, group: Group) -> Reading:
-        """Return the function of a table, which is called with a place."""
+        """Return the interpolating function of a table."""
         from .curves import Reading
 
         columns = [list(group.elements(axis).values()) for axis in (*self.over, self.name)]
@@ -84,7 +84,7 @@ class Table(ParameterArray):
 
 
 def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outside: str, where: str) -> ParameterArray:
-    """Return the kind of array that an entry of a table of parameters declares.
+    """Return the kind of array that an entry of a parameter table declares.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outs
 def _shape(numbers: list[Any], where: str) -> tuple[int, ...]:
     rows = [len(row) for row in numbers if isinstance(row, list)]
     if not numbers or 0 in rows or len(set(rows)) > 1:
-        raise ModelError(f"{where}: default = {numbers}: must be numbers, or rows of numbers that are equally long")
+        raise ModelError(f"{where}: default = {numbers}: must be numbers, or rows of numbers of equal length")
     return (len(numbers), *rows[:1])
 
 
@@ -127,19 +127,19 @@ def _table(name: str, shape: tuple[int, ...], form: str, over: tuple[str, ...], 
 
 def _check_symmetric(numbers: list[list[float]], shape: tuple[int, ...], form: str, where: str) -> None:
     if shape[0] != shape[1]:
-        raise ModelError(f"{where}: form = {form!r}: must be left out, as default has the shape {shape}")
+        raise ModelError(f"{where}: form = {form!r}: leave it out, since default has the shape {shape}")
     for i, j in itertools.combinations(range(shape[0]), 2):
         if numbers[i][j] != numbers[j][i]:
             raise ModelError(
                 f"{where}: default has {numbers[i][j]:g} in row {i + 1}, column {j + 1} and {numbers[j][i]:g} "
-                f"opposite: must be equal, for form = {form!r}"
+                f"in the mirrored place: must be equal for form = {form!r}"
             )
     if form == SYMMETRIC[1] and not _is_positive_definite(numbers):
         raise ModelError(f"{where}: default = {numbers}: must be positive definite")
 
 
 def _is_positive_definite(numbers: list[list[float]]) -> bool:
-    """Return True if the pivots of an exact elimination are positive; False if one is not a number."""
+    """Return True if all pivots of an exact elimination are positive; False if one is not a number."""
     if not all(math.isfinite(number) for row in numbers for number in row):
         return False
     rows = [[Fraction(number) for number in row] for row in numbers]
@@ -152,7 +152,7 @@ def _is_positive_definite(numbers: list[list[float]]) -> bool:
 
 
 def elements(whole: Parameter, array: ParameterArray, numbers: Sequence[Any]) -> Iterator[Parameter]:
-    """Yield the parameters that an array consists of: I_1_2 for the second number of the first row of I.
+    """Yield the parameters of an array's elements: I_1_2 is in row 1, column 2 of I.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of a model's text, by subject; `whole` combines them."""
+"""Checks of a model, by subject; `whole` combines them."""
 
 from .branches import no_branching
 from .formulas import formulas

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""No Python branch on a symbol while a model is derived: only one side of it would get into the equations."""
+"""Refusal of Python branches on symbols during derivation, as the equations would keep only one side."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..quantities import ModelError, place
 from ..system import Expr
 
 _BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.", "mehvar.models.estimation.")
-"""Packages that may ask for the form of an expression, such as an assembly, which omits zeros of the structure."""
+"""Packages whose code may test the form of expressions, for example to skip structural zeros."""
 
 
 @contextlib.contextmanager
@@ -75,7 +75,7 @@ def _symbolic(value: object) -> bool:
 
 
 def _refuse(expr: Expr | Relational, what: str, other: object = None) -> None:
-    """Refuse a question about an expression with symbols, unless SymPy asks it or no value can change the answer."""
+    """Refuse a test of a symbolic expression, unless SymPy makes it or its answer holds for all values."""
     frame = sys._getframe(2)
     while frame.f_globals.get("__name__") == __name__ and frame.f_back:
         frame = frame.f_back
@@ -92,7 +92,7 @@ def _refuse(expr: Expr | Relational, what: str, other: object = None) -> None:
 
 
 def _is_entry_with_zero(frame: FrameType) -> bool:
-    """Return True if the text evaluated in a frame is `M[...] == 0` or `!= 0`, and M is a matrix."""
+    """Return True if a frame evaluates `M[...] == 0` or `!= 0` for a matrix M."""
     try:
         node = ast.parse(f"({_source(frame)})", mode="eval").body
     except SyntaxError:
@@ -106,7 +106,7 @@ def _is_entry_with_zero(frame: FrameType) -> bool:
 
 
 def _source(frame: FrameType) -> str:
-    """Return the source evaluated in a frame; columns count bytes, and the last line is cut first."""
+    """Return the source text that a frame evaluates. Columns count bytes; the last line is cut first."""
     positions = list(frame.f_code.co_positions())[frame.f_lasti // 2]
     first, last, start, end = (position or 0 for position in positions)
     lines = [linecache.getline(frame.f_code.co_filename, k).encode() for k in range(first, last + 1)]

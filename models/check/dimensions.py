@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The dimension of every expression, from the units of its symbols."""
+"""Dimensions of expressions, from the units of their symbols."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from .vectors import Vector, known, own
 
 NUMBER: Dimension = {}
 _SAME = (sp.Add, sp.Min, sp.Max, sp.Mod, sp.atan2, Relational)
-"""Arguments have one dimension."""
+"""Functions whose arguments must have equal dimensions."""
 _KEPT = (sp.Add, sp.Min, sp.Max, sp.Mod)
-"""And it is that of the value too."""
+"""Functions whose value has the dimension of the arguments."""
 _OF_NUMBERS = (
     sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh,
     sp.exp, sp.log, sp.floor, sp.ceiling, sp.erf,
@@ -33,16 +33,15 @@ _OF_NUMBERS = (
 
 _DEGREE = "deg"
 _ROUNDING = 4e-15
-"""Rounding of pi/180 as a model may write it in floating point: a few units in its last place. No other factor is that
-close."""
+"""Allowed rounding of pi/180 in a model's text: some units in the last place; no other factor is so close."""
 
 
 class MisfitError(Exception):
-    """Mismatch of dimensions, in words; the handler adds its place."""
+    """Mismatch of dimensions, in words; the caller adds the place."""
 
 
 def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
-    """Refuse rows whose unit differs from their quantity's, and sums of different dimensions.
+    """Refuse expressions whose unit differs from their quantity's, and sums of different dimensions.
 
     A definition whose unit is not stated has that of its expression; a plain number that is a definition of its own
     has the unit that is stated.
@@ -63,7 +62,7 @@ def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
 
 
 def check_radians(unit: str, where: str) -> None:
-    """Refuse degrees: the functions of an expression take and give radians, and both are numbers to a dimension."""
+    """Refuse degrees: functions of angles use radians, and a check of dimensions cannot see the difference."""
     if "deg" in re.findall("[A-Za-z]+", unit):
         raise ModelError(
             f"{where}: unit = {unit!r}: must be in rad; only a parameter that sympy.rad converts may be in deg"
@@ -81,7 +80,7 @@ def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -
 
 
 def _check_units(system: System, vectors: Iterable[Vector]) -> None:
-    """Refuse invalid units of quantities and of definitions."""
+    """Refuse invalid units in quantities and definitions."""
     for vector in vectors:
         for unit in (*vector.units.values(), *(q.unit for q in vector.rows)):
             with placed(f"{vector.origin}: {vector.what}"):
@@ -103,7 +102,7 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
 
 @contextlib.contextmanager
 def placed(where: str) -> Iterator[None]:
-    """Prefix a message about an invalid or wrong unit with its place."""
+    """Put the place before a message about a unit."""
     try:
         yield
     except (MisfitError, ValueError) as error:
@@ -111,7 +110,7 @@ def placed(where: str) -> Iterator[None]:
 
 
 def _definitions_of(entries: Iterable[sp.Expr], system: System) -> set[sp.Symbol]:
-    """Return the definitions that expressions contain."""
+    """Return the definitions in expressions."""
     definitions = system.definitions
     stack, seen = list(entries), set[sp.Symbol]()
     while stack:
@@ -123,7 +122,7 @@ def _definitions_of(entries: Iterable[sp.Expr], system: System) -> set[sp.Symbol
 
 
 class _ByScope:
-    """Dimensions for each scope: a law's gain and another law's gain of that name may differ in unit."""
+    """Dimensions by scope: two laws may have gains of one name with different units."""
 
     def __init__(self, system: System) -> None:
         self._definitions = {step.symbol: step for step in system.definitions_in_order}
@@ -143,7 +142,7 @@ class _ByScope:
 
 
 class Dimensions:
-    """Dimensions of expressions over symbols of known dimension.
+    """Dimensions of expressions, from those of their symbols.
 
     Every subexpression is looked at once, however often it occurs: equations of motion are graphs of a few thousand
     nodes that are trees of millions. Zero and `LARGEST` have any dimension, which is None.
@@ -161,7 +160,7 @@ class Dimensions:
         }
 
     def __call__(self, root: sp.Basic) -> Dimension | None:
-        """Return the dimension of an expression; None where it may be any.
+        """Return the dimension of an expression; None if any dimension fits.
 
         Raises
         ------
@@ -212,7 +211,7 @@ class Dimensions:
         if value is not None and value != dimension(step.unit):
             raise MisfitError(
                 f"definition {step.symbol.name!r} at {step.origin}: {short(step.expr)} has the unit "
-                f"{unit_text(value)}, but declares {step.unit}"
+                f"{unit_text(value)}, and declares {step.unit}: correct one of them"
             )
         return dimension(step.unit)
 
@@ -222,7 +221,7 @@ class Dimensions:
         return self._turned(node, product(*((part, 1) for part in known))) if len(known) == len(parts) else None
 
     def _turned(self, node: sp.Mul, dimension: Dimension) -> Dimension:
-        """Return the dimension of a product, which pi/180 turns from degrees into radians.
+        """Return the dimension of a product; the factor pi/180 converts degrees to radians.
 
         So do its halves and doubles: SymPy gathers the numbers of a product, and quaternions are of half angles.
         """
@@ -241,7 +240,8 @@ class Dimensions:
         if not node.exp.is_Rational:
             self._number(node.exp, "an exponent is a number")
             raise MisfitError(
-                f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}: must be a fixed number"
+                f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}: an exponent "
+                "of a quantity with a unit must be a number"
             )
         return product((base, Fraction(int(node.exp.p), int(node.exp.q))))
 
@@ -264,11 +264,11 @@ class Dimensions:
 
 
 def short(expr: sp.Basic) -> str:
-    """Return the text of an expression, shortened for a message."""
+    """Return the text of an expression, shortened for messages."""
     if sum(1 for _ in zip(sp.preorder_traversal(expr), range(_NODES), strict=False)) == _NODES:
         return f"a {type(expr).__name__} of {len(expr.args)} parts"
     return str(expr)
 
 
 _NODES = 40
-"""Limit on nodes of an expression that is shown: a line or two of a terminal."""
+"""Largest number of nodes of an expression in a message: one or two lines."""

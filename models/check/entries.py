@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of the entries of each vector: as many as its group, finite expressions of symbols that it receives."""
+"""Check of vectors: the right number of entries, finite, and with allowed symbols only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ENDLESS = (sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I)
 
 
 def check_entries(system: System, vectors: Iterable[Vector]) -> None:
-    """Refuse vectors of another length than their group, and entries that cannot be evaluated."""
+    """Refuse vectors whose length differs from their group's, and entries that cannot be evaluated."""
     nodes = Nodes(system)
     for vector in vectors:
         _check_length(vector)
@@ -29,26 +29,28 @@ def check_entries(system: System, vectors: Iterable[Vector]) -> None:
             _check_constants(nodes.of(entry), vector.row(k))
             _check_symbols(nodes, entry, received, system, vector, vector.row(k))
             if vector.margin and next(nodes.ends(entry, received), None) is None:
-                raise ModelError(f"{vector.row(k)}: {entry} depends on nothing: it always holds, or never")
+                raise ModelError(
+                    f"{vector.row(k)}: {entry} does not depend on any symbol, so that it holds always or never"
+                )
     for step in system.definitions_in_order:
         _check_constants(nodes.of(step.expr), f"{step.origin}: definition {step.symbol.name!r}")
 
 
 class Nodes:
-    """Contents of expressions; each is walked once, as a graph."""
+    """Symbols and functions in expressions; each shared part is visited once."""
 
     def __init__(self, system: System) -> None:
         self.definitions: Mapping[sp.Symbol, Definition] = {step.symbol: step for step in system.definitions_in_order}
         self._known: dict[sp.Basic, frozenset[sp.Basic]] = {}
 
     def of(self, root: sp.Basic) -> frozenset[sp.Basic]:
-        """Return symbols and other things without parts of an expression."""
+        """Return the symbols and other leaves of an expression."""
         if root not in self._known:
             self._known[root] = frozenset(node for node in graph(root) if not node.args)
         return self._known[root]
 
     def ends(self, entry: sp.Basic, received: set[sp.Symbol]) -> Iterator[tuple[sp.Symbol, Definition | None]]:
-        """Yield the symbols that an entry depends on, each with the definition in which it occurs."""
+        """Yield the symbols that an entry depends on, each with the definition that contains it."""
         stack: list[tuple[sp.Basic, Definition | None]] = [(node, None) for node in self.of(entry)]
         seen: set[sp.Basic] = set()
         while stack:
@@ -64,7 +66,7 @@ class Nodes:
 
 
 def graph(root: sp.Basic) -> Iterator[sp.Basic]:
-    """Yield each different part of an expression once, itself included."""
+    """Yield each distinct part of an expression once, itself included."""
     stack, seen = [root], {root}
     while stack:
         node = stack.pop()
@@ -79,7 +81,7 @@ def _check_length(vector: Vector) -> None:
         names = ", ".join(q.name for q in vector.rows) or "none"
         raise ModelError(
             f"{vector.origin}: {vector.what} has {len(vector.entries)} entries for {len(vector.rows)} {vector.group} "
-            f"({names}): there must be one for each, in their order"
+            f"({names}): give one for each, in this order"
         )
 
 
@@ -103,7 +105,7 @@ def _check_symbols(
 
 
 def _stranger(symbol: sp.Symbol, within: Definition | None, system: System, vector: Vector) -> str:
-    """Return a description of a symbol that a vector must not depend on."""
+    """Return a description of a symbol that a vector must not contain."""
     allowed = sorted(s.name for s in vector.units)
     through = f" (by definition {within.symbol.name!r} at {within.origin})" if within else ""
     if symbol.name in allowed:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of events: each named once, located by a run, with resets that assign states."""
+"""Check of events: unique names, guards that a run can locate, resets of states only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
 def check_events(system: System) -> None:
-    """Refuse events that no run has, and resets of symbols that are no states."""
+    """Refuse events that no run can have, and resets of anything but states."""
     for event in system.events:
         _check_reset(system, event)
     for law in system.controllers:
@@ -26,7 +26,10 @@ def check_events(system: System) -> None:
             if law.period:
                 raise ModelError(f"{where} would be ignored: a sampled law switches only at its samples")
             if event.reset or event.ends:
-                raise ModelError(f"{where}: a law's event is a surface: resets and ends belong to the system's events")
+                raise ModelError(
+                    f"{where}: an event of a law can neither reset states nor end the run; "
+                    "declare it among the system's events"
+                )
         _check_distinct((*system.events, *law.events))
     _check_distinct(system.events)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that every declared feature has an effect and excludes no other one."""
+"""Check that every declared feature has an effect and is compatible with the others."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ..tables import check_names, suggestion
 from .events import check_events
 
 _OF_SAMPLES = ("delay", "every", "applied", "update", "tolerates_loss")
-"""Fields that only a sampled law has."""
+"""Fields that only a sampled law may have."""
 _OF_MEMORY = ("applied", "start", "update", "rates")
-"""Fields that only a law with memory has."""
+"""Fields that only a law with memory may have."""
 
 
 def check_features(system: System) -> None:
-    """Refuse declarations that would be ignored, and combinations that no run can have."""
+    """Refuse declarations without effect, and impossible combinations."""
     if not len(system.states):
         raise ModelError(f"{system.origin}: states = (): a system must have at least one state")
     for law in system.controllers:
@@ -48,7 +48,7 @@ def check_features(system: System) -> None:
 
 
 def _check_mass(system: System) -> None:
-    """Refuse a mass matrix without one row and column per state, and one without rates."""
+    """Refuse a mass matrix without one row and column per state, and one that determines no rate."""
     if system.mass is None:
         return
     n = len(system.states)
@@ -62,16 +62,16 @@ def _check_mass(system: System) -> None:
 
 
 def _check_beside(system: System) -> None:
-    """Refuse features that cannot stand beside one another."""
+    """Refuse features that exclude each other."""
     present = {feature: (part.origin, feature.listed(names)) for feature, part, names in _features(system) if names}
     for one, other, reason in capabilities.EXCLUSIONS:
         if one in present and other in present:
             origin, words = present[one]
-            raise ModelError(f"{origin}: {words} cannot stand beside {other.name}: {reason}")
+            raise ModelError(f"{origin}: {words} cannot be combined with {other.name}: {reason}")
 
 
 def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
-    """Yield features, each with the part of the system that declares it and with names for the message."""
+    """Yield features with the declaring part of the system and names for the message."""
     laws = system.controllers
     events = [*system.events, *(event for law in laws for event in law.events)]
     continuous, integrated = [law.name for law in laws if not law.period], [law for law in laws if law.rates]
@@ -91,7 +91,7 @@ def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
 
 
 def _check_geometry(system: System) -> None:
-    """Refuse shapes that no picture can draw."""
+    """Refuse shapes that cannot be drawn."""
     for shape in system.geometry:
         where = f"{shape.origin}: shape {shape.name!r}"
         for what, value, allowed in (("kind", shape.kind, SHAPE_KINDS), ("color", shape.color, SHAPE_COLORS)):
@@ -120,7 +120,7 @@ def _check_law(law: Controller) -> None:
 
 
 def _check_times(system: System, law: Controller) -> None:
-    """Refuse a law whose period, delay or multiple of the period is no parameter."""
+    """Refuse a law whose period, delay or multiple of the period is not a parameter."""
     for what, name, group in (
         ("period", law.period, system.parameters), ("delay", law.delay, law.parameters),
         ("every", law.every, law.parameters),
@@ -146,7 +146,7 @@ def _check_times(system: System, law: Controller) -> None:
 
 
 def _check_noise(system: System) -> None:
-    """Refuse process noise that is zero, and random steps that never occur."""
+    """Refuse process noise of size zero, and random steps that never occur."""
     diffusion, step = system.diffusion, system.random_step
     if diffusion:
         for q in diffusion.wiener:
@@ -167,7 +167,7 @@ def _check_noise(system: System) -> None:
 
 
 def check_sensor(system: System) -> None:
-    """Refuse a continuous law that would receive the states where the sensor measures something else."""
+    """Refuse a continuous law that would receive states although a sensor measures something else."""
     sensor, continuous = system.sensor, [law.name for law in system.controllers if not law.period]
     if sensor is None or system.seen is not system.states or not continuous:
         return
@@ -181,7 +181,7 @@ def check_sensor(system: System) -> None:
 
 
 def _check_delays(system: System) -> None:
-    """Refuse a delay of something other than an input, and one that is not a number of samples."""
+    """Refuse delays of anything but inputs, and delays that are not a number of samples."""
     parameters = {q.name: q for q in system.parameters}
     check_names(system.delays, [q.name for q in system.inputs], f"{system.origin}: delays: input")
     check_names(system.delays.values(), list(parameters), f"{system.origin}: delays: parameter")
@@ -220,9 +220,7 @@ def _check_choices(system: System) -> None:
     check_distinct(present, f"{system.origin}: variant")
     missing = [values for values in wanted if values not in present]
     if missing:
-        raise ModelError(
-            f"{system.origin}: variants lacks {missing[0]}: there must be one for each choice but the first"
-        )
+        raise ModelError(f"{system.origin}: variants lacks {missing[0]}: give one for each choice except the first")
 
 
 def _check_variant(system: System, variant: Variant, wanted: Sequence[tuple[str, ...]]) -> None:
@@ -234,14 +232,14 @@ def _check_variant(system: System, variant: Variant, wanted: Sequence[tuple[str,
 
 
 def check_distinct(names: Sequence[object], what: str) -> None:
-    """Refuse a name that occurs twice."""
+    """Refuse duplicate names."""
     for k, name in enumerate(names):
         if name in names[:k]:
             raise ModelError(f"{what} {name!r} is defined twice")
 
 
 def _check_messages(system: System) -> None:
-    """Refuse messages with a place that has no value, and values without a place in the message."""
+    """Refuse messages whose placeholders and values do not match."""
     p, s = ([q.name for q in group] for group in (system.parameters, system.scenario_parameters))
     _check_conditions("limits", system.limits, p, False)
     _check_conditions("constraints", system.constraints, [*p, *s], False)
@@ -255,7 +253,7 @@ def _check_conditions(what: str, conditions: Iterable[Condition], names: Sequenc
     for condition in conditions:
         where = f"{condition.origin}: message of {what}"
         if condition.shown and not shows:
-            raise ModelError(f"{where}: shown would be ignored: only the warnings of a law show values")
+            raise ModelError(f"{where}: shown would be ignored: only warnings of a law print values")
         values = [str(k) for k in range(len(condition.shown))]
         try:
             places = [place for _, place, _, _ in string.Formatter().parse(condition.message) if place is not None]

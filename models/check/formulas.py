@@ -16,7 +16,7 @@ _NAMESPACE: dict[str, Any] = {"sqrt": sp.sqrt, "pi": sp.pi}
 
 
 def formulas(group: Group) -> dict[str, Expr]:
-    """Return the defaults of a group that are formulas in its other parameters.
+    """Return the formula defaults of a group in an order in which they can be computed.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def formulas(group: Group) -> dict[str, Expr]:
 
 
 def _check_ends(uses: Mapping[str, set[str]]) -> None:
-    """Refuse circular formulas, which no order can compute."""
+    """Refuse circular formulas."""
     waiting = dict(uses)
     while waiting:
         ready = [name for name, names in waiting.items() if not names & waiting.keys()]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that every field of a system has its declared type: a list is no tuple, a text no number."""
+"""Check of the declared types of a system's fields: a list is not a tuple, a text is not a number."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..system import System
 
 
 def check_kinds(system: object) -> None:
-    """Refuse a value that is no `System`, and fields of the wrong type."""
+    """Refuse anything but a `System`, and fields of the wrong type."""
     if not isinstance(system, System):
         raise ModelError(f"system() returns a {type(system).__name__}: must be a System")
     _check_record(system, "", system.origin)
@@ -65,7 +65,7 @@ def _check(value: Any, hint: Any, where: str, origin: str) -> None:
 
 
 def _is(value: object, kind: type) -> bool:
-    """Return True if a value is of a type; whole numbers are floats too, truth values are no numbers."""
+    """Return True if a value has a type. Whole numbers are floats too; booleans are not numbers."""
     return isinstance(value, (int, float) if kind is float else kind) and (kind is bool or not isinstance(value, bool))
 
 
@@ -84,4 +84,4 @@ def _wrong(value: object, allowed: str, where: str, origin: str) -> ModelError:
 
 
 _LONGEST = 60
-"""Characters of a value that a message shows: a line in a terminal with the place before it."""
+"""Characters of a value in a message: one line of a terminal together with its place."""

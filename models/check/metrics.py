@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of metrics: existing quantities, fitting units, and the numbers that their kind reads."""
+"""Check of metrics: existing quantities, matching units, and the numbers that their kind needs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .names import check_name
 
 
 def check_metrics(system: System, folder: Path | None = None) -> None:
-    """Refuse metrics that cannot be computed, or that have a wrong unit or meaningless numbers."""
+    """Refuse metrics with unknown quantities, wrong units or unusable numbers."""
     check_distinct([metric.name for metric in system.metrics], f"{system.origin}: metric")
     for metric in system.metrics:
         check_name(metric.name, f"{place_of(folder, 'metrics', metric.name, system.origin)}: metric")
@@ -38,17 +38,19 @@ def check_metrics(system: System, folder: Path | None = None) -> None:
 
 
 def _check_events(metric: Metric, system: System, where: str) -> None:
-    """Refuse a count of events that are missing under some law, and a count with a window."""
+    """Refuse counts of events that some law lacks, and counts with a time window."""
     check_distinct(metric.of, f"{where}: event")
     check_names(metric.of, [event.name for event in system.events], f"{where}: event")
     if not metric.of or metric.unit != "1":
-        raise ModelError(f"{where}: of = {list(metric.of)}, unit = {metric.unit!r}: must be one event or more, in 1")
+        raise ModelError(
+            f"{where}: of = {list(metric.of)}, unit = {metric.unit!r}: must be at least one event, with unit 1"
+        )
     if metric.since or math.isfinite(metric.until):
         raise ModelError(f"{where}: since and until would be ignored: events are counted over the whole run")
 
 
 def _variables(system: System) -> dict[str, set[str]]:
-    """Return the units of each variable that a run of every law has; a law may report in another unit than the next."""
+    """Return the units of the variables that runs of all laws have; laws may report one name in different units."""
     common = {q.name: {q.unit} for q in (*system.states, *system.outputs)}
     common |= {f"u_{q.name}": {q.unit} for q in system.inputs}
     reports = [
@@ -73,7 +75,7 @@ def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) 
     one = sorted(present)[0]
     other = next((unit for unit in sorted(present) if dimension(unit) != dimension(one)), None)
     if other is not None:
-        raise ModelError(f"{where}: of = {list(metric.of)}: variables in {one} and {other} do not go together")
+        raise ModelError(f"{where}: of = {list(metric.of)}: variables in {one} and {other} cannot be combined")
     unit = "s" if metric.kind in OF_SECONDS else "1" if metric.kind in OF_COUNTS else one
     with placed(where):
         own = dimension(metric.unit)

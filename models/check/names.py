@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unique names in a system, in a form that C, Python and result files accept."""
+"""Check of names: unique, and valid in C, Python and result files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _OF_C = frozenset("""
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
     linux unix real np
 """.split())  # fmt: skip  # noqa: SIM905
-"""Reserved words of C, its compilers and generated functions; no argument may have one of these names."""
+"""Reserved words of C, its compilers and generated functions. No argument may have one."""
 _CALLABLE = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
 _TAKEN = ("jac", "hess", "null")
 """Names that CasADi refuses for functions."""
@@ -33,14 +33,14 @@ _GENERATED = frozenset("""
     mass_diagonal measure_jvp diffuse jump input_delays guards resets
     jvp jac_x jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
 """.split())  # fmt: skip  # noqa: SIM905
-"""Names of a system's own functions; no law and no other function may have them."""
+"""Names of a system's own functions. No law and no other function may have one."""
 _LOCAL = re.compile(r"[mt]_[a-z2-7]{5}(_\d+)?")
 """Names of local variables in generated functions."""
 
 
 @dataclass(frozen=True)
 class _Use:
-    """A name and its owner; `origin` is the place of the owner, if it has its own."""
+    """A name with its owner and, if different, the owner's place."""
 
     name: str
     kind: str
@@ -52,7 +52,7 @@ class _Use:
 
 
 def check_names(system: System) -> None:
-    """Refuse names that are taken twice, or that are invalid in generated code or on a command line."""
+    """Refuse names that occur twice, or are invalid in generated code or on the command line."""
     _check_words(system)
     common = _common(system)
     taken = _unique(common, {}, system.origin)
@@ -74,26 +74,27 @@ def check_names(system: System) -> None:
 
 
 def _check_words(system: System) -> None:
-    """Refuse a model or a law whose name is a word of the command line at the same place."""
+    """Refuse models and laws named like a word of the command line in the same position."""
     if system.name == WORK:
         raise ModelError(
-            f"{system.origin}: the model is called {WORK!r}, the word of `mehvar diff` for present sources: rename it"
+            f"{system.origin}: the model is called {WORK!r}, which stands for the current "
+            "sources in `mehvar diff`: rename it"
         )
     for law in system.controllers:
         if law.name == OPEN_LOOP:
             raise ModelError(
-                f"{law.origin}: the law is called {OPEN_LOOP!r}, the word for a run without a law: rename it"
+                f"{law.origin}: the law is called {OPEN_LOOP!r}, which stands for a run without a law: rename it"
             )
 
 
 def check_name(name: str, what: str) -> None:
-    """Refuse the name of a variable of results that C and Python cannot have."""
+    """Refuse names of result variables that are invalid in C or Python."""
     if not _NAME.fullmatch(name):
         raise ModelError(f"{what} {name!r}: {_FORM}")
 
 
 def role(system: System, symbol: sp.Symbol) -> str:
-    """Return the description of a symbol, as in "parameter of law 'pd'", or nothing."""
+    """Return the role of a symbol, as in "parameter of law 'pd'"; empty for an unknown one."""
     return next((kind for kind, group in _groups(system) if symbol in group.symbols), "")
 
 
@@ -125,7 +126,7 @@ def _unique(uses: Iterable[_Use], taken: dict[str, _Use], origin: str) -> dict[s
 
 
 def _check_outputs(system: System, taken: dict[str, _Use]) -> None:
-    """Refuse an output that has the name of something else without being the same quantity."""
+    """Refuse an output that shares its name with a different quantity."""
     rows = dict(zip((q.name for q in system.outputs), system.output, strict=False))
     for name, entry in rows.items():
         if name in taken and entry != taken[name].symbol:
@@ -135,7 +136,7 @@ def _check_outputs(system: System, taken: dict[str, _Use]) -> None:
 
 
 def _check_variables(system: System) -> None:
-    """Refuse two variables of a result that would have one name."""
+    """Refuse two result variables with one name."""
     taken: dict[str, _Use] = {}
     common = [
         *(_Use(m.name, "metric", None) for m in system.metrics),
@@ -162,7 +163,7 @@ def _check_variables(system: System) -> None:
 
 
 def _check_results(uses: Iterable[_Use], origin: str) -> None:
-    """Refuse a variable with a name that every result or store uses."""
+    """Refuse a variable named like one of every result or store."""
     for use in uses:
         if use.name in RESULT_NAMES:
             raise ModelError(
@@ -171,7 +172,7 @@ def _check_results(uses: Iterable[_Use], origin: str) -> None:
 
 
 def _check_arguments(system: System) -> None:
-    """Refuse parameters and choices with the name of an argument of a run; a law's delay may be called delay."""
+    """Refuse parameters and choices named like arguments of a run; a law's delay may be called delay."""
     shared = (*system.parameters, *system.scenario_parameters)
     uses = [(f"parameter {q.name!r}", q.name, system.origin) for q in shared]
     uses += [(f"choice {choice.name!r}", choice.name, system.origin) for choice in system.choices]
@@ -186,7 +187,7 @@ def _check_arguments(system: System) -> None:
 
 
 def _check_callables(system: System) -> None:
-    """Refuse laws and functions with names that are invalid in code, and arguments with the same name."""
+    """Refuse names of laws and functions that are invalid in code, and arguments of the same name."""
     _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
     _distinct("functions", (function.name for function in system.functions), system.origin)
     laws = [("law", law.name, law.origin) for law in system.controllers]
@@ -199,7 +200,9 @@ def _check_callables(system: System) -> None:
             _check_word(word, f"{system.origin}: choice {choice.name!r}")
     for law in system.controllers:
         if not _CALLABLE.fullmatch(law.name.replace("-", "_")) or law.name in _TAKEN:
-            raise ModelError(f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, neither twice in a row")
+            raise ModelError(
+                f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, but no two of these signs in a row"
+            )
     for function in system.functions:
         where = f"{function.origin}: function {function.name!r}"
         names = [group.name for group in function.arguments]
@@ -239,13 +242,13 @@ def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
 
 
 def _check_text(text: str, where: str) -> None:
-    """Refuse a text that would end, or change, the comment or docstring around it."""
+    """Refuse texts that would end or change the surrounding comment or docstring in generated code."""
     if not text.isprintable() or any(mark in text for mark in ("*/", '"""', "\\")):
         raise ModelError(f'{where} is {text!r}: must be one line without */, """ and backslashes')
 
 
 def _check_letters(system: System) -> None:
-    """Refuse names of vectors other than those that runs use."""
+    """Refuse names of vectors other than the letters that runs use."""
     groups = [
         ("x", system.states),
         ("u", system.inputs),
@@ -262,7 +265,7 @@ def _check_letters(system: System) -> None:
 
 
 def _check_spelling(kind: str, group: Group, origin: str) -> None:
-    """Refuse names that differ in case only: the constants of the generated header have capitals."""
+    """Refuse names that differ only in case: constants of the generated header are in capitals."""
     names: dict[str, Quantity] = {}
     for quantity in group:
         check_name(quantity.name, f"{origin}: {kind}")

@@ -17,11 +17,11 @@ from .formulas import formulas
 from .vectors import Vector
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
-"""Names of scenarios stand in commands and in the names of files."""
+"""Form of a scenario's name: it occurs in commands and file names."""
 
 
 def check_scenarios(system: System, vectors: Iterable[Vector], folder: Path | None = None) -> None:
-    """Refuse parameters that nothing uses, and names and values in scenarios that are not allowed."""
+    """Refuse unused parameters, and invalid names and values in scenarios."""
     _check_parameters(system)
     vectors = list(vectors)
     _check_parameters_used(system, vectors)
@@ -30,7 +30,7 @@ def check_scenarios(system: System, vectors: Iterable[Vector], folder: Path | No
 
 
 def _check_parameters(system: System) -> None:
-    """Refuse parameters without bounds or default, and defaults that nothing would compute or allow."""
+    """Refuse parameters without bounds or default, and defaults that cannot be computed or are out of bounds."""
     shared = [(q, False) for group in (system.parameters, system.scenario_parameters) for q in group]
     for q, computed in (*shared, *((q, True) for law in system.controllers for q in law.parameters)):
         where = f"{system.origin}: parameter {q.name!r}"
@@ -56,7 +56,7 @@ def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
 
 
 def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
-    """Refuse inputs, references and noise that nothing reads."""
+    """Refuse unused inputs, references and noise."""
     # A function that only passes a group on, such as an identity chart, does not read it; a rate that is an input does.
     reading = [v for v in vectors if v.what == "rhs" or not any(v.entries == group.symbols for group in v.receives)]
     used = free_symbols((e for v in reading for e in v.entries), system.definitions)
@@ -104,7 +104,7 @@ def _check_scenarios(system: System, folder: Path | None) -> None:
         place = place_of(folder, "scenarios", scenario.name, system.origin)
         where = f"{place}: scenario {scenario.name!r} of {system.name}"
         if not _NAME.fullmatch(scenario.name):
-            raise ModelError(f"{where}: the name must be letters, digits and any of '_', '-', '.', without blanks")
+            raise ModelError(f"{where}: the name must be letters, digits and any of '_', '-', '.', without spaces")
         check_scenario_numbers(scenario, where)
         check_values(scenario.values, shared, where)
         for table in (scenario.controllers, scenario.expect):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that everything in a model's tables has come into its system."""
+"""Check that the system contains every entry of the model's tables."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors of expressions of a system: their rows, units and arguments."""
+"""The vectors of expressions of a system: rows, units and arguments."""
 
 from __future__ import annotations
 
@@ -64,18 +64,18 @@ class Vector:
 
     @property
     def units(self) -> dict[sp.Symbol, str]:
-        """Unit of each symbol that it may be a function of."""
+        """Units of its possible arguments, by symbol."""
         time = {TIME.symbol: TIME.unit} if self.of_time else {}
         return time | {q.symbol: q.unit for group in self.receives for q in group} | dict(self.more)
 
     def row(self, index: int) -> str:
-        """Return the name of an entry in messages."""
+        """Return the name of an entry for messages."""
         where = f"{self.origin}: {self.what}, row {index + 1} of {len(self.entries)}"
         return f"{where} ({self.rows[index].name})" if index < len(self.rows) else where
 
 
 def vectors(system: System) -> list[Vector]:
-    """List every vector of a system."""
+    """Return all vectors of a system."""
     result = [*_plant(system), *_scenario(system), *_hardware(system)]
     for variant in system.variants:
         result += _variant(system, variant)
@@ -87,7 +87,7 @@ def vectors(system: System) -> list[Vector]:
 
 
 def known(system: System) -> list[tuple[str, Group]]:
-    """List the groups whose symbols occur in expressions, except laws' own ones, with their names in messages."""
+    """Return the groups whose symbols may occur in any expression, with their names in messages."""
     groups = [
         ("state", system.states),
         ("input", system.inputs),
@@ -109,7 +109,7 @@ def known(system: System) -> list[tuple[str, Group]]:
 
 
 def own(law: Controller) -> list[tuple[str, Group]]:
-    """List a law's own groups."""
+    """Return the groups of a law."""
     kinds = (("parameter", law.parameters), ("memory", law.memory), ("applied input", law.applied))
     return [(f"{kind} of law {law.name!r}", group) for kind, group in kinds]
 
@@ -142,7 +142,7 @@ def _plant(system: System) -> Iterator[Vector]:
 
 
 def _balance(system: System, receives: tuple[Group, ...]) -> Vector:
-    """Return mass x' - rhs, whose terms are in one unit, row by row."""
+    """Return mass x' - rhs, row by row; all terms of a row have the same unit."""
     rates = [sp.Dummy(f"rate of {q.name}", real=True) for q in system.states]
     units = {rate: f"{q.unit}/s" for rate, q in zip(rates, system.states, strict=True)}
     rows = zip(mass_rows(system, rates), system.rhs, strict=False)
@@ -157,7 +157,7 @@ def _geometry(system: System, receives: tuple[Group, ...]) -> Vector:
 
 
 def _rates(system: System) -> dict[sp.Symbol, str]:
-    """Return the unit of each symbol for a rate in the residual."""
+    """Return the units of the rate symbols in the residual."""
     units = {q.name: f"{q.unit}/s" for q in system.states}
     unknown = next((name for name in system.rates if name not in units), None)
     if unknown:
@@ -305,7 +305,7 @@ def _guard(event: Event, what: str, receives: tuple[Group, ...]) -> Vector:
 
 
 def _alike(what: str, group: Group, inputs: Group, origin: str) -> Vector:
-    """Check a group of symbols against the inputs that they stand for, one by one, including units."""
+    """Compare a group of symbols with the inputs that they represent, one by one, with units."""
     return Vector(what, group.symbols, inputs.quantities, (group,), origin, group="inputs")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The check of a whole system before anything is written."""
+"""Check of a whole system before generation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .vectors import vectors
 
 
 def check(system: System, folder: Path | None = None) -> None:
-    """Refuse a system whose parts do not fit together.
+    """Refuse a system with contradictory parts.
 
     Every vector has one expression for each quantity of its group, of symbols that it receives, in the quantity's unit;
     names are unique; what is declared has an effect; scenarios and metrics name existing quantities.

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Estimators in symbols: factors of a covariance, and an extended Kalman filter of any system."""
+"""Symbolic estimators: factored covariances, and an extended Kalman filter of any system."""

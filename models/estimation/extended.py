@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An extended Kalman filter of any system: all that it needs is in the system.
+"""Extended Kalman filter of any system, built from its equations and noise.
 
 The prediction is a step of the midpoint rule of `rhs`, with its exact Jacobian; noise is that of the sensor, of random
 steps and of the diffusion. The covariance is kept as factors U D U'. The prediction is made with the
@@ -17,11 +17,9 @@ import sympy as sp
 from mehvar.base.names import identifier
 from mehvar.base.units import Dimension, dimension, unit_text
 
-from ..arguments import expression, expressions, instance
 from ..derivation import Derivation, Expr
-from ..quantities import EMPTY, Group, ModelError, Parameter, Quantity, wrong
+from ..quantities import EMPTY, Group, ModelError, Parameter, Quantity
 from ..system import Condition, Controller, Output, System
-from ..tables import check_names
 from .factors import Define, Factors, above
 
 HALF = sp.Rational(1, 2)
@@ -29,68 +27,8 @@ _LATE = "a delay must be at most 1 sample: the memory has the inputs of one"
 Start = Mapping[str, tuple[Expr | float, Expr | float]]
 
 
-def estimated(system: System, law: str, start: Start, noise: Mapping[str, Expr | float] | None = None) -> System:
-    """Let a sampled law compute with estimates of the state in place of the state.
-
-    Parameters
-    ----------
-    system : System
-        With a sensor, each of whose measurements has noise of its own.
-    law : str
-        A sampled law, written as a function of the state.
-    start : mapping of str to (mean, deviation)
-        Of each state before the first sample, by name: expressions in the parameters, or numbers, which become
-        parameters of the law, `STATE_est_0` and `STATE_dev_0`.
-    noise : mapping of str to Expr, optional
-        By states, a density of noise of their rates beside that of the system, in the unit of the state over s^(1/2);
-        a number becomes the parameter `STATE_noise`.
-
-    Returns
-    -------
-    System
-        With the law's memory longer by the estimates `STATE_est` for the next sample, the factors of their covariance,
-        the inputs of a sample as `INPUT_last`, and `est_nis`, the squared innovation over its variance; a run shows
-        `est_nees`, the squared error over the covariance. A law without a delay of its own gets the parameter
-        `est_delay`, which a run sets.
-
-    Raises
-    ------
-    ModelError
-        If the law is continuous, a measurement has no noise of its own, a command does not act at once, or a name is
-        none of a state. A run with a delay of more than one sample is refused.
-    """
-    instance("system", system, System, "a System")
-    instance("law", law, str, "the name of a law")
-    names = [q.name for q in system.states]
-    check_names([law], [one.name for one in system.controllers], "law")
-    for what, given in (("start", start), ("noise", {} if noise is None else noise)):
-        if not isinstance(given, Mapping) or not all(isinstance(name, str) for name in given):
-            raise wrong(what, given, "a mapping by names of states")
-        check_names(given, names, "state")
-    for name, value in start.items():
-        for entry in expressions(f"start[{name!r}]", value, 2):
-            _finite(f"start[{name!r}]", entry)
-    for name, density in (noise or {}).items():
-        _finite(f"noise[{name!r}]", expression(f"noise[{name!r}]", density))
-    if missing := [name for name in names if name not in start]:
-        raise ModelError(f"start = {dict(start)}: must have mean and deviation of {', '.join(missing)} too")
-    chosen = next(one for one in system.controllers if one.name == law)
-    if not chosen.period or system.sensor is None:
-        raise ModelError(f"{chosen.origin}: law {law!r}: must be sampled, in a system with a sensor, for estimates")
-    for what, late in (("commands every few samples", chosen.every), ("has inputs with delays", system.delays)):
-        if late:
-            needed = "estimates need commands without delay, at each sample"
-            raise ModelError(f"{chosen.origin}: law {law!r}: {what}: {needed}")
-    return _Filter(system, chosen, start, noise or {}).system()
-
-
-def _finite(name: str, value: Expr) -> None:
-    if value.is_number and not (value.is_finite and value.is_real):
-        raise wrong(name, value, "finite")
-
-
-class _Filter:
-    """A filter while it is written into a law."""
+class ExtendedFilter:
+    """An extended Kalman filter under construction in a law."""
 
     def __init__(self, system: System, law: Controller, start: Start, noise: Mapping[str, Expr | float]) -> None:
         self.of, self.law, self.start, self.noise = system, law, start, noise
@@ -109,11 +47,11 @@ class _Filter:
             squares.append(deviation**2)
         units = [dimension(q.unit) for q in states]
         diagonal = [
-            self.keep(f"est_D{k + 1}", _product(unit, unit, 1), f"entry {k + 1} of D", square)
+            self.keep(f"est_D{k + 1}", product(unit, unit, 1), f"entry {k + 1} of D", square)
             for k, (unit, square) in enumerate(zip(units, squares, strict=True))
         ]
         entries = {
-            (i, j): self.keep(f"est_U{i + 1}{j + 1}", _product(units[i], units[j], -1), f"entry {i + 1}, {j + 1} of U")
+            (i, j): self.keep(f"est_U{i + 1}{j + 1}", product(units[i], units[j], -1), f"entry {i + 1}, {j + 1} of U")
             for i, j in above(size)
         }
         self.factors = Factors.of(entries, diagonal)
@@ -127,13 +65,13 @@ class _Filter:
         self.last = [self.keep(f"{q.name}_last", q.unit, f"{q.description}, of this sample") for q in system.inputs]
 
     def keep(self, name: str, unit: str, meaning: str, begin: Expr = sp.S.Zero) -> sp.Symbol:
-        """Add a number to the memory."""
+        """Add a number to the memory of the law."""
         quantity = Quantity(name, unit, meaning)
         self.memory[quantity] = begin, quantity.symbol
         return quantity.symbol
 
     def number(self, name: str, value: Expr | float, unit: str, meaning: str) -> Expr:
-        """Return an expression unchanged; for a number, a parameter of the law with that default."""
+        """Return an expression unchanged; convert a number to a law parameter with that default."""
         if isinstance(value, sp.Expr) and not value.is_number:
             return value
         self.parameters.append(Parameter(name, unit, meaning, default=float(value)))
@@ -151,14 +89,14 @@ class _Filter:
 
     def at(
         self, prefix: str, x: Sequence[Expr], noise: Group = EMPTY, inputs: Mapping[sp.Symbol, Expr] | None = None
-    ) -> _Slopes:
-        """Return the evaluation at a state, without noise, with slopes by state and noise."""
+    ) -> Slopes:
+        """Return the system's value at a state without noise, with derivatives by state and noise."""
         values = dict(zip(self.of.states.symbols, x, strict=True)) | dict.fromkeys(noise.symbols, sp.S.Zero)
         values |= inputs or {}
-        return _Slopes(self.stage(prefix), self.of.definitions, values)
+        return Slopes(self.stage(prefix), self.of.definitions, values)
 
     def system(self) -> System:
-        """Return the system with the law that computes with estimates."""
+        """Return the system with the law that uses estimates."""
         posterior, factors, nis = self.corrected()
         predicted, factors = self.predicted(posterior, factors)
         updates = (*predicted, *factors.entries, nis, *self.of.inputs.symbols)
@@ -186,7 +124,7 @@ class _Filter:
         return acting
 
     def corrected(self) -> tuple[list[Expr], Factors, Expr]:
-        """Return estimates and factors after the measurements, one after the other, and the NIS."""
+        """Return estimates and factors after each measurement in turn, and the normalised innovation squared."""
         sensor = self.of.sensor
         assert sensor is not None
         at = self.at("seen", self.prior, sensor.noise)
@@ -208,14 +146,16 @@ class _Filter:
         return [define(q.name, x + c, f"estimate of {q.name}") for q, x, c in pairs], factors, sp.Add(*terms)
 
     def _check(self, errors: sp.Matrix) -> None:
-        """Refuse measurements without noise, and with noise in common."""
+        """Refuse measurements without noise, and measurements with common noise."""
         for k, q in enumerate(self.of.seen):
             if errors.row(k).is_zero_matrix:
                 raise ModelError(f"{self.of.origin}: measurement {q.name!r} has no noise: an estimate needs it")
         for j in range(errors.cols):
             rows = [q.name for k, q in enumerate(self.of.seen) if errors[k, j] != 0]
             if len(rows) > 1:
-                raise ModelError(f"{self.of.origin}: measurements {' and '.join(rows)} have noise in common")
+                raise ModelError(
+                    f"{self.of.origin}: measurements {' and '.join(rows)} share a noise: each needs its own"
+                )
 
     def predicted(self, x: Sequence[Expr], factors: Factors) -> tuple[list[Expr], Factors]:
         """Return estimates and factors for the next sample."""
@@ -237,10 +177,19 @@ class _Filter:
         transition = sp.Matrix(
             size, size, lambda i, j: define(f"F{i + 1}_{j + 1}", transition[i, j], "entry of the transition")
         )
-        columns = []
+        following, turn, columns = self.driven(following, acting)
+        drive = sp.Matrix.hstack(sp.zeros(size, 0), *(column for column, _ in columns))
+        return following, factors.propagated(self.stage("noise"), turn * transition, drive, [q for _, q in columns])
+
+    def driven(
+        self, following: list[Expr], acting: Mapping[sp.Symbol, Expr]
+    ) -> tuple[list[Expr], sp.Matrix, list[tuple[sp.Matrix, Expr]]]:
+        """Return a prediction after the random step, its derivatives, and columns of noise with their variances."""
+        states, t, size = self.of.states.symbols, self.period, len(following)
+        turn, columns = sp.eye(size), []
         for k, q in enumerate(self.of.states):
             if q.name in self.noise:
-                unit, meaning = _product(dimension(q.unit), {"s": Fraction(1, 2)}, -1), f"density of noise of {q.name}"
+                unit, meaning = product(dimension(q.unit), {"s": Fraction(1, 2)}, -1), f"density of noise of {q.name}"
                 density = self.number(f"{q.name}_noise", self.noise[q.name], unit, meaning)
                 columns.append((sp.eye(size)[:, k], density**2 * t))
         if self.of.diffusion:
@@ -251,20 +200,19 @@ class _Filter:
             e, after = self.of.random_step.noise, self.of.random_step.after
             at = self.at("jump", following, e, acting)
             turn, drive = at.jacobian(after, states), at.jacobian(after, e.symbols)
-            following, transition = at.values(after), turn * transition
+            following = at.values(after)
             columns = [(turn * column, q) for column, q in columns] + [(drive[:, k], sp.S.One) for k in range(len(e))]
-        drive = sp.Matrix.hstack(*(column for column, _ in columns)) if columns else sp.zeros(size, 0)
-        return following, factors.propagated(self.stage("noise"), transition, drive, [q for _, q in columns])
+        return following, turn, columns
 
     def report(self) -> Output:
-        """Return the squared error of the estimates before the measurements over its covariance."""
+        """Report the normalised squared estimation error before the measurements."""
         errors = [s - e for s, e in zip(self.of.states.symbols, self.prior, strict=True)]
         quantity = Quantity("est_nees", "1", "squared error of the estimates over its covariance")
         return Output(quantity, self.factors.distance(self.stage("nees"), errors))
 
 
-class _Slopes:
-    """Expressions of a system at other values of some symbols, and their slopes, through its steps."""
+class Slopes:
+    """Expressions of a system, with derivatives, at other values of some symbols."""
 
     def __init__(self, define: Define, definitions: Mapping[sp.Symbol, Expr], values: Mapping[sp.Symbol, Expr]) -> None:
         self._define, self._definitions = define, definitions
@@ -278,13 +226,13 @@ class _Slopes:
         return [sp.sympify(e).xreplace(self._values) for e in exprs]
 
     def jacobian(self, exprs: Sequence[Expr], by: Sequence[sp.Symbol]) -> sp.Matrix:
-        """Return the slopes of expressions by some of the symbols."""
+        """Return the derivatives of expressions by some of the symbols."""
         self._reach(exprs)
         slopes = [self._slope(sp.sympify(e)) for e in exprs]
         return sp.Matrix(len(exprs), len(by), lambda i, j: slopes[i].get(by[j], sp.S.Zero))
 
     def _reach(self, exprs: Iterable[Expr]) -> None:
-        """Take over the steps that expressions use, in their order."""
+        """Copy the steps that expressions use, in their order."""
         stack, reached = [s for e in exprs for s in sp.sympify(e).free_symbols], set[sp.Symbol]()
         while stack:
             symbol = stack.pop()
@@ -308,12 +256,12 @@ class _Slopes:
         return {by: slope for by, slope in total.items() if slope != 0}
 
 
-def _product(one: Dimension, other: Dimension, power: int) -> str:
+def product(one: Dimension, other: Dimension, power: int) -> str:
     """Return the unit of a product or a quotient."""
     return unit_text({base: one.get(base, 0) + power * other.get(base, Fraction()) for base in {**one, **other}})
 
 
 def _smooth(slope: Expr) -> Expr:
-    """Return a slope with the steps of `Min` and `Max` as cases, and none of jumps."""
+    """Return a derivative with the steps of `Min` and `Max` as cases, and zero for jumps."""
     slope = slope.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
     return slope.replace(sp.Heaviside, lambda at, *_: sp.Piecewise((1, at > 0), (0, True)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A covariance as P = U D U': U upper triangular with a unit diagonal, D diagonal.
+"""Factored covariance P = U D U', with U unit upper triangular and D diagonal.
 
 D stays positive in single precision too, where an update of P itself loses its sign. Sources: Bierman, Factorization
 Methods for Discrete Sequential Estimation, Academic Press 1977 (a measurement); Thornton and Bierman, in Control and
@@ -16,36 +16,36 @@ import sympy as sp
 from ..derivation import Expr
 
 Define = Callable[[str, Expr, str], Expr]
-"""Names a step: name, expression and title."""
+"""Function that names a step, from name, expression and title."""
 
 
 @dataclass(frozen=True)
 class Factors:
-    """U and the diagonal of D."""
+    """The factors U and D of a covariance."""
 
     upper: sp.Matrix
     diagonal: tuple[Expr, ...]
 
     @property
     def above(self) -> dict[tuple[int, int], Expr]:
-        """Entries of U above its diagonal, by row and column."""
+        """Entries of U above the diagonal, by row and column."""
         return {(i, j): self.upper[i, j] for i, j in above(len(self.diagonal))}
 
     @property
     def entries(self) -> tuple[Expr, ...]:
-        """D, and the entries of U above its diagonal."""
+        """Diagonal of D, and the entries of U above its diagonal."""
         return (*self.diagonal, *self.above.values())
 
     @classmethod
     def of(cls, entries: Mapping[tuple[int, int], Expr], diagonal: Sequence[Expr]) -> Factors:
-        """Return factors by the entries of U above its diagonal, and D."""
+        """Return factors from the entries of U above its diagonal, and D."""
         upper = sp.eye(len(diagonal))
         for place, entry in entries.items():
             upper[place] = entry
         return cls(upper, tuple(diagonal))
 
     def distance(self, define: Define, error: Sequence[Expr]) -> Expr:
-        """Return e' P^-1 e of an error e."""
+        """Return e' P^-1 e for an error e."""
         white: list[Expr] = list(error)
         for i in reversed(range(len(white))):
             rest = sp.Add(*(self.upper[i, j] * white[j] for j in range(i + 1, len(white))))
@@ -53,13 +53,13 @@ class Factors:
         return sp.Add(*(w**2 / d for w, d in zip(white, self.diagonal, strict=True)))
 
     def moved(self, define: Define, transition: sp.Matrix) -> Factors:
-        """Return the factors of F P F', where F is upper triangular with a unit diagonal as U is."""
+        """Return the factors of F P F' for a unit upper triangular F."""
         product = transition * self.upper
         entries = {(i, j): define(f"U{i + 1}{j + 1}", product[i, j], "entry of U") for i, j in self.above}
         return Factors.of(entries, self.diagonal)
 
     def widened(self, define: Define, noise: Sequence[Expr]) -> Factors:
-        """Return the factors of P + Q with the diagonal Q of `noise`."""
+        """Return the factors of P + Q, with Q diagonal."""
         return self.propagated(define, sp.eye(len(noise)), sp.eye(len(noise)), noise)
 
     def propagated(self, define: Define, transition: sp.Matrix, drive: sp.Matrix, noise: Sequence[Expr]) -> Factors:
@@ -74,9 +74,14 @@ class Factors:
         noise : sequence of Expr
             Diagonal of Q.
         """
-        size = len(self.diagonal)
-        weights = (*self.diagonal, *noise)
-        rows = [[*(transition * self.upper).row(i), *drive.row(i)] for i in range(size)]
+        product = transition * self.upper
+        rows = [[*product.row(i), *drive.row(i)] for i in range(len(self.diagonal))]
+        return Factors.weighted(define, rows, (*self.diagonal, *noise))
+
+    @staticmethod
+    def weighted(define: Define, rows: Sequence[Sequence[Expr]], weights: Sequence[Expr]) -> Factors:
+        """Return the factors of W Q W', where W has the `rows` and Q the diagonal `weights`."""
+        size = len(rows)
         rows = [[define(f"w{i + 1}_{k + 1}", e, "row") for k, e in enumerate(row)] for i, row in enumerate(rows)]
         entries: dict[tuple[int, int], Expr] = {}
         diagonal = [sp.S.Zero] * size
@@ -97,7 +102,7 @@ class Factors:
         return Factors.of(entries, diagonal)
 
     def measured(self, define: Define, row: Sequence[Expr], variance: Expr) -> tuple[Factors, list[Expr], Expr]:
-        """Return the factors after a measurement h x, P h', and one over the variance of the innovation.
+        """Return the factors after a measurement h x, the vector P h', and the inverse variance of the innovation.
 
         Parameters
         ----------
@@ -108,10 +113,15 @@ class Factors:
         variance : Expr
             Of the noise.
         """
+        size = len(self.diagonal)
+        turned = [define(f"f{j + 1}", _dot(row, list(self.upper.col(j))), "entry of U' h'") for j in range(size)]
+        return self.measured_by(define, turned, variance)
+
+    def measured_by(self, define: Define, row: Sequence[Expr], variance: Expr) -> tuple[Factors, list[Expr], Expr]:
+        """Return the result of `measured` for a measurement given as the row h U."""
         alpha, over, product = variance, define("o0", 1 / variance, "one over the variance"), list[Expr]()
         entries, diagonal = dict(self.above), list(self.diagonal)
-        for j, weight in enumerate(self.diagonal):
-            turned = define(f"f{j + 1}", _dot(row, list(self.upper.col(j))), "entry of U' h'")
+        for j, (weight, turned) in enumerate(zip(self.diagonal, row, strict=True)):
             scaled = define(f"v{j + 1}", weight * turned, "entry of D U' h'")
             share = define(f"l{j + 1}", turned * over, "entry of U' h' over the variance so far")
             total = define(f"a{j + 1}", alpha + turned * scaled, "variance of the noise and of the first entries")
@@ -126,7 +136,7 @@ class Factors:
         return Factors.of(entries, diagonal), product, over
 
     def chosen(self, define: Define, other: Factors, when: sp.Rel) -> Factors:
-        """Return the factors `other` where a condition holds, these elsewhere."""
+        """Return the factors `other` if a condition holds, else these."""
 
         def choice(name: str, yes: Expr, no: Expr) -> Expr:
             return define(name, sp.Piecewise((yes, when), (no, True)), "entry after the sample")

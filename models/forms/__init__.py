@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Forms in which a system may be declared, and their conversion before functions are made.
+"""Forms in which a system may be declared, and their conversion before generation.
 
 Rates under a matrix, `mass` x' = `rhs`; laws that command once in several samples.
 """

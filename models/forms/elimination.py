@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gauss's elimination with named steps: every intermediate value gets a name and is not multiplied out.
+"""Gaussian elimination with named steps, so that expressions stay short.
 
 The pivots are chosen from the places of the zeros alone, so that single runs and lanes do the same. Zeros cost nothing.
 """
@@ -13,16 +13,16 @@ import sympy as sp
 
 Place = tuple[int, int]
 Define = Callable[[str, int, int, sp.Expr], sp.Expr]
-"""Names an entry of a factor, `L` or `U`, by its row and column."""
+"""Function that names an entry of `L` or `U`, from row and column."""
 
 
 class SingularError(ValueError):
-    """Error for a matrix that its zeros or its plain numbers make singular."""
+    """Error for a matrix that is singular by its zeros or plain numbers."""
 
 
 @dataclass(frozen=True)
 class Factors:
-    """A matrix as the product of a lower and an upper one, in the order of its pivots.
+    """A matrix as a product of lower and upper factors, in pivot order.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Factors:
     upper: dict[Place, sp.Expr]
 
     def solution(self, right: Sequence[sp.Expr], define: Callable[[int, sp.Expr], sp.Expr]) -> list[sp.Expr]:
-        """Return x of matrix x = right; `define` names an entry of it."""
+        """Return x with matrix x = right; `define` names each entry of x."""
         between: dict[int, sp.Expr] = {}
         for row, _ in self.pivots:
             between[row] = right[row] - sum(
@@ -51,7 +51,7 @@ class Factors:
 
 
 def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
-    """Return the factors of a regular matrix; multipliers of a symmetric one are quotients of its entries.
+    """Return the factors of a regular matrix; those of a symmetric one share quotients.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
 
 
 def _order(full: set[Place], size: int) -> tuple[Place, ...]:
-    """Return pivots that keep the factors sparse: of the allowed ones the one with the least fill-in.
+    """Return a pivot order with little fill-in, among the allowed pivots.
 
     Source: Markowitz, Management Science 3 (1957) 255. Pivots of the diagonal go first: those of an inertia matrix are
     positive in any order, and so are, with the other sign, those of multipliers once the motion is eliminated.
@@ -94,7 +94,7 @@ def _order(full: set[Place], size: int) -> tuple[Place, ...]:
         places = sorted((i, j) for i, j in full if i in rows and j in columns)
         places = [place for place in places if place[0] == place[1]] or places
         if not places:
-            raise SingularError("its zeros leave no pivot")
+            raise SingularError("no pivot is left, because too many of its entries are zero")
         below = {j: [i for i in rows if (i, j) in full] for j in columns}
         beside = {i: [j for j in columns if (i, j) in full] for i in rows}
         row, column = min(places, key=lambda at: (len(beside[at[0]]) - 1) * (len(below[at[1]]) - 1))

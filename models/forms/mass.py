@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A matrix before the rates: `mass` x' = `rhs`.
+"""Mass matrices: `mass` x' = `rhs`.
 
 Where it is regular the rates are solved for, in definitions, and every method, backend and tool has the plain form
 x' = ... (decision 0031). A state whose column is zero is algebraic: its row is an equation 0 = ..., which only a
@@ -20,7 +20,7 @@ from .elimination import SingularError, factors
 
 
 def with_mass(system: System) -> System:
-    """Return a system whose `rhs` has rates and algebraic residuals; the same system if it has no mass.
+    """Return a system whose `rhs` has rates and algebraic residuals; the same system without a mass matrix.
 
     Of a mass with algebraic states the diagonal stays, ones and zeros. The equations as declared are the residual,
     which generation holds the solved form against.
@@ -49,7 +49,7 @@ def with_mass(system: System) -> System:
 
 
 class _Steps:
-    """Steps that a mass matrix adds to a derivation, named after the states of its rows and columns."""
+    """Named steps of the solution, by the states of row and column."""
 
     def __init__(self, system: System, states: Sequence[Quantity]) -> None:
         self.derivation = Derivation(system.steps)
@@ -57,7 +57,7 @@ class _Steps:
         self._latex = [q.latex or sp.latex(q.symbol) for q in states]
 
     def matrix(self, mass: sp.MatrixBase) -> sp.Matrix:
-        """Name the entries; equal entries across the diagonal share a name."""
+        """Name the entries of the matrix; equal entries across the diagonal share a name."""
         self.derivation.section("Mass matrix")
         named = sp.zeros(*mass.shape)
         for i in range(mass.rows):
@@ -67,12 +67,12 @@ class _Steps:
         return named
 
     def solution(self, matrix: sp.Matrix, right: Sequence[Expr]) -> list[Expr]:
-        """Return the rates of matrix rates = right."""
+        """Return the rates that solve matrix rates = right."""
         self.derivation.section("Rates from the mass matrix")
         return factors(matrix, self._entry).solution(right, self._rate)
 
     def _entry(self, letter: str, i: int, j: int, value: Expr) -> Expr:
-        """Name an entry of the matrix or of a factor, unless it is a number or has a name already."""
+        """Name an entry of the matrix or of a factor, unless it is a number or already named."""
         if value.is_Number or (letter != "M" and value.is_Atom):
             return value
         row, column = self._names[i], self._names[j]
@@ -95,7 +95,7 @@ _ADVICE = "an algebraic state has a column and a row of zeros"
 
 
 def algebraic_rows(system: System) -> tuple[int, ...]:
-    """Return the places of the states whose rates stand nowhere: their columns are zero.
+    """Return the indices of algebraic states, whose columns of the mass matrix are zero.
 
     Raises
     ------
@@ -117,13 +117,13 @@ def algebraic_rows(system: System) -> tuple[int, ...]:
 
 
 def mass_rows(system: System, rates: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-    """Return mass times rates, one expression a row."""
+    """Return mass times rates, one expression per row."""
     assert system.mass is not None
     return tuple(system.mass * sp.Matrix(rates))
 
 
 def has_rates(system: System) -> bool:
-    """Tell whether a mass is diagonal with ones and zeros, so that `rhs` has the rates."""
+    """Return True if the mass matrix is diagonal with ones and zeros, so that `rhs` has the rates."""
     return bool(system.mass == _ones(system))
 
 
@@ -133,7 +133,7 @@ def _ones(system: System) -> sp.Matrix:
 
 
 def _rates(system: System, states: Sequence[Quantity]) -> list[sp.Symbol]:
-    """Return a symbol for the rate of each state, under a name that nothing else has."""
+    """Return a new symbol for the rate of each state."""
     groups = (system.states, system.inputs, system.parameters)
     taken = {q.name for group in groups for q in group} | {symbol.name for symbol in system.definitions}
     names = []

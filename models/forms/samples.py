@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities counted in samples: periods of commands, delays of inputs.
+"""Quantities counted in samples: multiples of the period, delays of inputs.
 
 Consider a law that commands at some samples only, while its memory is updated at each. It becomes a law whose memory
 also holds the last command and the number of samples since. So every backend, lane, unit and board that runs laws with
@@ -19,11 +19,11 @@ from ..system import Condition, Controller, Expr, System
 HELD_FOR = Quantity("held_for", "1", "samples since the last new command")
 _Part = TypeVar("_Part", bound=Located)
 _WHOLE = sp.Rational(1, 10**9)
-"""Tolerance of a whole number that is written in decimals, the same as in runtime/run/ticks.py."""
+"""Tolerance for decimals that stand for whole numbers, as in runtime/run/ticks.py."""
 
 
 def with_samples(system: System) -> System:
-    """Return a system whose laws all command at each sample and whose delays are whole numbers.
+    """Return a system whose laws command at each sample, with delays in whole samples.
 
     The same system where they did and there are none.
     """
@@ -42,7 +42,7 @@ def with_samples(system: System) -> System:
 
 
 def _located(part: _Part, original: _Part) -> _Part:
-    """Give a derived part the origin of its source, which messages then name."""
+    """Give a derived part the place of its source, for messages."""
     object.__setattr__(part, "origin", original.origin)
     return part
 
@@ -71,5 +71,5 @@ def _whole(count: sp.Symbol, name: str, reason: str) -> Condition:
 
 
 def whole(count: Expr) -> Expr:
-    """Return a margin that is positive for a whole number."""
+    """Return an expression that is positive if a value is a whole number."""
     return _WHOLE - sp.Abs(count - sp.floor(count + sp.Rational(1, 2)))

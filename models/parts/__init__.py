@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts of a spacecraft, the spacecraft assembled from them, and the base class of your own parts."""
+"""Parts of a spacecraft, the assembled spacecraft, and the base class for parts of your own."""
 
 from .bobs import Bob
 from .control import AttitudeFilter, Law

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Accelerations of a hub and its parts: each part's equations are eliminated first, then six are solved.
+"""Accelerations of a hub and its parts: elimination of each part's equations, then solution for the hub.
 
 The coordinates of the parts are eliminated part by part, which changes the six equations of the hub by matrices of rank
 one. What is left is solved in one of two ways, chosen by structure:
@@ -20,17 +20,18 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..derivation import Expr
-from .frame import AXES, ZERO, Frame, cross_matrix, point_inertia
+from ..mechanics import cross_matrix
+from .frame import AXES, ZERO, Frame, point_inertia
 from .part import Contribution, Follower, Motion, Row, gyroscopic, transport
 
 MOST_PULLS = 5
-"""Followers up to which their pulls are solved for; beyond, the six equations of the hub are cheaper. Measured for bobs
-on one axis: decision 0037 and `models/slosh/fast/ball.py` have the counts."""
+"""Largest number of followers for which the pulls are solved; for more, the hub's six equations are cheaper.
+Measured for bobs on one axis: operation counts in decision 0037 and `models/slosh/fast/ball.py`."""
 
 
 @dataclass(frozen=True)
 class _Pivot:
-    """A coordinate solved for the accelerations of the hub: q'' = right - share . (a_O, W') - later q''."""
+    """An eliminated coordinate: q'' = right - share . (a_O, W') - terms of later q''."""
 
     right: Expr
     share: sp.Matrix
@@ -39,7 +40,7 @@ class _Pivot:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Rows of a part after elimination: pivots, and their contribution to the hub's matrix and right side."""
+    """Equations of a part after elimination: pivots, and the contribution to the hub's matrix and right side."""
 
     pivots: tuple[_Pivot, ...]
     matrices: tuple[tuple[sp.Matrix, sp.Matrix], ...]
@@ -48,7 +49,7 @@ class _Reduced:
 
 @dataclass(frozen=True)
 class _Sums:
-    """Sums over the parts, about O.
+    """Sums over all parts, about the hub's origin O.
 
     Attributes
     ----------
@@ -72,7 +73,7 @@ class _Sums:
 def accelerations(
     frame: Frame, names: Sequence[str], parts: Sequence[Contribution], unknowns: Sequence[int]
 ) -> list[Motion]:
-    """Solve an assembly.
+    """Solve the equations of an assembly for its accelerations.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ def accelerations(
 
 
 def _reduced(frame: Frame, name: str, rows: Sequence[Row]) -> _Reduced:
-    """Eliminate the coordinates of a part in their order."""
+    """Eliminate the coordinates of a part, one after the other."""
     size = len(rows)
     coupling = [list(row.coupling) for row in rows]
     right = [frame.define(f"{name}_Q{i + 1}", row.right, f"{name}: generalised force") for i, row in enumerate(rows)]
@@ -136,7 +137,7 @@ def _reduced(frame: Frame, name: str, rows: Sequence[Row]) -> _Reduced:
 
 
 def _named(frame: Frame, name: str, entries: Sequence[Expr], title: str) -> sp.Matrix:
-    """Name six components."""
+    """Name the six components of a vector."""
     linear = frame.vector(f"{name}t", sp.Matrix(entries[:3]), f"{title}, force")
     angular = frame.vector(f"{name}r", sp.Matrix(entries[3:]), f"{title}, moment")
     return sp.Matrix([*linear, *angular])
@@ -173,7 +174,7 @@ def _sum(frame: Frame, name: str, vectors: Sequence[sp.Matrix], title: str, unit
 
 
 def _parts_at_centre(frame: Frame, parts: Sequence[Contribution], sums: _Sums) -> bool:
-    """Tell whether translation and rotation part at a centre of mass that is fixed in the hub."""
+    """Return True if the centre of mass is fixed in the hub, so that translation and rotation decouple."""
     fixed = all(frame.is_constant(e) for e in (sums.mass, *sums.first, *sums.inertia, *sums.taken))
     return fixed and sums.taken[:3, :].is_zero_matrix and sum(len(p.followers) for p in parts) <= MOST_PULLS
 
@@ -181,7 +182,7 @@ def _parts_at_centre(frame: Frame, parts: Sequence[Contribution], sums: _Sums) -
 def _about_centre(
     frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums, unknowns: Sequence[int]
 ) -> tuple[Motion, list[tuple[Expr, ...]]]:
-    """Solve for the pulls of the followers, about the centre of mass of all else."""
+    """Solve for the pulls of the followers, about the centre of mass of everything else."""
     w = frame.rate
     over = frame.define("over_mass", 1 / sums.mass, "inverse mass", "1/kg")
     centre = frame.vector("centre_", over * sums.first, "centre of mass", "m")
@@ -211,7 +212,7 @@ def _about_centre(
 
 
 def _inverse(frame: Frame, inertia: sp.Matrix, unknowns: Sequence[int]) -> sp.Matrix:
-    """Return the inverse of a constant inertia, for the rotations of the craft."""
+    """Return the inverse of a constant inertia in the equations of rotation."""
     keep = [k - 3 for k in unknowns if k > 2]
     named = frame.tensor("held_J", inertia, "inertia about the centre of mass, wheels free")
     block = named.extract(keep, keep)
@@ -229,7 +230,7 @@ def _inverse(frame: Frame, inertia: sp.Matrix, unknowns: Sequence[int]) -> sp.Ma
 
 
 class _Pulls:
-    """Equations of the followers' pulls over the mass: a = a_free - sum tau e, W' = W'_free - sum N (r x e) m tau."""
+    """Equations of the followers' pulls over mass: a = a_free - sum tau e, W' = W'_free - sum N (r x e) m tau."""
 
     def __init__(
         self, frame: Frame, names: Sequence[str], parts: Sequence[Contribution],
@@ -246,7 +247,7 @@ class _Pulls:
         ]
 
     def solved(self, free: Motion, mass: Expr) -> tuple[Motion, list[tuple[Expr, ...]]]:
-        """Return the motion with followers, and the pull of each."""
+        """Return the motion with followers, and the pull of each follower."""
         frame, size = self.frame, len(self.followers)
         if not size:
             return free, [() for _ in self.counts]
@@ -274,7 +275,7 @@ class _Pulls:
         return Motion(frame, free.centre, linear, angular), [tuple(itertools.islice(rest, n)) for n in self.counts]
 
     def _lever(self, i: int, mass: Expr) -> sp.Matrix:
-        """Return m N [r x], by which the pull over the mass turns the hub."""
+        """Return m N [r x], the effect of a pull over its mass on the hub's rotation."""
         entries = mass * self.inverse * cross_matrix(self.arms[i])
         name = self.names[i]
         return sp.Matrix(
@@ -286,7 +287,7 @@ class _Pulls:
         )
 
     def _entry(self, i: int, j: int, lever: sp.Matrix, mass: Expr) -> Expr:
-        """Return by how much pull j slows point i along its direction."""
+        """Return the deceleration of point i along its direction by the pull j."""
         names = f"{self.names[i]}_{self.names[j]}"
         share = sp.eye(3) + cross_matrix(self.arms[i]).T * lever
         if i == j:
@@ -306,7 +307,7 @@ class _Pulls:
 def _about_origin(
     frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums, unknowns: Sequence[int]
 ) -> tuple[Motion, list[tuple[Expr, ...]]]:
-    """Factorise the six equations about O."""
+    """Factorise the six equations of the hub about O."""
     w = frame.rate
     terms: dict[tuple[int, int], list[Expr]] = {}
     arm = cross_matrix(sums.first)
@@ -371,7 +372,7 @@ def _about_origin(
 
 
 def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequence[str]) -> list[Expr]:
-    """Solve a symmetric positive definite system by K = L D L', skipping structural zeros."""
+    """Solve a symmetric positive definite system by K = L D L', without structural zeros."""
     size = len(right)
     rest = matrix.copy()
     lower = sp.zeros(size, size)
@@ -400,7 +401,7 @@ def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequenc
 
 
 def _own(frame: Frame, name: str, pivots: Sequence[_Pivot], solution: sp.Matrix) -> tuple[Expr, ...]:
-    """Return the accelerations of a part's coordinates, the last first solved."""
+    """Return the accelerations of a part's coordinates by back substitution."""
     values: list[Expr] = [sp.S.Zero] * len(pivots)
     for i in reversed(range(len(pivots))):
         pivot = pivots[i]

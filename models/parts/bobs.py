@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bobs: spherical pendulums that stand for fuel."""
+"""Bobs: spherical pendulums as models of sloshing fuel."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .values import Number, Parameters, Vector, place, scalar
 
 @dataclass(frozen=True)
 class Bob(Part):
-    """A bob on a rod without mass, which hangs from a ball joint: a spherical pendulum without singularity.
+    """A spherical pendulum: a point mass on a massless rod with a ball joint, without singularity.
 
     Its states are the direction e of the rod (NAME_ex, ...) and the absolute rate u = e' + W x e of the direction
     (NAME_ux, ...), both in the axes of the hub. A bob with a moment of inertia I resists a turn of the rod; with
@@ -52,11 +52,13 @@ class Bob(Part):
 
     def __post_init__(self) -> None:
         if sorted(map(abs, self.rest)) != [0, 0, 1]:
-            raise ModelError(f"{self.name}.rest = {self.rest!r}: must be an axis or its opposite, as in (0, 0, -1)")
+            raise ModelError(
+                f"{self.name}.rest = {self.rest!r}: must be an axis of the hub, either way, as in (0, 0, -1)"
+            )
 
     @property
     def direction(self) -> sp.Matrix:
-        """Symbols of the direction e of the rod."""
+        """Symbols of the rod's direction e."""
         return sp.Matrix([q.symbol for q in self._quantities("e", "1", "direction")])
 
     @property
@@ -126,12 +128,12 @@ class Bob(Part):
         return (*slip, *result)
 
     def slip(self, at: Mounted) -> sp.Matrix:
-        """Return e', the rate of the direction in the axes of the hub."""
+        """Return e', the rate of the rod's direction in hub axes."""
         title = "rate of the direction in the axes of the hub"
         return at.vector("de", self.turning - at.frame.rate.cross(self.direction), title, "1/s")
 
     def _kinematics(self, at: Mounted) -> tuple[sp.Matrix, Expr]:
-        """Return e' and u.u."""
+        """Return e' and the square of u."""
         u, slip = self.turning, self.slip(at)
         return slip, at.define("uu", u.dot(u), "square of the rate", "1/s^2")
 
@@ -146,7 +148,7 @@ class Bob(Part):
 
 
 def _turned(rest: tuple[int, int, int], phi: Expr, theta: Expr) -> tuple[Expr, ...]:
-    """Return the direction at an angle from rest and an angle around it."""
+    """Return the direction at an angle from its rest direction and an angle about that."""
     axis = next(k for k in range(3) if rest[k])
     entries: list[Expr] = [sp.S.Zero] * 3
     entries[axis] = rest[axis] * sp.cos(phi)

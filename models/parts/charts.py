@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Charts of the attitude: states, their rates, and the rotation that they stand for."""
+"""Charts of the attitude: coordinates, their rates, and the rotation."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import sympy as sp
 from ..derivation import Expr
 from ..mechanics import (
     angle_rates,
+    cross_matrix,
     frame_turn,
     quaternion_of_turns,
     quaternion_rates,
@@ -18,12 +19,12 @@ from ..mechanics import (
 )
 from ..quantities import Quantity
 from ..system import Condition
-from .frame import Frame, cross_matrix
+from .frame import Frame
 
 ANGLES = ("roll", "pitch", "yaw")
 _NEAR = sp.Rational(1, 10**4)
-"""Distance from a singularity, rad or a quarter of the turn: rates of the coordinates are at most 1/_NEAR^2 of the
-hub's, and float, with its 6e-8, still tells on which side an attitude is."""
+"""Smallest distance from a singularity, rad or a fraction of a quarter turn. Rates of the coordinates then stay
+below 1/_NEAR^2 of the hub's rate, and float arithmetic, with 6e-8, still resolves the side."""
 
 
 class Chart(ABC):
@@ -47,31 +48,31 @@ class Chart(ABC):
 
     @abstractmethod
     def rates(self, frame: Frame) -> Sequence[Expr]:
-        """Return the rates of the coordinates for the rate of the hub."""
+        """Return the rates of the coordinates for a given rate of the hub."""
 
     @abstractmethod
     def rotation(self) -> sp.Matrix:
-        """Return the matrix from inertial axes to those of the hub."""
+        """Return the matrix from inertial axes to hub axes."""
 
     @abstractmethod
     def quaternion(self) -> Sequence[Expr]:
-        """Return the unit quaternion, scalar first, from the axes of the hub to inertial axes."""
+        """Return the unit quaternion, scalar first, from hub axes to inertial axes."""
 
     @abstractmethod
     def of_angles(self, angles: Sequence[Expr]) -> Sequence[Expr]:
-        """Return the coordinates at 3-2-1 angles roll, pitch and yaw."""
+        """Return the coordinates for 3-2-1 angles roll, pitch and yaw."""
 
     def projection(self) -> Sequence[Expr]:
-        """Return the coordinates put back on their manifold; empty where there is none."""
+        """Return the coordinates projected to their manifold; empty for a chart without one."""
         return ()
 
     def limits(self) -> tuple[Condition, ...]:
-        """Return the limits that end a run before a singularity."""
+        """Return limits that end a run before a singularity."""
         return ()
 
 
 class QuaternionChart(Chart):
-    """Unit quaternion, scalar first, from the axes of the hub to inertial axes."""
+    """Chart by a unit quaternion, scalar first, from hub axes to inertial axes."""
 
     name = "quaternion"
     states = tuple(Quantity(f"q{k}", "1", f"quaternion, component {k}", latex=f"q_{k}") for k in range(4))
@@ -96,7 +97,7 @@ class QuaternionChart(Chart):
 
 
 class EulerChart(Chart):
-    """3-2-1 Euler angles; singular at a pitch of 90 degrees."""
+    """Chart by 3-2-1 Euler angles, singular at a pitch of 90 degrees."""
 
     name = "euler"
     states = tuple(Quantity(name, "rad", f"{name} angle") for name in ANGLES)
@@ -121,7 +122,7 @@ class EulerChart(Chart):
 
 
 class RodriguesChart(Chart):
-    """Modified Rodrigues parameters, tan of a quarter of the angle along the axis; singular after a whole turn."""
+    """Chart by modified Rodrigues parameters: axis times tangent of a quarter of the angle; singular at 360 degrees."""
 
     name = "mrp"
     states = tuple(Quantity(f"mrp{k}", "1", f"modified Rodrigues parameter {k}") for k in (1, 2, 3))
@@ -152,7 +153,7 @@ class RodriguesChart(Chart):
 
 
 class PlaneChart(Chart):
-    """Angle of the hub about the z axis, in a plane."""
+    """Chart of plane motion: the hub's angle about z."""
 
     name = "plane"
     states = (Quantity("theta", "rad", "angle of the hub", latex=r"\theta"),)

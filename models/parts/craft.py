@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A spacecraft assembled from parts: an ordinary system, with the equations that follow from its parts."""
+"""Spacecraft assembled from parts: a system whose equations follow from them."""
 
 from __future__ import annotations
 
@@ -29,13 +29,14 @@ from .values import Parameters, Value, directions
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
-"""Accelerations of the hub that are solved for. The parts determine that of O where only the attitude is a state."""
+"""Unknown accelerations of the hub. If only the attitude is a state, the other parts determine the acceleration of
+O."""
 _VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
 
 
 class Spacecraft:
-    """A spacecraft: a hub and parts that are mounted on it.
+    """A spacecraft: a hub with mounted parts.
 
     Equations are written in the axes of the hub, about their origin O.
 
@@ -87,7 +88,7 @@ class Spacecraft:
 
     @property
     def velocity(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of the velocity of O in the axes of the hub, m/s; none where only the attitude is a state."""
+        """Symbols of the velocity of O in hub axes, m/s; none if only the attitude is a state."""
         return tuple(q.symbol for q in self._velocity)
 
     @property
@@ -109,7 +110,7 @@ class Spacecraft:
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
         if isinstance(part, Orbit):
-            raise ModelError(f"{self.name}: an orbit is no part to add: write Spacecraft(..., orbit=Orbit())")
+            raise ModelError(f"{self.name}: an orbit cannot be added as a part: write Spacecraft(..., orbit=Orbit())")
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
@@ -204,7 +205,9 @@ class Spacecraft:
         craft = mounted[0].craft
         sensor, random = measuring(craft.parts), drifting(craft.parts, states)
         if sensor:
-            controllers += (watching(sensor, sum(len(part.inputs()) for part in self.parts), self.period.name),)
+            controllers += (
+                watching(sensor, self.parts, sum(len(part.inputs()) for part in self.parts), self.period.name),
+            )
         periods = {law.period for law in controllers}
         users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
@@ -234,17 +237,17 @@ class Spacecraft:
         )  # fmt: skip
 
     def _refuse_idle(self, used: set[sp.Symbol]) -> None:
-        """Refuse a part with an input that moves nothing, such as a torque across the plane of the motion."""
+        """Refuse a part whose input has no effect, such as a torque across the plane of motion."""
         for part in self.parts:
             if idle := [q.name for q in part.inputs() if q.symbol not in used]:
                 where = f"{self.name}: {', '.join(idle)} of the {type(part).__name__} {part.name!r}"
                 raise ModelError(
-                    f"{where} would move nothing in a craft with motion = {self.motion!r}; use parts with one "
+                    f"{where} would have no effect in a craft with motion = {self.motion!r}; use parts with one "
                     "direction, such as Thruster and Wheel"
                 )
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
-        """Derive the rates of the states: velocity, rate of the hub, attitude, parts; and how the parts move."""
+        """Derive the rates of all states, and the motion of the parts."""
         frame = mounted[0].frame
         added = []
         for part, at in zip(self.parts, mounted, strict=True):
@@ -281,7 +284,7 @@ class Spacecraft:
         return mounted
 
     def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
-        """Return the inputs that act after the limits of the parts."""
+        """Return the acting inputs after the limits of the parts."""
         inputs = [part.inputs() for part in self.parts]
         commands = [
             [replace(q, name=f"{q.name}_cmd", description=f"commanded {q.description}") for q in own] for own in inputs
@@ -326,13 +329,13 @@ class Spacecraft:
 
 
 def _loaded(part: Part, at: Mounted) -> Contribution:
-    """Return the terms of a part in the equations of the hub, external loads included."""
+    """Return a part's terms in the equations of the hub, with external loads."""
     own = part.contribution(at)
     return replace(own, loads=(*own.loads, *part.loads(at)))
 
 
 def expressions(value: object) -> Iterator[Expr]:
-    """Yield every expression in a part of a system."""
+    """Yield all expressions in a part of a system."""
     if isinstance(value, sp.Expr):
         yield value
     elif is_dataclass(value):
@@ -346,7 +349,7 @@ def expressions(value: object) -> Iterator[Expr]:
 
 
 def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equation, ...]:
-    """Return the steps of a derivation that something uses, directly or not."""
+    """Return the steps of a derivation that the system uses, directly or indirectly."""
     definitions = derivation.definitions
     stack = [symbol for expr in expressions(users) for symbol in expr.free_symbols]
     seen: set[sp.Basic] = set()
@@ -359,7 +362,7 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
-    """Return groups whose quantities name their family and member, so that code can loop over equal parts.
+    """Return groups whose quantities name their part's kind and number, so that code can loop over equal parts.
 
     Parts are equal where they are of one class and have quantities of the same names.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Axes of the hub in which an assembly is written, and the named steps of its derivation."""
+"""Hub axes, in which an assembly is written, and the named steps of its derivation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ZERO = sp.zeros(3, 1)
 
 @dataclass
 class Frame:
-    """Axes of the hub: the motion of their origin O, and the steps of the derivation.
+    """Hub axes: motion of their origin O, and the steps of the derivation.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class Frame:
     slopes: dict[sp.Symbol, tuple[sp.Symbol, Expr]] = field(default_factory=dict)
 
     def is_constant(self, expr: Expr) -> bool:
-        """Tell whether an expression depends on parameters alone."""
+        """Return True if an expression depends on parameters only."""
         return bool(expr.free_symbols <= self.constants)
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
-        """Name an expression, unless it is a number, a name or the negative of one."""
+        """Name an expression, unless it is a number, a name or a negated name."""
         bare = -expr if expr.could_extract_minus_sign() else expr
         if bare.is_Symbol or expr.is_number:
             return expr
@@ -79,7 +79,7 @@ class Frame:
         return cosine, sine
 
     def slope(self, expr: Expr, coordinate: sp.Symbol) -> Expr:
-        """Differentiate by a coordinate, through the steps that are functions of it."""
+        """Differentiate by a coordinate, also through steps that depend on it."""
         result = expr.diff(coordinate)
         for symbol in expr.free_symbols & self.slopes.keys():
             of, slope = self.slopes[symbol]
@@ -88,7 +88,7 @@ class Frame:
         return result
 
     def total(self, name: str, terms: Iterable[Expr], title: str, unit: str = "") -> Expr:
-        """Name a sum; terms of parameters only are summed separately, so that a run computes them once."""
+        """Name a sum. Terms of parameters only are summed separately, so that a run computes them once."""
         fixed: list[Expr] = []
         moving: list[Expr] = []
         for term in terms:
@@ -101,15 +101,9 @@ class Frame:
 
 
 def symmetric(matrix: Sequence[Sequence[Expr]] | sp.Matrix) -> sp.Matrix:
-    """Return a symmetric matrix of a lower triangle."""
+    """Return the symmetric matrix of a lower triangle."""
     given = sp.Matrix(matrix)
     return sp.Matrix(3, 3, lambda i, j: given[max(i, j), min(i, j)])
-
-
-def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
-    """Return the matrix that multiplies by `vector` from the left as a cross product."""
-    x, y, z = vector
-    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def point_inertia(mass: Expr, place: sp.Matrix) -> sp.Matrix:

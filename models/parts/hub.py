@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rigid hub of a spacecraft, point masses on it, and what pushes and turns it."""
+"""Rigid hub of a spacecraft, point masses on it, and forces and torques on it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Hub(Part):
 
 @dataclass(frozen=True)
 class PointMass(Part):
-    """A point mass that is fixed to the hub.
+    """A point mass fixed to the hub.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class PointMass(Part):
 
 @dataclass(frozen=True)
 class ExternalForce(Part):
-    """A force on the hub that a law commands, in the axes of the hub.
+    """A force on the hub that a law commands, in hub axes.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class ExternalForce(Part):
 
 @dataclass(frozen=True)
 class Thruster(Part):
-    """A thruster that pushes along its direction and never pulls.
+    """A thruster: it pushes along its direction and never pulls.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Thruster(Part):
 
 @dataclass(frozen=True)
 class Torquer(Part):
-    """A torque on the hub that a law commands, in the axes of the hub.
+    """A torque on the hub that a law commands, in hub axes.
 
     Parameters
     ----------

@@ -11,8 +11,9 @@ from typing import Annotated
 import sympy as sp
 
 from ..derivation import Expr
+from ..mechanics import cross_matrix
 from ..quantities import ModelError, Quantity
-from .frame import cross_matrix, point_inertia
+from .frame import point_inertia
 from .part import Aggregates, Coordinate, Mounted, Part
 from .values import Number, Parameters, Tensor, Vector, direction, place, scalar, tensor
 
@@ -55,7 +56,7 @@ class Joint(Part):
 
     @abstractmethod
     def _coordinate(self) -> Coordinate:
-        """Return the degree of freedom that the joint has."""
+        """Return the joint's degree of freedom."""
 
     @abstractmethod
     def _command(self) -> Quantity:
@@ -71,7 +72,7 @@ class Joint(Part):
         return () if self.motion == "locked" else (self._coordinate(),)
 
     def _motion(self, at: Mounted) -> tuple[Expr, Expr]:
-        """Return place and speed."""
+        """Return position and speed of the joint."""
         coordinate = self._coordinate()
         assert coordinate.place is not None
         if self.motion == "locked":
@@ -79,7 +80,7 @@ class Joint(Part):
         return coordinate.place.symbol, coordinate.speed.symbol
 
     def _driven(self, at: Mounted, rigid: Aggregates, inertia: Expr) -> Aggregates:
-        """Add energy, spring, damper and motor, or the prescribed acceleration, to the aggregates of a rigid body."""
+        """Add energy, spring, damper and motor, or a prescribed acceleration, to the terms of a rigid body."""
         place, speed = self._motion(at)
         if self.motion == "locked":
             return rigid
@@ -189,7 +190,7 @@ def _along(matrix: sp.Matrix, axis: sp.Matrix) -> Expr:
 
 
 class Turning:
-    """Vectors and inertias of a body that turns about an axis: polynomials in cosine and sine of the angle.
+    """Vectors and inertias of a rotating body, as polynomials in cosine and sine of the angle.
 
     Their coefficients depend on parameters alone.
     """
@@ -200,7 +201,7 @@ class Turning:
         self.fixed, self.even, self.odd = projection, sp.eye(3) - projection, cross_matrix(axis)
 
     def vector(self, name: str, rest: sp.Matrix, title: str) -> sp.Matrix:
-        """Return a vector of the body in the axes of the hub, from its components at the angle zero."""
+        """Return a vector of the body in hub axes, from its components at angle zero."""
         fixed, even, odd = (
             self.at.vector(f"{name}{k}", part * rest, f"{title}: {which} part")
             for k, part, which in ((0, self.fixed, "fixed"), (1, self.even, "cosine"), (2, self.odd, "sine"))
@@ -208,7 +209,7 @@ class Turning:
         return fixed + self.cosine * even + self.sine * odd
 
     def inertia(self, about: sp.Matrix, first: sp.Matrix, mass: Expr, joint: sp.Matrix) -> sp.Matrix:
-        """Return the inertia about O, from that about the joint and the first moment at the angle zero.
+        """Return the inertia about O, from inertia about the joint and first moment, both at angle zero.
 
         With sin^2 = 1 - cos^2 it has five coefficients.
         """
@@ -232,5 +233,5 @@ class Turning:
 
 
 def _shifted(joint: sp.Matrix, first: sp.Matrix) -> sp.Matrix:
-    """Return the share of a first moment about the joint in the inertia about O."""
+    """Return the contribution of a first moment to the inertia about O."""
     return 2 * joint.dot(first) * sp.eye(3) - joint * first.T - first * joint.T

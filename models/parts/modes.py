@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Flexible appendages by their modes."""
+"""Flexible appendages described by vibration modes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .values import Number, Parameters, Vector, scalar, vector
 
 @dataclass(frozen=True)
 class Mode:
-    """A mode of an appendage, normalised to a modal mass of one.
+    """A vibration mode with modal mass one.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class Modes(Part):
-    """A flexible appendage whose mass and inertia at rest are in the hub.
+    """A flexible appendage; the hub includes its mass and inertia at rest.
 
     Its deformation moves the first moment of the craft: without that the momentum of hub and appendage would not be
     that of their masses.
@@ -56,7 +56,7 @@ class Modes(Part):
 
     def __post_init__(self) -> None:
         if not self.modes:
-            raise ModelError(f"{self.name}.modes: must have one mode at least")
+            raise ModelError(f"{self.name}.modes: must have at least one mode")
 
     @classmethod
     def lists(cls) -> Mapping[str, type]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contract of a part: all that the hub needs of it, and how its own equations follow from its energy.
+"""Interface of a part, and derivation of its equations from its energy.
 
 The kinetic energy of a part that is mounted on a hub is quadratic in the velocity V of the hub's origin O, in the rate
 W of its axes, and in the part's own speeds:
@@ -30,9 +30,10 @@ import sympy as sp
 from ..derivation import Expr
 from ..events import Event
 from ..geometry import Shape
+from ..mechanics import cross_matrix
 from ..quantities import ModelError, Quantity
 from ..system import Condition
-from .frame import AXES, ZERO, Frame, cross_matrix
+from .frame import AXES, ZERO, Frame
 from .table import read_table
 from .values import Parameters, conditions, kinds
 
@@ -55,7 +56,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Aggregates:
-    """Quantities that determine the motion of a part and of its hub.
+    """Masses, momenta and energies that determine the motion of a part and its effect on the hub.
 
     Attributes
     ----------
@@ -93,7 +94,7 @@ class Aggregates:
 
 @dataclass(frozen=True)
 class Row:
-    """Equation of one coordinate: G . (a, W') + D q'' = right.
+    """Equation of a coordinate: G . (a, W') + D q'' = right.
 
     Attributes
     ----------
@@ -113,7 +114,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Load:
-    """A force that acts at a point of the hub, N, and a couple, N m."""
+    """A force at a point of the hub, N, and a couple, N m."""
 
     force: sp.Matrix = field(default_factory=lambda: ZERO)
     at: sp.Matrix = field(default_factory=lambda: ZERO)
@@ -122,7 +123,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Follower:
-    """A mass that follows a point P of the hub along one direction e: the hub feels (pull - mass e . a_P) e at P.
+    """A mass that follows a point P of the hub along e. Its force on the hub at P is (pull - mass e . a_P) e.
 
     Attributes
     ----------
@@ -203,14 +204,14 @@ class Motion:
         return self.at(ZERO, "aO", "O")
 
     def at(self, point: sp.Matrix, name: str, title: str) -> sp.Matrix:
-        """Return the acceleration of a point of the hub; `name` begins the names of the steps."""
+        """Return the acceleration of a point of the hub; names of its steps begin with `name`."""
         arm = self.frame.vector(f"{name}_arm_", point - self.centre, f"{title}: place from the centre", "m")
         result = self.linear + transport(self.frame, self.angular, "turn_", arm)
         return self.frame.vector(name, result, f"acceleration of {title}", "m/s^2")
 
 
 def transport(frame: Frame, angular: sp.Matrix, name: str, arm: sp.Matrix) -> sp.Matrix:
-    """Return W' x r + W x (W x r), the acceleration of a point of the hub relative to another.
+    """Return W' x r + W x (W x r): the relative acceleration of two points of the hub.
 
     It is a matrix times r, whose columns are named once for all points: `name` begins their names.
     """
@@ -224,7 +225,7 @@ def transport(frame: Frame, angular: sp.Matrix, name: str, arm: sp.Matrix) -> sp
 
 
 def rate_products(frame: Frame) -> sp.Matrix:
-    """Return W W', with a name for each product."""
+    """Return the matrix W W' with a name for each product."""
     w = frame.rate
     entry = {
         (i, j): frame.define(f"w{AXES[i]}w{AXES[j]}", w[i] * w[j], "product of rates", "rad^2/s^2")
@@ -235,7 +236,7 @@ def rate_products(frame: Frame) -> sp.Matrix:
 
 
 def gyroscopic(frame: Frame, inertia: sp.Matrix, angular: sp.Matrix) -> sp.Matrix:
-    """Return W x (J W + h); by products of rates, which other terms share, where J depends on parameters alone."""
+    """Return W x (J W + h). If J depends on parameters only, it uses products of rates that other terms share."""
     w = frame.rate
     if any(e != 0 and not frame.is_constant(e) for e in inertia) or not angular.is_zero_matrix:
         spin = frame.vector("total_H", inertia * w + angular, "angular momentum", "kg m^2/s")
@@ -256,7 +257,7 @@ def gyroscopic(frame: Frame, inertia: sp.Matrix, angular: sp.Matrix) -> sp.Matri
 
 @dataclass(frozen=True)
 class State:
-    """A state of a part: its quantity and its value at the start, a function of plant and scenario parameters."""
+    """A state of a part, and its initial value as a function of plant and scenario parameters."""
 
     quantity: Quantity
     start: Expr = sp.S.Zero
@@ -264,7 +265,7 @@ class State:
 
 @dataclass(frozen=True)
 class Craft:
-    """The assembly as a part sees it.
+    """The assembly from the view of a part.
 
     Attributes
     ----------
@@ -288,7 +289,7 @@ class Craft:
 
     @property
     def rotation(self) -> sp.Matrix:
-        """`turn` with a name for each entry."""
+        """Matrix `turn` with a name for each entry."""
         return sp.Matrix(
             3,
             3,
@@ -298,7 +299,7 @@ class Craft:
         )
 
     def whole(self) -> Aggregates:
-        """Return mass, first moment and inertia of all parts together."""
+        """Return mass, first moment and inertia of all parts."""
         each = [part.aggregates(at) for part, at in self.parts]
         return Aggregates(
             sp.Add(*(of.mass for of in each)),
@@ -307,13 +308,13 @@ class Craft:
         )
 
     def loads(self) -> list[Load]:
-        """Return the loads on the parts from outside."""
+        """Return the external loads on the parts."""
         return [load for part, at in self.parts for load in part.loads(at)]
 
 
 @dataclass(frozen=True)
 class Mounted:
-    """A part in its assembly.
+    """A part within an assembly.
 
     Attributes
     ----------
@@ -331,11 +332,11 @@ class Mounted:
 
     @property
     def frame(self) -> Frame:
-        """The axes of the hub."""
+        """Hub axes of the assembly."""
         return self.craft.frame
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
-        """Name an expression of the part."""
+        """Name an expression in the name of the part."""
         return self.frame.define(f"{self.name}_{name}", expr, f"{self.name}: {title}", unit)
 
     def vector(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
@@ -364,7 +365,7 @@ class Part(ABC):
 
     @classmethod
     def read(cls, name: str, table: str | Path, **fields: Any) -> Self:
-        """Make a part whose numbers are in a table.
+        """Create a part with numbers from a TOML table.
 
         Parameters
         ----------
@@ -390,15 +391,15 @@ class Part(ABC):
 
     @classmethod
     def lists(cls) -> Mapping[str, type]:
-        """Return the fields that are lists in a table, with the class of their entries."""
+        """Return the list fields of a table with the class of their entries."""
         return {}
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
-        """Return the symbols or numbers of the part's fields, and declare their parameters."""
+        """Declare the part's parameters and return the symbols or numbers of its fields."""
         return parameters.of(self, self.name)
 
     def inputs(self) -> tuple[Quantity, ...]:
-        """Return the commands that a law gives the part."""
+        """Return the commands of the part."""
         return ()
 
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -406,15 +407,15 @@ class Part(ABC):
         return ()
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        """Return the aggregates that determine the motion of the part; a load has none."""
+        """Return the masses, momenta and energies that determine the part's motion; None for a pure load."""
         return Aggregates()
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
-        """Return the load from outside that the part passes on to the craft."""
+        """Return the external load on the part."""
         return ()
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
-        """Return the states of the part with their starts, which are parameters of the scenario."""
+        """Return the states of the part with initial values from scenario parameters."""
         places = [c.place for c in self.coordinates() if c.place is not None]
         return tuple(start(q, scenario) for q in (*places, *(c.speed for c in self.coordinates())))
 
@@ -428,7 +429,7 @@ class Part(ABC):
         return (*places, *_accelerations(self.aggregates(at).prescribed, motion.own))
 
     def power(self, at: Mounted, motion: Motion) -> Expr:
-        """Return the power of motors and dampers inside the part, W."""
+        """Return the power of the part's motors and dampers, W."""
         of, coordinates = self.aggregates(at), self.coordinates()
         speeds = [c.speed.symbol for c in coordinates]
         result = of.power + sp.Add(*(f * s for f, s in zip(of.forces, speeds, strict=bool(of.forces))))
@@ -440,7 +441,7 @@ class Part(ABC):
         return result
 
     def carried(self, at: Mounted, velocity: sp.Matrix) -> tuple[Load, Expr]:
-        """Return momentum per second, as a load, and power that mass carries which leaves the part.
+        """Return the momentum, as a load, and the power that leave the part with its mass.
 
         Parameters
         ----------
@@ -452,38 +453,38 @@ class Part(ABC):
         return Load(), sp.S.Zero
 
     def events(self, at: Mounted) -> tuple[Event, ...]:
-        """Return the events at which the part's equations switch."""
+        """Return the events that switch the part's equations."""
         return ()
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:
-        """Return the states that are put back on their manifold after each step, with their values there."""
+        """Return the states that are projected to a manifold after each step, with the projected values."""
         return {}
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
-        """Return the constraints on the part's parameters beyond their bounds."""
+        """Return the constraints on the part's parameters in addition to their bounds."""
         return conditions(self.name, at.values, kinds(self))
 
     def limits(self, at: Mounted) -> tuple[Condition, ...]:
-        """Return the limits of the part's physics: a run ends where a margin is no longer positive."""
+        """Return the part's physical limits; a run ends when a margin is no longer positive."""
         return ()
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        """Return the applied inputs of commanded ones; a part without limits applies its command."""
+        """Return the acting inputs from the commanded ones; they are equal for a part without limits."""
         return tuple(commanded)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
-        """Return the part's picture in the axes of the hub."""
+        """Return the part's shapes in hub axes."""
         return ()
 
 
 def start(quantity: Quantity, scenario: Parameters, default: float = 0.0) -> State:
-    """Return a state that starts at a parameter of the scenario, NAME_0."""
+    """Return a state whose initial value is the scenario parameter NAME_0."""
     meaning = f"{quantity.description} at the start"
     return State(quantity, scenario.add(f"{quantity.name}_0", default, quantity.unit, meaning, "(-inf, inf)"))
 
 
 def _accelerations(prescribed: Sequence[Expr | None], own: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Return the acceleration of every coordinate: the prescribed ones, and those of the rows."""
+    """Return the accelerations of all coordinates: prescribed ones, and solutions of the equations."""
     rest = iter(own)
     return tuple(next(rest) if value is None else value for value in prescribed) if prescribed else tuple(own)
 
@@ -493,7 +494,7 @@ def _held(prescribed: Sequence[Expr | None], values: Sequence[Expr]) -> list[Exp
 
 
 def _check_degrees(of: Aggregates, speeds: Sequence[sp.Symbol], name: str) -> None:
-    """Refuse an energy that is not quadratic in the speeds, and momenta that are not linear."""
+    """Refuse an energy that is not quadratic in the speeds, and momenta that are not linear in them."""
 
     def depends(slopes: sp.Matrix) -> bool:
         return any(slope.has(*speeds) and sp.simplify(slope).has(*speeds) for slope in slopes)
@@ -508,7 +509,7 @@ def _check_degrees(of: Aggregates, speeds: Sequence[sp.Symbol], name: str) -> No
 
 
 def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted) -> Contribution:
-    """Derive what a part adds to the equations of the hub from its aggregates."""
+    """Derive a part's contribution to the hub's equations from its masses, momenta and energies."""
     frame, w = at.frame, at.frame.rate
     places = [c.place.symbol if c.place else None for c in coordinates]
     speeds = [c.speed.symbol for c in coordinates]
@@ -517,7 +518,7 @@ def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted)
         return sp.S.Zero if place is None else frame.slope(expr, place)
 
     def along(expr: Expr) -> Expr:
-        """Differentiate along the motion at constant speeds."""
+        """Differentiate along the motion with constant speeds."""
         return sp.Add(*(by(expr, q) * v for q, v in zip(places, speeds, strict=True)))
 
     _check_degrees(of, speeds, at.name)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functions of an assembly that its gates compare: energy and momentum, and what changes them."""
+"""Energy, momentum and the causes of their changes, which the physics gates compare."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def readings(
     parts: Sequence[Part], mounted: Sequence[Mounted], motions: Sequence[Motion],
     velocity: sp.Matrix | None, groups: Sequence[Group], plane: bool,
 ) -> tuple[Function, ...]:  # fmt: skip
-    """Return energy, momentum, power and loads of an assembly, from the aggregates and loads of its parts.
+    """Return energy, momentum, power and loads of an assembly from its parts.
 
     Parameters
     ----------

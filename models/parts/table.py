@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of a part from a table, strictly read: each with its unit and its source.
+"""Strict reader of a part's numbers from a table, each with unit and source.
 
 A table is a TOML file with an entry for each field of the part, and a list of tables for a field that is a list:
 
@@ -28,7 +28,7 @@ KEYS = ("unit", "default", "source", "bounds")
 
 
 def read_table(path: str | Path, of: type, lists: Mapping[str, type]) -> dict[str, Any]:
-    """Return the fields of a part that a table has.
+    """Return the fields of a part from its table.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def _entry(kind: Kind, row: object, where: str) -> Any:
 
 
 def _valued(default: Any, source: str, bounds: str) -> Any:
-    """Return a number, or numbers in rows, with unit and source; a zero in a row stays structure."""
+    """Return a number or rows of numbers with unit and source; zeros in rows are structural."""
     if isinstance(default, list):
         return [0 if entry == 0 else _valued(entry, source, bounds) for entry in default]
     return Value(default, bounds, source)

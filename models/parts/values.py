@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of a part: each field becomes parameters of the model, named by the part.
+"""Numbers of a part: each field becomes model parameters named after the part.
 
 A part declares a field as `Annotated[Number, scalar(...)]`, or with `place`, `vector`, `direction` or `tensor`. A
 number that the user gives for it is the default of a parameter; an expression in parameters stands as it is. A zero of
@@ -48,7 +48,7 @@ Tensor: TypeAlias = Sequence[Number] | Sequence[Sequence[Number]]
 
 @dataclass(frozen=True)
 class Kind:
-    """Form of a field: "scalar", "vector", "direction" or "tensor"; its symbol, unit, meaning and bounds."""
+    """Form of a field, "scalar", "vector", "direction" or "tensor", with symbol, unit, meaning and bounds."""
 
     form: str
     symbol: str
@@ -58,22 +58,22 @@ class Kind:
 
 
 def scalar(symbol: str, unit: str, meaning: str, bounds: str = "(0, inf)") -> Kind:
-    """Declare a number; where the field may be None, its terms are left out."""
+    """Declare a number; a field that may be None omits its terms."""
     return Kind("scalar", symbol, unit, meaning, bounds)
 
 
 def place(symbol: str, meaning: str) -> Kind:
-    """Declare a point in the axes of the hub, m."""
+    """Declare a point in hub axes, m."""
     return Kind("vector", symbol, "m", meaning)
 
 
 def vector(symbol: str, unit: str, meaning: str) -> Kind:
-    """Declare three numbers in the axes of the hub."""
+    """Declare three numbers in hub axes."""
     return Kind("vector", symbol, unit, meaning)
 
 
 def direction(symbol: str, meaning: str) -> Kind:
-    """Declare a direction in the axes of the hub; any length."""
+    """Declare a direction in hub axes; its length does not matter."""
     return Kind("direction", symbol, "1", meaning)
 
 
@@ -83,7 +83,7 @@ def tensor(symbol: str, meaning: str) -> Kind:
 
 
 def kinds(part: object) -> dict[str, Kind]:
-    """Return the declared fields of a part, or of a class of parts, by name."""
+    """Return the declared fields of a part or a class of parts, by name."""
     words = {"Annotated": Annotated, **globals()}  # for a part that is defined where no module is, as by exec
     of = part if isinstance(part, type) else type(part)
     hints = get_type_hints(of, localns=words, include_extras=True)
@@ -92,7 +92,7 @@ def kinds(part: object) -> dict[str, Kind]:
 
 
 class Parameters:
-    """Parameters of an assembly, in the order in which its parts declare them."""
+    """Parameters of an assembly, in the order of declaration."""
 
     def __init__(self) -> None:
         self.quantities: dict[str, Parameter] = {}
@@ -125,7 +125,7 @@ class Parameters:
         return parameter.symbol
 
     def of(self, part: Any, name: str) -> SimpleNamespace:
-        """Return the symbols or numbers of the declared fields of a part.
+        """Return the symbols or numbers of a part's declared fields.
 
         Parameters
         ----------
@@ -187,7 +187,7 @@ class Parameters:
         return rows
 
     def _bounded(self, kind: Kind, name: str, value: Number, diagonal: bool) -> Expr:
-        """Declare an entry of an inertia: moments are positive, products have either sign."""
+        """Declare an entry of an inertia: moments are positive, products have any sign."""
         bounds = "(0, inf)" if diagonal else "(-inf, inf)"
         return self._entry(dataclasses.replace(kind, bounds=bounds), name, value, name[-2:])
 
@@ -199,7 +199,7 @@ def _entries(value: Any, where: str, count: int) -> Sequence[Any]:
 
 
 def _axis(entries: Sequence[Any]) -> sp.Matrix | None:
-    """Return the unit vector of a direction along an axis, whatever its length; None for another direction."""
+    """Return the unit vector of a direction along an axis; None for any other direction."""
     nonzero = [k for k in range(3) if entries[k] != 0]
     if len(nonzero) != 1 or isinstance(entries[nonzero[0]], sp.Expr | Value):
         return None
@@ -209,14 +209,14 @@ def _axis(entries: Sequence[Any]) -> sp.Matrix | None:
 
 
 def _unit(vector: sp.Matrix, where: str) -> sp.Matrix:
-    """Return a direction at length one."""
+    """Return a direction scaled to unit length."""
     if vector.is_zero_matrix:
         raise ModelError(f"{where}: must not be zero")
     return vector / sp.sqrt(vector.dot(vector))
 
 
 def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[Condition, ...]:
-    """Return the conditions on expressions given for a part: positive numbers, inertias of a body."""
+    """Return the conditions on symbolic values of a part: positive numbers, physical inertias."""
     result: list[Condition] = []
     for field, kind in declared.items():
         value = getattr(values, field, None)
@@ -228,7 +228,7 @@ def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind])
 
 
 def _of_a_body(inertia: sp.Matrix) -> list[Expr]:
-    """Return margins that are positive for the inertia J of a body: those of tr(J)/2 - J, its second moments of mass.
+    """Return margins that are positive for the inertia J of a real body: those of tr(J)/2 - J, its second moments.
 
     A flat body, which has one of zero, is allowed: the margins take part of the size of the inertia.
     """
@@ -241,9 +241,9 @@ def _of_a_body(inertia: sp.Matrix) -> list[Expr]:
 
 
 _FLAT = sp.Rational(1, 10**9)
-"""Relative to the trace: far above the rounding of three numbers, far below what a part of a body adds."""
+"""Tolerance relative to the trace: far above rounding, far below the contribution of any part of a body."""
 
 
 def directions(part: Any) -> list[str]:
-    """Return the names of the fields of a part that are directions."""
+    """Return the names of a part's direction fields."""
     return [name for name, kind in kinds(part).items() if kind.form == "direction"]

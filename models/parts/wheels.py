@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rotors: reaction wheels, balanced."""
+"""Balanced reaction wheels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .values import Number, Vector, direction, scalar
 
 @dataclass(frozen=True)
 class Wheel(Part):
-    """A balanced wheel; its mass and its inertia across the axis are in the hub.
+    """A balanced wheel; the hub includes its mass and its inertia across the axis.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sampled laws: adaptive control that keeps the plant's zero, the paper's that cancels it (32), and PD (50).
+"""Sampled laws: adaptive control that keeps the plant's zero, the paper's that cancels it (32), and PD (50).
 
 Each axis has its own reference model C1 w = D r and, in the adaptive laws, its own estimator. A command computed from
 y(k) acts over [k, k+1), or over [k+1, k+2) with a delay of one sample: d = 1 or 2.
@@ -38,14 +38,14 @@ from .polynomials import (
 REFERENCES = Group("r", tuple(Quantity(f"ref_{axis}", "rad", f"wanted {axis}", f"r_{{{axis}}}") for axis in AXES))
 
 _PAST = 4
-"""Past values of w that d = 2 needs: Ac has degree four."""
+"""Past values of w needed for a delay d = 2, as Ac has degree four."""
 
 Law = Callable[[int, Estimate, "ReferenceModel", Group, Group, Derivation], Expr]
 
 
 @dataclass(frozen=True)
 class ReferenceModel:
-    """The reference model of an axis in this sample.
+    """Reference model of an axis at this sample.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ def model_memory(axis: str, keeps_zero: bool) -> tuple[Quantity, ...]:
 
 
 def reference_models(law: Group, plant: Group, d: Derivation) -> tuple[ReferenceModel, ...]:
-    """Define w(k) of each axis: C1 w = D r with a double pole and unit gain (16)."""
+    """Define w(k) of each axis: C1 w = D r, with a double pole and unit gain (16)."""
     pole = d.define("model_pole", sp.exp(-plant.Ts / law.tau_m), "", "double pole of C1", latex="p")
     C1 = closed_loop(pole, 2)
     models = []
@@ -89,7 +89,7 @@ def reference_models(law: Group, plant: Group, d: Derivation) -> tuple[Reference
 
 
 def _model_update(model: ReferenceModel, keeps_zero: bool) -> dict[str, Expr]:
-    """Return the reference model's memory after the sample; y_m is that of the next one."""
+    """Return the reference model's next memory; y_m is the value at the next sample."""
     w = model.w
     if keeps_zero:
         ahead = sp.Piecewise(((w[1] + w[2]) / 2, model.delayed), ((w[0] + w[1]) / 2, True))
@@ -99,7 +99,7 @@ def _model_update(model: ReferenceModel, keeps_zero: bool) -> dict[str, Expr]:
 
 
 def retain(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, plant: Group, d: Derivation) -> Expr:
-    """Place the poles, keep the zero of B, cancel the estimated offset."""
+    """Place the poles, keep the zero of B, compensate the estimated offset."""
     name = AXES[axis]
     ea1, ea2, eb0, eb1, offset = estimate.theta
     floor = smallest_gain(axis, law, plant)
@@ -137,7 +137,7 @@ def retain(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, pla
 
 
 def cancel(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, plant: Group, d: Derivation) -> Expr:
-    """Law (32) as printed, with the offset term: it cancels B, whose true zero is -1."""
+    """Define law (32) as printed, with the offset term. It cancels B, whose true zero is at -1."""
     name = AXES[axis]
     ea1, ea2, eb0, eb1, offset = estimate.theta
     leading = d.define(
@@ -169,7 +169,7 @@ def cancel(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, pla
 
 @dataclass(frozen=True)
 class Shared:
-    """Shared parts of the laws in a sample: reference models, estimators of adaptive laws, and actuators."""
+    """Common parts of the laws at a sample: reference models, estimators, actuators."""
 
     models: tuple[ReferenceModel, ...]
     estimates: tuple[Estimate, ...]
@@ -177,7 +177,7 @@ class Shared:
 
 
 def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation) -> Controller:
-    """Put an adaptive law together from its form and the estimators that both adaptive laws share."""
+    """Combine an adaptive law from its control equation and the common estimators."""
     keeps_zero = form is retain
     tag = identifier(name)
     commands = []
@@ -205,7 +205,7 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
 
 
 def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shared, d: Derivation) -> Controller:
-    """Law (50): proportional to the angle error, with the rate relative to the orbit axes as damping."""
+    """Define law (50): proportional to the angle error, with damping by the rate relative to the orbit axes."""
     d.section(f"Law pd: {title}")
     commands, rows = [], []
     for k, (i, rate) in enumerate(zip("xyz", omega, strict=True)):
@@ -224,7 +224,7 @@ def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shar
 
 
 def _wrong_sign(k: int, plant: Group, law: Group) -> Condition:
-    """Warn of gains of an axis that do not hold it: both roots of I s^2 + Kd s + Kp belong in the left half plane."""
+    """Warn about gains that destabilise an axis: both roots of I s^2 + Kd s + Kp must have negative real parts."""
     i, inertia = "xyz"[k], inertia_matrix(plant)[k, k]
     stiffness, damping = getattr(law, f"Kp_{i}"), getattr(law, f"Kd_{i}")
     middle = -damping / (2 * inertia)
@@ -238,13 +238,13 @@ def _wrong_sign(k: int, plant: Group, law: Group) -> Condition:
 
 
 def _model_start(axis: int, law: Group) -> dict[str, Expr]:
-    """Return the reference model before the first sample: at rest at the measured angle, or at zero."""
+    """Return the initial memory of a reference model: at rest, at the measured angle or at zero."""
     first = sp.Piecewise((angles[axis], law.matched > HALF), (0, True))
     return {"ym": first, **{f"wm{k}": first for k in range(1, _PAST + 1)}}
 
 
 def _healthy(tag: str, numbers: Iterable[Expr], d: Derivation) -> sp.Rel:
-    """Define whether everything that enters and leaves a law is finite; NaN fails every comparison."""
+    """Return the condition that all inputs and outputs of a law are finite; NaN fails every comparison."""
     finite = sp.And(*(sp.Abs(number) < LARGEST for number in numbers))
     flag = d.define(f"healthy_{tag}", sp.Piecewise((1, finite), (0, True)), "", "1 when all numbers are finite")
     return flag > HALF
@@ -261,7 +261,7 @@ def _controller(
     extra: tuple[tuple[Quantity, Expr, Expr], ...],
     warnings: tuple[Condition, ...] = (),
 ) -> Controller:
-    """Keep the last good memory and command nothing when a number is not finite."""
+    """Keep the last good memory and command zero if a number is not finite."""
     update = [sp.Piecewise((after, healthy), (q.symbol, True)) for q, _, after in rows]
     flag = sp.Piecewise((0, healthy), (1, True))
     memory = Group("z", (*(q for q, _, _ in rows), *(q for q, _, _ in extra), SENSOR_LOST))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drive of the satellite: inputs, their limits, and the commands of wheels and torquers for a law's torque."""
+"""Drive of the satellite: inputs, limits, and commands of wheels and torquers for a torque."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ coils = sp.Matrix([q.symbol for q in COILS])
 
 @dataclass(frozen=True)
 class Drive:
-    """The actuators as laws command them.
+    """Actuators from the view of a law.
 
     Attributes
     ----------
@@ -32,31 +32,31 @@ class Drive:
 
     @property
     def inputs(self) -> Group:
-        """The inputs of the plant."""
+        """Inputs of the plant."""
         return Group("u", (*self.wheels.inputs, *(COILS if self.field else ())))
 
     @property
     def commanded(self) -> Group:
-        """The same as commanded."""
+        """Commanded inputs."""
         return self._renamed("u_cmd", "cmd", "commanded", "c")
 
     @property
     def applied(self) -> Group:
-        """The same as they acted over the last sample."""
+        """Inputs that acted over the last sample."""
         return self._renamed("v", "applied", "applied", "a")
 
     @property
     def torque(self) -> sp.Matrix:
-        """The torque on the body that the wheels' motors applied over the last sample."""
+        """Torque of the wheels' motors on the body over the last sample."""
         return self.wheels.axes * sp.Matrix(self.applied.symbols[: len(self.wheels.labels)])
 
     @property
     def measured(self) -> tuple[Expr, ...]:
-        """Arguments of the commands in addition to the torque."""
+        """Arguments of the commands besides the torque."""
         return (*(self.wheels.momenta if self.field or self._spare else ()), *self.field)
 
     def commands(self, torque: Sequence[Expr], law: Group) -> tuple[Expr, ...]:
-        """Return the inputs that give a torque on the body, with what unloads the wheels meanwhile.
+        """Return the inputs that produce a torque on the body and unload the wheels.
 
         Notes
         -----
@@ -70,7 +70,7 @@ class Drive:
         return (*motors, *(self._unloading(law) if self.field else ()))
 
     def torquers_only(self, dipole: Sequence[Expr]) -> tuple[Expr, ...]:
-        """Return the inputs with torque by the torquers only."""
+        """Return the inputs that produce a torque with the torquers only."""
         return (*(sp.S.Zero for _ in self.wheels.labels), *dipole)
 
     def _unloading(self, law: Group) -> sp.Matrix:
@@ -88,7 +88,7 @@ class Drive:
         return Group(group, tuple(renamed))
 
     def actuator(self, plant: Group, d: Derivation) -> Actuator:
-        """Limit the momentum that the wheels reach within a sample, then the torque; and the torquers' dipoles.
+        """Limit the wheels' momentum at the end of a sample, their torque, and the torquers' dipoles.
 
         The torque comes last, so that nothing passes umax. Both leave zero torque to a wheel within hmax, which is all
         that a run may start with or come to, and then their order makes no difference: both limits hold.

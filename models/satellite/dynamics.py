@@ -13,6 +13,7 @@ import sympy as sp
 
 from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
 from ..system import Derivation, Expr, Group, Quantity
+from .naming import angular_acceleration, matrix, symmetric, vector
 from .orbit import Orbit
 from .wheels import Wheels, extra_energy, extra_momentum
 from .wheels import accelerations as shaken
@@ -36,7 +37,7 @@ AXES = ("roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart of the attitude, with the expressions that the rest of the model uses.
+    """A chart of the attitude with the expressions that the model needs.
 
     Attributes
     ----------
@@ -66,7 +67,7 @@ def euler_rotation() -> sp.Matrix:
 
 
 def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
-    """Define C, Omega and the kinematics of a chart.
+    """Define C, Omega and the kinematics in a chart.
 
     Parameters
     ----------
@@ -81,33 +82,22 @@ def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
     quaternion = chart == "quaternion"
     states = QUATERNION if quaternion else ANGLES
     coordinates = tuple(q.symbol for q in states)
-    rotation = _named_rotation(quaternion_rotation(coordinates) if quaternion else euler_rotation(), d)
+    rotation = quaternion_rotation(coordinates) if quaternion else euler_rotation()
+    rotation = matrix("C", rotation, "orbit axes to body axes", "1", d, "(3)")
     if quaternion:
         _define_angles(rotation, d)
     omega = rates - rotation * turning
-    names = [
-        d.define(f"rate_{i}", omega[k], "(4)", f"rate relative to the orbit axes about {i}", "rad/s", rf"\Omega_{i}")
-        for k, i in enumerate("xyz")
-    ]
+    names = vector("rate_*", omega, "rate relative to the orbit axes about *", "rad/s", r"\Omega_*", d, "(4)")
     turning = angle_rates(euler_rotation(), angles, names)
     for quantity, rate, number in zip(ANGLES, turning, ("(5)", "(6)", "(7)"), strict=True):
         d.show(f"{quantity.latex}'", rate, number, f"rate of {quantity.name}, from C' = -[Omega x] C", "rad/s")
     rate = quaternion_rates(coordinates, names) if quaternion else turning
     turns = coordinates if quaternion else quaternion_of_turns([(axis, angles[axis]) for axis in (2, 1, 0)])
-    return Chart(states, rotation, sp.Matrix(names), tuple(rate), tuple(turns))
-
-
-def _named_rotation(rotation: sp.Matrix, d: Derivation) -> sp.Matrix:
-    title = "orbit axes to body axes"
-    return sp.Matrix(
-        3,
-        3,
-        lambda i, j: d.define(f"C{i + 1}{j + 1}", rotation[i, j], "(3)", title, "1", f"C_{{{i + 1}{j + 1}}}"),
-    )
+    return Chart(states, rotation, names, tuple(rate), tuple(turns))
 
 
 def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
-    """Read the three angles off C: the laws' measurement when the state is a quaternion."""
+    """Define three angles from C, as measurements of laws if the state is a quaternion."""
     sine = sp.Max(-1, sp.Min(1, rotation[0, 2]))
     values = (
         sp.atan2(rotation[1, 2], rotation[2, 2]),
@@ -119,7 +109,7 @@ def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
 
 
 def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr) -> sp.Matrix:
-    """Return 3 (mu/r^3) n x (I n) with n the nadir direction in body axes and I the total inertia."""
+    """Return 3 (mu/r^3) n x (I n), with nadir direction n in body axes and total inertia I."""
     nadir = rotation[:, 2]
     return 3 * pull * nadir.cross(inertia * nadir)
 
@@ -130,37 +120,27 @@ def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, 
 
 
 def inertia_matrix(plant: Group) -> sp.Matrix:
-    """Return J, the inertia of body and wheels without that of each wheel about its axis, which is part of h."""
+    """Return J, the inertia of body and wheels without the wheels' axial inertias, which are part of h."""
     if plant.elements("I"):
         return plant.I
     return sp.diag(plant.I_x, plant.I_y, plant.I_z)
 
 
 def total_inertia(plant: Group, wheels: Wheels) -> sp.Matrix:
-    """Return I = J + Iw, the inertia with locked wheels: gravity pulls at all masses, turning or not."""
+    """Return I = J + Iw, the inertia with locked wheels, on which gravity acts."""
     return inertia_matrix(plant) + wheels.locked
 
 
 def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Derivation) -> sp.Matrix:
-    """Define the gravity gradient; about principal axes each component has one product of the nadir's."""
+    """Define the gravity gradient torque; for principal axes, each component has one product of nadir components."""
     torque = gravity_gradient(rotation, inertia, pull)
-    return sp.Matrix(
-        [
-            d.define(
-                f"Tgg_{i}",
-                sp.factor(torque[k]) if inertia.is_diagonal() else torque[k],
-                "(8)-(10)",
-                f"gravity gradient about {i}",
-                "N m",
-                f"T_{{gg,{i}}}",
-            )
-            for k, i in enumerate("xyz")
-        ]
-    )
+    if inertia.is_diagonal():
+        torque = torque.applyfunc(sp.factor)
+    return vector("Tgg_*", torque, "gravity gradient about *", "N m", "T_{gg,*}", d, "(8)-(10)")
 
 
 def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
-    """Solve the momentum balance (1) for w', with the torque on the body and the momentum stored in the wheels.
+    """Solve the momentum balance (1) for w', given the torque on the body and the wheels' momentum.
 
     Notes
     -----
@@ -172,37 +152,22 @@ def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
         return _coupled_accelerations(inertia, torque, wheels, d)
     unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
     balance = torque_excess(inertia, rates, unknown, wheels.momentum) - torque
-    names = []
-    for k in range(3):
-        rest, coefficient = balance[k].subs(unknown[k], 0), balance[k].coeff(unknown[k])
-        names.append(_acceleration(k, -rest / coefficient, d))
-    return tuple(names)
+    solved = [-row.subs(x, 0) / row.coeff(x) for row, x in zip(balance, unknown, strict=True)]
+    return tuple(angular_acceleration(solved, d, "(1)"))
 
 
 def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
-    """Solve the balance of a full tensor; its inverse depends on parameters alone, and a batch has it once."""
-    inverse = inertia.inv(method="ADJ")
-    named = sp.zeros(3)
-    for i in range(3):
-        for j in range(i, 3):
-            title = "inverse of the inertia"
-            named[i, j] = named[j, i] = d.define(
-                f"K{i + 1}{j + 1}", inverse[i, j], "(1)", title, "1/kg/m^2", f"K_{{{i + 1}{j + 1}}}"
-            )
+    """Solve the balance with a full inertia tensor, whose inverse depends on parameters only."""
+    inverse = symmetric("K", inertia.inv(method="ADJ"), "inverse of the inertia", "1/kg/m^2", "K", d, "(1)")
     net = torque - torque_excess(inertia, rates, sp.zeros(3, 1), wheels.momentum)
-    net = sp.Matrix(
-        [
-            d.define(f"N_{i}", net[k], "(1)", f"torque less w x H about {i}", "N m", f"N_{i}")
-            for k, i in enumerate("xyz")
-        ]
-    )
-    return tuple(_acceleration(k, (named * net)[k], d) for k in range(3))
+    net = vector("N_*", net, "torque less w x H about *", "N m", "N_*", d, "(1)")
+    return tuple(angular_acceleration(inverse * net, d, "(1)"))
 
 
 def motion_of_the_whole(
     outside: sp.Matrix, motors: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Solve for w' and the rates of the wheels' momenta, with the torques from outside and those of the motors."""
+    """Solve for w' and the rates of the wheels' momenta, given external torques and motor torques."""
     if wheels.imbalance:
         turning, stored = shaken(inertia_matrix(plant), outside, tuple(motors), rates, wheels.imbalance, d)
         return tuple(turning), stored
@@ -210,29 +175,16 @@ def motion_of_the_whole(
     return turned, tuple(-wheels.share * torque for torque in motors)
 
 
-def _acceleration(k: int, value: Expr, d: Derivation) -> Expr:
-    i = "xyz"[k]
-    return d.define(f"w{i}_rate", value, "(1)", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'")
-
-
 def wheel_speeds(wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
     """Return the wheel speeds relative to the body: h = Iw (Omega_w + w)."""
-    along = wheels.axes.T * rates
-    return tuple(
-        d.define(
-            f"wheel_{i}",
-            wheels.momenta[k] / wheels.inertia[k] - along[k],
-            "",
-            f"speed of wheel {i} relative to the body",
-            "rad/s",
-            rf"\Omega_{{w{i}}}",
-        )
-        for k, i in enumerate(wheels.labels)
-    )
+    turning = zip(wheels.momenta, wheels.inertia, wheels.axes.T * rates, strict=True)
+    speeds = [momentum / inertia - along for momentum, inertia, along in turning]
+    title = "speed of wheel * relative to the body"
+    return tuple(vector("wheel_*", speeds, title, "rad/s", r"\Omega_{w*}", d, labels=wheels.labels))
 
 
 def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Expr:
-    """Return the energy of rotation of body and wheels and the potential of the gravity gradient."""
+    """Return the rotational energy of body and wheels, and the potential of the gravity gradient."""
     nadir = rotation[:, 2]
     spin = sp.Add(*(h**2 / i for h, i in zip(wheels.momenta, wheels.inertia, strict=True)))
     potential = 3 * pull * nadir.dot(total_inertia(plant, wheels) * nadir)
@@ -241,7 +193,7 @@ def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Exp
 
 
 def inertial_momentum(rotation: sp.Matrix, orbit: Orbit, wheels: Wheels, plant: Group) -> sp.Matrix:
-    """Return J w + h in inertial axes: on a circle those that the orbit axes pass at latitude zero."""
+    """Return J w + h in inertial axes, which coincide with the orbit axes at latitude zero of a circle."""
     in_body = inertia_matrix(plant) * rates + wheels.momentum
     if wheels.imbalance:
         in_body += extra_momentum(rates, wheels.imbalance)

@@ -11,6 +11,7 @@ from ..mechanics import quaternion_of_turns
 from ..system import Derivation, Expr, Group, Quantity, Sensor
 from .drive import coils
 from .dynamics import ANGLES, RATES, angles, rates
+from .naming import vector
 from .orbit import Orbit
 from .wheels import Wheels
 
@@ -24,7 +25,7 @@ NOISE = Group(
 
 
 def environment_torque(rotation: sp.Matrix, orbit: Orbit, plant: Group, d: Derivation) -> sp.Matrix:
-    """Define the torques of the Earth's field on a dipole, of the air and of sunlight; zero by default.
+    """Define the torques of magnetic field, air and sunlight; zero by default.
 
     Returns
     -------
@@ -33,49 +34,25 @@ def environment_torque(rotation: sp.Matrix, orbit: Orbit, plant: Group, d: Deriv
     """
     arm = sp.Matrix([plant.arm_x, plant.arm_y, plant.arm_z])
     dipole = sp.Matrix([plant.dipole_x, plant.dipole_y, plant.dipole_z])
-    light = -plant.solar_pressure * (1 + plant.reflectance) * plant.area * orbit.light * _sun(orbit, d)
+    sun = vector("sun_*", orbit.sun, "direction of the Sun along orbit *", "1", "s_*", d)
+    light = -plant.solar_pressure * (1 + plant.reflectance) * plant.area * orbit.light * sun
     force = rotation * (light - _air_force(orbit, plant, d) * orbit.ahead)
-    names = [
-        d.define(f"F_{i}", force[k], "", f"force of air and sunlight along body {i}", "N", f"F_{i}")
-        for k, i in enumerate("xyz")
-    ]
-    total = dipole.cross(rotation * _field(orbit, d)) + arm.cross(sp.Matrix(names))
-    return sp.Matrix(
-        [
-            d.define(f"Tenv_{i}", total[k], "", f"dipole, drag and sunlight about {i}", "N m", f"T_{{env,{i}}}")
-            for k, i in enumerate("xyz")
-        ]
-    )
-
-
-def _field(orbit: Orbit, d: Derivation) -> sp.Matrix:
-    """Name the Earth's field in orbit axes."""
-    return sp.Matrix(
-        [
-            d.define(f"B_{i}", part, "", f"magnetic field along orbit {i}", "Wb/m^2", f"B_{{o,{i}}}")
-            for i, part in zip("xyz", orbit.field, strict=True)
-        ]
-    )
+    force = vector("F_*", force, "force of air and sunlight along body *", "N", "F_*", d)
+    field = vector("B_*", orbit.field, "magnetic field along orbit *", "Wb/m^2", "B_{o,*}", d)
+    total = dipole.cross(rotation * field) + arm.cross(force)
+    return vector("Tenv_*", total, "dipole, drag and sunlight about *", "N m", "T_{env,*}", d)
 
 
 def body_field(rotation: sp.Matrix, orbit: Orbit, d: Derivation) -> tuple[Expr, ...]:
     """Define the Earth's field in body axes."""
     field = rotation * sp.Matrix(orbit.field)
-    return tuple(
-        d.define(f"B_body_{i}", field[k], "", f"magnetic field along body {i}", "Wb/m^2", f"B_{i}")
-        for k, i in enumerate("xyz")
-    )
+    return tuple(vector("B_body_*", field, "magnetic field along body *", "Wb/m^2", "B_*", d))
 
 
 def coil_torque(field: Sequence[Expr], d: Derivation) -> sp.Matrix:
     """Define the torque of the magnetic torquers."""
     torque = coils.cross(sp.Matrix(field))
-    return sp.Matrix(
-        [
-            d.define(f"Tc_{i}", torque[k], "", f"torque of the torquers about {i}", "N m", f"T_{{c,{i}}}")
-            for k, i in enumerate("xyz")
-        ]
-    )
+    return vector("Tc_*", torque, "torque of the torquers about *", "N m", "T_{c,*}", d)
 
 
 def _air_force(orbit: Orbit, plant: Group, d: Derivation) -> Expr:
@@ -83,31 +60,11 @@ def _air_force(orbit: Orbit, plant: Group, d: Derivation) -> Expr:
     return d.define("F_air", force, "", "drag", "N", r"F_{air}")
 
 
-def _sun(orbit: Orbit, d: Derivation) -> sp.Matrix:
-    """Name the direction of the Sun in orbit axes."""
-    return sp.Matrix(
-        [
-            d.define(f"sun_{i}", part, "", f"direction of the Sun along orbit {i}", "1", f"s_{i}")
-            for i, part in zip("xyz", orbit.sun, strict=True)
-        ]
-    )
-
-
 def wheel_torque(speeds: tuple[Expr, ...], wheels: Wheels, plant: Group, d: Derivation) -> sp.Matrix:
-    """Define the torque of each wheel's motor and bearing friction on the body."""
-    return sp.Matrix(
-        [
-            d.define(
-                f"Tw_{i}",
-                wheels.torques[k] + wheels.share * plant.wheel_friction * speeds[k],
-                "",
-                f"torque of wheel {i} on the body: motor and friction",
-                "N m",
-                f"T_{{w,{i}}}",
-            )
-            for k, i in enumerate(wheels.labels)
-        ]
-    )
+    """Define the torque of each wheel on the body: motor and bearing friction."""
+    torques = wheels.torques + wheels.share * plant.wheel_friction * sp.Matrix(speeds)
+    title = "torque of wheel * on the body: motor and friction"
+    return vector("Tw_*", torques, title, "N m", "T_{w,*}", d, labels=wheels.labels)
 
 
 def sensor(states: Group, chart: str, plant: Group, d: Derivation) -> Sensor:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recursive least squares of one axis, equations (34)-(42), written once and used by each axis of each adaptive law.
+"""Recursive least squares of one axis, equations (34)-(42), used for each axis of each adaptive law.
 
 The covariance is kept as F = U D U', U upper triangular with a unit diagonal and D diagonal, and updated by Bierman's
 algorithm: F stays positive in single precision too. Further additions: a cap on its trace, a dead zone, and a lower
@@ -17,9 +17,9 @@ from .dynamics import AXES, angles, inertia_matrix
 from .linear import nominal_gain
 
 HALF = sp.Rational(1, 2)
-"""Parameters that switch something are on above one half."""
+"""Threshold of parameters that act as switches."""
 WARM = 2
-"""Samples after a start or a gap before the regressors are whole."""
+"""Samples after a start or a gap until all regressors are valid."""
 
 _THETA = (
     ("a1", "1", "a_1"),
@@ -61,13 +61,13 @@ def memory(axis: str) -> tuple[Quantity, ...]:
 
 
 def symbols(axis: str) -> dict[str, sp.Symbol]:
-    """Return the symbols of the memory of an axis by name without the axis."""
+    """Return the symbols of an axis's memory, by names without the axis."""
     return {q.name.removesuffix(f"_{axis}"): q.symbol for q in memory(axis)}
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimate of an axis in this sample.
+    """Estimates of an axis at this sample.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
 def _bierman(
     name: str, phi: tuple[Expr, ...], z: dict[str, sp.Symbol], law: Group, d: Derivation
 ) -> tuple[dict[str, Expr], tuple[Expr, ...]]:
-    """Define the gain (40) and the factors of F (41) after a sample, one regressor at a time.
+    """Define the gain (40) and the updated factors of F (41), one regressor at a time.
 
     Notes
     -----
@@ -186,7 +186,7 @@ def _bierman(
 
 
 def _learns(name: str, error: Expr, law: Group, plant: Group, d: Derivation) -> sp.Rel:
-    """Define when the estimator moves: adaptation on, regressors whole, error outside the dead zone."""
+    """Return the condition of adaptation: switched on, valid regressors, error outside the dead zone."""
     width = sp.Max(law.dead_zone, law.dead_zone_sigma * plant.noise)
     when = sp.And(law.adapt > HALF, SAMPLES.symbol > WARM - HALF, sp.Abs(error) > width)
     flag = d.define(f"learns_{name}", sp.Piecewise((1, when), (0, True)), "", "1 when the estimates move")
@@ -196,7 +196,7 @@ def _learns(name: str, error: Expr, law: Group, plant: Group, d: Derivation) -> 
 def _capped(
     name: str, factors: dict[str, Expr], z: dict[str, sp.Symbol], learns: sp.Rel, law: Group, d: Derivation
 ) -> tuple[dict[str, Expr], Expr]:
-    """Cap F: a step that would take its trace above the cap does not forget. Return its factors, and the trace."""
+    """Return the factors and trace of F with a cap: a step that would exceed it does not forget."""
     squares = (sp.S.One if i is j else factors[f"U{i + 1}{j + 1}"] ** 2 for j in range(5) for i in range(j + 1))
     weights = (factors[f"D{j + 1}"] for j in range(5) for _ in range(j + 1))
     trace = sp.Add(*(s * w for s, w in zip(squares, weights, strict=True)))
@@ -208,7 +208,7 @@ def _capped(
 
 
 def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
-    """Return the memory before the first sample: first guess, F = F0 I, at rest at the measured angle.
+    """Return the initial memory: first guess, F = F0 I, at rest at the measured angle.
 
     An offset that is not estimated has no variance: with the last entry of D zero, row and column of F stay zero, the
     offset stays at its first guess, zero, and a sample computes the same as ever.
@@ -229,5 +229,5 @@ def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
 
 
 def smallest_gain(axis: int, law: Group, plant: Group) -> Expr:
-    """Return b_min, the floor of the gain that a law uses."""
+    """Return b_min, the lower bound of the gain in a law."""
     return sp.Max(law.b_min, law.b_min_ratio * nominal_gain(inertia_matrix(plant)[axis, axis], plant.Ts))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instruments in place of a measured state: a gyro whose bias walks, a magnetometer, a Sun sensor.
+"""Instruments that replace a measured state: gyro with random-walk bias, magnetometer, Sun sensor.
 
 Attitude comes of a star tracker, whose noise and steps are those of the measured angles; momenta of the wheels and the
 place on the orbit are known. White noise of gyro and magnetometer is a density, as data sheets print it: a sample
@@ -28,7 +28,7 @@ _DRIFT = Group("e", tuple(Quantity(f"e_{q.name}", "1", f"change of the {q.descri
 
 
 def instruments(sensor: Sensor, states: Group, field: Sequence[Expr], sun: Sequence[Expr], plant: Group) -> Sensor:
-    """Return the sensor with a bias in the rates, and with magnetometer and Sun sensor beside the state.
+    """Return the sensor with biased rates, and with magnetometer and Sun sensor in addition to the state.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def instruments(sensor: Sensor, states: Group, field: Sequence[Expr], sun: Seque
 
 
 def drift(states: Group, plant: Group) -> RandomStep:
-    """Return the random walk of the bias."""
+    """Return the bias's random walk."""
     size = plant.bias_noise * sp.sqrt(plant.Ts)
     change = {q.name: q.symbol + size * e for q, e in zip(BIAS, _DRIFT.symbols, strict=True)}
     return RandomStep(_DRIFT, tuple(change.get(q.name, q.symbol) for q in states))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The orbit: the paper's circle, or Kepler's ellipse by true anomaly, drifting as the Earth's oblateness has it.
+"""Orbit: the paper's circle, or a Kepler ellipse by true anomaly with the mean drift of the Earth's oblateness.
 
 Orbit axes: x along the motion across the radius, y opposite to the orbit normal, z to nadir. An orbit says how these
 axes turn, how strongly gravity differs over the body, and what its place decides: magnetic field, air, sunlight.
@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..mechanics import angular_velocity, frame_turn
+from ..mechanics import angular_velocity, direction, frame_turn
 from ..system import TIME, Derivation, Expr, Group, Quantity
+from .naming import matrix, vector
 
 LATITUDE = Quantity("latitude", "rad", "argument of latitude, the satellite's place on its orbit", r"\nu")
 ANOMALY = Quantity("anomaly", "rad", "true anomaly, the angle from the perigee", r"\nu")
@@ -22,12 +23,12 @@ PERIGEE = Quantity("perigee", "rad", "argument of the perigee, from the ascendin
 NODE = Quantity("node", "rad", "right ascension of the ascending node", r"\Omega_n")
 
 _TO_ORBIT_AXES = sp.Matrix([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
-"""Rotation from radius, direction of motion and normal to orbit axes."""
+"""Rotation from the axes radius, along track and normal to the orbit axes."""
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """An orbit, with the quantities that the model needs; vectors are in orbit axes.
+    """An orbit with the quantities of the model; vectors are in orbit axes.
 
     Attributes
     ----------
@@ -71,12 +72,12 @@ class Orbit:
 
 
 def circular_turning(omega0: Expr) -> sp.Matrix:
-    """Return the rate of the orbit axes of a circle in these: about -y, because z is nadir and x is velocity."""
+    """Return the rate of a circular orbit's axes in themselves: about -y, as z is nadir and x is along the velocity."""
     return sp.Matrix([0, -omega0, 0])
 
 
 def circular(plant: Group, s: Group) -> Orbit:
-    """Return the paper's orbit: a constant rate about -y, a dipole along the Earth's axis, a Sun fixed to its plane."""
+    """Return the paper's orbit: constant rate about -y, dipole along the Earth's axis, Sun fixed in its plane."""
     latitude = LATITUDE.symbol
     turning = circular_turning(plant.omega0)
     strength, tilt = plant.field_moment / plant.orbit_radius**3, plant.inclination
@@ -103,7 +104,7 @@ def circular(plant: Group, s: Group) -> Orbit:
 
 @functools.cache
 def oblate_drift() -> tuple[tuple[sp.Symbol, ...], tuple[Expr, Expr, Expr]]:
-    """Derive the secular rates of node, perigee and mean anomaly under J2 from Lagrange's planetary equations.
+    """Derive the mean rates of node, perigee and mean anomaly under J2 from Lagrange's planetary equations.
 
     Returns
     -------
@@ -132,7 +133,7 @@ def oblate_drift() -> tuple[tuple[sp.Symbol, ...], tuple[Expr, Expr, Expr]]:
 
 @dataclass(frozen=True)
 class _Place:
-    """The ellipse at an anomaly, in plain expressions.
+    """The ellipse at an anomaly, as unnamed expressions.
 
     Attributes
     ----------
@@ -153,7 +154,7 @@ class _Place:
 
 
 def _place(plant: Group, anomaly: Expr, perigee: Expr, node: Expr, named: Callable[..., Expr]) -> _Place:
-    """Return the place at an anomaly; `named` may give names to its steps."""
+    """Return the ellipse at an anomaly; `named` may name its steps."""
     a, e, mu = plant.semi_major_axis, plant.eccentricity, plant.mu
     parameter = named("parameter", a * (1 - e**2), "semi-latus rectum", "m", "p")
     nearness = 1 + e * sp.cos(anomaly)
@@ -188,7 +189,7 @@ def _place(plant: Group, anomaly: Expr, perigee: Expr, node: Expr, named: Callab
 
 
 def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
-    """Define Kepler's ellipse by its true anomaly, with the mean drift by J2, a tilted dipole, air, Sun and shadow.
+    """Define a Kepler ellipse by true anomaly, with mean J2 drift, tilted dipole, air, Sun and shadow.
 
     The dipole turns with the Earth; the air thins out exponentially above the perigee and does not turn; the shadow is
     a cylinder.
@@ -202,14 +203,15 @@ def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
     here = _place(plant, ANOMALY.symbol, PERIGEE.symbol, NODE.symbol, named)
     start = (s.anomaly_0, s.perigee_0, s.node_0)
     first = _place(plant, s.anomaly_0, s.perigee_0, s.node_0, lambda _name, expr, *_: expr)
-    axes = _vectors("O", here.axes, "inertial to orbit axes", d)
-    turning = _vector("orbit_rate", here.turning, "rate of the orbit axes about orbit", "rad/s", r"\omega_{o", d)
+    axes = matrix("O", here.axes, "inertial to orbit axes", "1", d)
+    title = "rate of the orbit axes about orbit *"
+    turning = vector("orbit_rate_*", here.turning, title, "rad/s", r"\omega_{o,*}", d)
     speed = named("speed", sp.sqrt(here.around**2 + here.outward**2), "speed on the orbit", "m/s", "v")
     height = here.radius - plant.semi_major_axis * (1 - plant.eccentricity)
     density = named(
         "density", plant.air_density * sp.exp(-height / plant.scale_height), "density of the air", "kg/m^3", r"\rho"
     )
-    sun = tuple(axes * _direction(plant.sun_ascension, plant.sun_declination))
+    sun = tuple(axes * direction(plant.sun_ascension, plant.sun_declination))
     beyond = sp.sqrt(sp.Max(0, 1 - sun[2] ** 2)) * here.radius  # distance from the line through Earth and Sun
     dark = sp.And(sun[2] > 0, beyond < plant.earth_radius)
     return Orbit(
@@ -230,28 +232,8 @@ def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
 
 
 def _field(plant: Group, radius: Expr, axes: sp.Matrix) -> tuple[Expr, ...]:
-    """Return the field of a dipole: (mf/r^3) (m - 3 (m.n) n) for its axis m, towards north, and nadir n."""
+    """Return a dipole's field (mf/r^3) (m - 3 (m.n) n), with northward axis m and nadir n."""
     longitude = plant.pole_longitude + plant.earth_rate * TIME.symbol
-    pole = axes * _direction(longitude, sp.pi / 2 - plant.pole_tilt)
+    pole = axes * direction(longitude, sp.pi / 2 - plant.pole_tilt)
     nadir = sp.Matrix([0, 0, 1])
     return tuple(plant.field_moment / radius**3 * (pole - 3 * pole[2] * nadir))
-
-
-def _direction(ascension: Expr, declination: Expr) -> sp.Matrix:
-    """Return an inertial direction."""
-    across = sp.cos(declination)
-    return sp.Matrix([across * sp.cos(ascension), across * sp.sin(ascension), sp.sin(declination)])
-
-
-def _vector(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    return sp.Matrix(
-        [d.define(f"{name}_{i}", values[k], "", f"{title} {i}", unit, f"{latex},{i}}}") for k, i in enumerate("xyz")]
-    )
-
-
-def _vectors(name: str, values: sp.Matrix, title: str, d: Derivation) -> sp.Matrix:
-    return sp.Matrix(
-        3,
-        3,
-        lambda i, j: d.define(f"{name}{i + 1}{j + 1}", values[i, j], "", title, "1", f"{name}_{{{i + 1}{j + 1}}}"),
-    )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The polynomial equations of the laws, A S + q^-d B T = Ac, solved for d = 1 and d = 2.
+"""Polynomial equations of the laws, A S + q^-d B T = Ac, for delays d = 1 and d = 2.
 
 A = 1 + a1 q^-1 + a2 q^-2, B = b0 + b1 q^-1. Solutions are expressions in the symbols of this module; a law puts its
 own in their place.
@@ -16,14 +16,14 @@ from ..system import Expr
 
 a1, a2, b0, b1 = sp.symbols("a1 a2 b0 b1", real=True)
 q = sp.Symbol("q_inv")
-"""q^-1, the delay of one sample."""
+"""Delay of one sample, q^-1."""
 _A = 1 + a1 * q + a2 * q**2
 _B = b0 + b1 * q
 
 
 @dataclass(frozen=True)
 class Solution:
-    """S and T of a polynomial equation, lowest power first; S is monic."""
+    """Solution S and T of a polynomial equation, lowest power first; S is monic."""
 
     S: tuple[Expr, ...]
     T: tuple[Expr, ...]
@@ -31,7 +31,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Retained:
-    """The equation that keeps B: S has degree d, T degree 1, Ac degree d + 2.
+    """Equation of the law that keeps B: S has degree d, T degree 1, Ac degree d + 2.
 
     The leading coefficients s_1 ... s_(d-1) follow one by one; the last three unknowns (s_d, t0, t1) obey a linear
     system whose matrix is the same for every d.
@@ -53,11 +53,11 @@ class Retained:
 
 s1 = sp.Symbol("s1", real=True)
 RIGHT = sp.symbols("e1 e2 e3", real=True)
-"""Right-hand side of the system for (s_d, t0, t1)."""
+"""Right-hand side of the equations for (s_d, t0, t1)."""
 
 
 def closed_loop(pole: Expr, degree: int) -> list[Expr]:
-    """Return the coefficients of (1 - pole q^-1)^degree, the lowest power first."""
+    """Return the coefficients of (1 - pole q^-1)^degree, lowest power first."""
     return _coefficients((1 - pole * q) ** degree, degree)
 
 
@@ -74,7 +74,7 @@ def cancelling(poles: tuple[Expr, ...], d: int) -> Solution:
 
 
 def retaining(pole: Expr, d: int) -> Retained:
-    """Set up A S + q^-d B T = Ac for d = 1 or 2."""
+    """Write A S + q^-d B T = Ac as linear equations, for d = 1 or 2."""
     s = (s1,)[: d - 1]
     last, t0, t1 = sp.symbols("s_d t_0 t_1", real=True)
     S = _polynomial((sp.S.One, *s, last))
@@ -88,17 +88,17 @@ def retaining(pole: Expr, d: int) -> Retained:
 
 
 def resultant(matrix: sp.Matrix) -> Expr:
-    """Return the determinant of the system for (s_d, t0, t1), zero when A and B share a root."""
+    """Return the determinant of the equations for (s_d, t0, t1); it is zero if A and B share a root."""
     return sp.expand(matrix.det())
 
 
 def numerators(matrix: sp.Matrix) -> tuple[Expr, Expr, Expr]:
-    """Return (s_d, t0, t1) times the resultant, by Cramer's rule, for the right-hand side `RIGHT`."""
+    """Return (s_d, t0, t1) times the determinant, by Cramer's rule."""
     return tuple(sp.expand(entry) for entry in matrix.adjugate() * sp.Matrix(RIGHT))
 
 
 def put(expr: Expr, values: Mapping[sp.Symbol, Expr]) -> Expr:
-    """Replace this module's symbols by a law's."""
+    """Replace the symbols of this module by those of a law."""
     return sp.sympify(expr).subs(values, simultaneous=True)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The structural choices, and which parameters each takes from parameters.toml."""
+"""Structural choices of the satellite, and their parameters in parameters.toml."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ STRUCTURE = {
     "sensors": ("states", "instruments"),
     "laws": ("paper", "more"),
 }
-"""Structural choices and their values; the first is the default."""
+"""Structural choices with their values; the first value is the default."""
 
 _BEFORE = {("wheels", "unbalanced"): "any"}
-"""A value of a choice, which shares or replaces the parameters of another value."""
+"""For a value of a choice, the value whose parameters it shares or replaces."""
 
 _REPLACED = {
     ("inertia", "full"): ("I_x", "I_y", "I_z"),
@@ -30,12 +30,12 @@ _REPLACED = {
 
 
 def beyond(choices: Mapping[str, str]) -> dict[str, str]:
-    """Return the choices that differ from the paper's; the chart is one of coordinates, and none of these."""
+    """Return the choices that differ from the paper's; the chart is not among them, as it only changes coordinates."""
     return {name: value for name, value in choices.items() if name != "chart" and value != STRUCTURE[name][0]}
 
 
 def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[str, str]) -> Group:
-    """Return the paper's group without the replaced quantities, with those of the choices.
+    """Return the paper's group with the parameters of the choices, replaced ones removed.
 
     Parameters
     ----------
@@ -48,20 +48,20 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
     choices : mapping of str to str
         Name and value of each choice.
     """
-    gone = {gone for choice in _taken(choices) for gone in _REPLACED.get(choice, ())}
-    kept = (q for q in tables[table].quantities if q.name not in gone)
+    replaced = {replaced for choice in _taken(choices) for replaced in _REPLACED.get(choice, ())}
+    kept = (q for q in tables[table].quantities if q.name not in replaced)
     suffix = "" if table == "plant" else f"_{table}"
     return Group(name, (*kept, *added(tables, choices, suffix)))
 
 
 def added(tables: Mapping[str, Group], choices: Mapping[str, str], suffix: str) -> tuple[Quantity, ...]:
-    """Return the contents of the groups CHOICE_VALUE with a suffix, where they exist."""
+    """Return the contents of existing groups CHOICE_VALUE with a suffix."""
     names = (f"{choice}_{value}{suffix}" for choice, value in _taken(choices))
     return tuple({q.name: q for name in names if name in tables for q in tables[name].quantities}.values())
 
 
 def _taken(choices: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Yield the choices other than the paper's, each after the value that shares parameters with it."""
+    """Yield the choices that differ from the paper's, each after the value whose parameters it shares."""
     for name, value in beyond(choices).items():
         if (name, value) in _BEFORE:
             yield name, _BEFORE[name, value]

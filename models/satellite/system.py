@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The satellite as a `System`: derivation, laws and tables put together."""
+"""The satellite as a `System`, from derivation, laws and tables."""
 
 from __future__ import annotations
 
@@ -74,16 +74,16 @@ _TITLES = {
 }
 _DEGREE = sp.pi / 180
 _EARTH_RADIUS = sp.Integer(6378137)
-"""m, equatorial, WGS 84."""
+"""Equatorial radius of the Earth, m, WGS 84."""
 _EARTH_RATE = sp.Float("1.2394474623e-3")
-"""rad/s, sqrt(mu/R^3) for mu = 3.986004418e14 m^3/s^2, EGM96."""
+"""sqrt(mu/R^3) in rad/s, for mu = 3.986004418e14 m^3/s^2, EGM96."""
 _ROUNDED = 1 + sp.Rational(1, 10**9)
-"""Limit of a wheel over hmax: full, it is beyond hmax by the rounding of its steps, 1e-16 of it each."""
+"""Limit of a wheel's momentum relative to hmax: each step of a full wheel may exceed it by rounding, 1e-16."""
 
 
 @dataclass(frozen=True)
 class _Craft:
-    """The derived parts that functions, laws and conditions are made of."""
+    """Derived parts of the plant, for functions, laws and conditions."""
 
     choices: Mapping[str, str]
     tables: Mapping[str, Group]
@@ -97,7 +97,7 @@ class _Craft:
 
     @property
     def like_the_paper(self) -> bool:
-        """True if the equations of motion are the paper's."""
+        """True if the equations of motion equal the paper's."""
         return not {"inertia", "wheels", "orbit"} & structure.beyond(self.choices).keys()
 
 
@@ -142,7 +142,7 @@ def system(
     if sensors == "instruments" and (torquers, laws) != ("three", "more"):
         raise ModelError(
             f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: needs torquers = 'three', "
-            "which read the magnetometer, and laws = 'more', which estimate the gyro's bias"
+            "which use the magnetometer, and laws = 'more', which estimate the gyro's bias"
         )
     choices = {
         "chart": chart, "inertia": inertia, "wheels": wheels, "orbit": orbit, "torquers": torquers, "sensors": sensors,
@@ -199,7 +199,7 @@ def _title(choices: Mapping[str, str]) -> str:
 
 
 def _craft(choices: Mapping[str, str], d: Derivation) -> _Craft:
-    """Put the parts of the plant together, in the order in which they need each other."""
+    """Combine the parts of the plant in the order of their dependence."""
     tables = read_parameters(_HERE / "parameters.toml")
     chart = choices["chart"]
     own = tables["euler"].quantities if chart == "euler" else ()
@@ -226,7 +226,7 @@ def _wheels(kind: str, p: Group, s: Group, d: Derivation) -> Wheels:
 
 
 def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Define the rates of the state, and the magnetic field in body axes if an expression uses it."""
+    """Define the rates of the state, and the magnetic field in body axes if needed."""
     plant, wheels, orbit, rotation = craft.p, craft.wheels, craft.orbit, craft.placed.rotation
     d.section("Torques")
     gradient = gradient_torque(rotation, total_inertia(plant, wheels), orbit.pull, d)
@@ -246,7 +246,7 @@ def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ..
 
 
 def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return the outputs of a run, quantity by quantity."""
+    """Return the outputs of a run by quantity."""
     named = {symbol.name: symbol for symbol in d.definitions}
     relative = (
         Quantity(f"rate_{i}", "rad/s", f"rate relative to the orbit axes about {i}", rf"\Omega_{i}") for i in "xyz"
@@ -267,7 +267,7 @@ def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
 
 
 def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return the metrics that compare sets of actuators: pointing, torque, momentum."""
+    """Return the metrics that compare actuator sets: pointing, torque, momentum."""
     d.section("Summary")
     wheels, off = craft.wheels, pointing(craft.placed.quaternion, REFERENCES.symbols, d)
     held, tumble = wheels.momentum, craft.placed.omega
@@ -283,7 +283,7 @@ def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
 def _scenarios(
     craft: _Craft, outputs: Sequence[tuple[Quantity, Expr]], laws: Sequence[Controller]
 ) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
-    """Return the paper's scenarios and metrics that a structure supports, and those of the summary."""
+    """Return the paper's scenarios and metrics that a structure supports, and the comparison metrics."""
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
     if not structure.beyond(craft.choices):
         return scenarios, metrics
@@ -343,7 +343,7 @@ def _safe_mode(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> C
 
 
 def _more_laws(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> Iterator[Controller]:
-    """Yield the laws on the attitude as a whole."""
+    """Yield the laws of the whole attitude."""
     filtered = structure.added(craft.tables, craft.choices, "_filter")
     motion = Motion(
         craft.placed.quaternion,
@@ -386,7 +386,7 @@ def _limits(chart: str, plant: Group, wheels: Wheels) -> tuple[Condition, ...]:
 
 
 def _initial(craft: _Craft) -> tuple[Expr, ...]:
-    """Start at rest in the orbit axes (49); beyond the paper, with a rate to be damped."""
+    """Return the initial state: at rest in the orbit axes (49); beyond the paper, with a rate."""
     s = craft.s
     first = tuple(value * _DEGREE for value in (s.roll_0_deg, s.pitch_0_deg, s.yaw_0_deg))
     here = dict(zip(angles, first, strict=True))
@@ -401,7 +401,7 @@ def _initial(craft: _Craft) -> tuple[Expr, ...]:
 
 
 def _reference(s: Group) -> tuple[Expr, ...]:
-    """Return square waves that begin positive."""
+    """Return square waves that start positive."""
     side = 1 - 2 * sp.Mod(whole_periods(s.half_period), 2)
     return tuple(side * value * _DEGREE for value in (s.roll_step_deg, s.pitch_step_deg, s.yaw_step_deg))
 
@@ -416,7 +416,7 @@ def _constraints(craft: _Craft, d: Derivation) -> tuple[Condition, ...]:
 
 
 def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
-    """Yield the condition that the orbit keeps clear of the Earth."""
+    """Yield the condition that the orbit stays above the Earth's surface."""
     p = craft.p
     if craft.choices["orbit"] == "keplerian":
         yield Condition(
@@ -439,7 +439,7 @@ def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
 
 
 def _needs(craft: _Craft) -> Iterator[Condition]:
-    """Yield the divisors of a choice: lengths of the wheels' axes, the volume they span, the field."""
+    """Yield the quantities that a choice divides by: lengths of wheel axes, their volume, the field."""
     if craft.choices["wheels"] != "axes":
         yield has_lengths(craft.p)
         yield spanning(craft.wheels)
@@ -464,7 +464,7 @@ def _balance(craft: _Craft) -> Iterator[Condition]:
 
 
 def _body(craft: _Craft) -> Iterator[Condition]:
-    """Yield the conditions of a body's inertia: its second moments, tr(I)/2 - I, are positive definite."""
+    """Yield the conditions on a body's inertia: its second moments tr(I)/2 - I are positive definite."""
     total = total_inertia(craft.p, craft.wheels)
     if "inertia" in structure.beyond(craft.choices) or "wheels" in structure.beyond(craft.choices):
         moments = sp.eye(3) * total.trace() - 2 * total
@@ -504,7 +504,7 @@ def _functions(craft: _Craft) -> tuple[Function, ...]:
 
 
 def _projection(states: Group) -> tuple[Expr, ...]:
-    """Scale the quaternion to unit length."""
+    """Return the quaternion scaled to unit length."""
     q = states.symbols[:4]
     length = sp.sqrt(sp.Add(*(part**2 for part in q)))
     return (*(part / length for part in q), *states.symbols[4:])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spacecraft with fuel sloshing as spherical pendulums: full and reduced model, two Lyapunov laws."""
+"""Spacecraft with sloshing fuel as spherical pendulums: full and reduced model, two Lyapunov laws."""
 
 from .system import STRUCTURE, system
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The derived equations as a whole: with their numbers, and as residuals that check an evaluation."""
+"""The derived equations of motion: with their numbers, and as residuals that check an evaluation."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .states import RATE, VELOCITY, Pendulum, angle_rate_quantities, arm_rate_qu
 
 
 def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:
-    """Return the derived equations of motion as residuals that the true rates of the states make zero.
+    """Return the derived equations of motion as residuals, which correct rates make zero.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[st
 
 
 def _pendulum_equations(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[tuple[sp.Symbol, ...], tuple[Expr, ...]]:
-    """Return the pendulums' accelerations as symbols and their equations as residuals: (15), (16) or those of s."""
+    """Return symbols of the pendulums' accelerations, and their equations as residuals: (15), (16) or those of s."""
     part, names = parts(inertia, pendulums)
     rows = tuple(ball.tangential_rows()) if inertia == "ball" else tuple(part.rows)
     named = [n | _accelerations(inertia, k) for k, n in enumerate(names, 1)]
@@ -67,7 +67,7 @@ def _pendulum_equations(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[tu
 
 
 def _accelerations(inertia: str, k: int) -> dict[sp.Symbol, Expr]:
-    """Return the symbols of the accelerations of pendulum k, by the generic ones."""
+    """Return the acceleration symbols of pendulum k, by the generic ones."""
     if inertia == "ball":
         own = sp.symbols(" ".join(f"sigma{k}{axis}_dot" for axis in "xyz"), real=True)
         return dict(zip(ball.arm_acceleration, own, strict=True))
@@ -75,7 +75,7 @@ def _accelerations(inertia: str, k: int) -> dict[sp.Symbol, Expr]:
 
 
 def show(p: Group, inertia: str, d: Derivation) -> None:
-    """Write the published side of the derivation down, (5)-(26), in generic symbols."""
+    """Show the published derivation (5)-(26) in generic symbols."""
     if inertia == "ball":
         part = ball.contribution()
         show_equations(p, part, [("(15), (16)", row) for row in ball.tangential_rows()], d)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of the spacecraft: a transparent hull, the pendulums in it, and the thrust."""
+"""Picture of the spacecraft: a transparent hull with pendulums, and the thrust."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .plant.equations import gimbal_position
 from .states import Pendulum, angle_quantities, direction_quantities
 
 _REAR, _FRONT, _RADIUS = sp.Rational(-52, 100), sp.Rational(6, 5), sp.Rational(36, 100)
-"""Rear end, front end and radius of the hull in the picture, m; the paper gives none."""
+"""Rear end, front end and radius of the hull in the picture, m, which the paper does not give."""
 _SIDES = 6
 _PER_FORCE = sp.Rational(1, 5000)
-"""Metres of an arrow for a N: the paper's thrust is half a metre long."""
+"""Length of a force's arrow, m/N: the paper's thrust is half a metre long."""
 _COLORS = ("purple", "orange", "sky", "green")
 
 Point = tuple[Expr, Expr, Expr]
@@ -72,7 +72,7 @@ def _ring(x: Expr) -> list[sp.Matrix]:
 
 
 def _direction(k: int, inertia: str) -> sp.Matrix:
-    """Return the unit vector from the pivot to bob k, in body axes: (7), or three states."""
+    """Return the unit vector from the pivot to bob k in body axes: from angles (7), or three states."""
     if inertia == "ball":
         return sp.Matrix([q.symbol for q in direction_quantities(k)])
     phi, theta = (q.symbol for q in angle_quantities(k))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pendulums of a spacecraft as one thing, whether described by angles or by directions."""
+"""The pendulums of a spacecraft, described by angles or by directions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Accelerations = Sequence[Expr]
 
 @dataclass(frozen=True)
 class Pendulums:
-    """The pendulums of a system in one description, by angles or by directions.
+    """Pendulums in one of two descriptions, by angles or by directions.
 
     Attributes
     ----------
@@ -68,14 +68,14 @@ class Start:
 
 
 def parts(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[Contribution, list[dict[sp.Symbol, Expr]]]:
-    """Return the generic contribution of a pendulum, and what its symbols stand for in each."""
+    """Return the generic contribution of a pendulum, and the meaning of its symbols for each pendulum."""
     if inertia == "ball":
         return ball.contribution(), [ball.instance(a, k) for k, a in enumerate(pendulums, 1)]
     return pendulum.contribution(inertia), [pendulum.instance(a, k) for k, a in enumerate(pendulums, 1)]
 
 
 def equilibrium(inertia: str) -> dict[sp.Symbol, Expr]:
-    """Return the equilibrium (18) of hull and pendulum i: no rates, arm along -x, and only a_x left of a and Omega'."""
+    """Return the equilibrium (18) of hull and pendulum i: no rates, arm along -x, no acceleration except a_x."""
     still: tuple[Expr, ...] = (*rate, *ACCELERATIONS[1:])
     if inertia == "ball":
         still = (*still, *ball.direction, *ball.arm_rate, *ball.arm_acceleration)
@@ -87,7 +87,7 @@ def equilibrium(inertia: str) -> dict[sp.Symbol, Expr]:
 def angle_pendulums(
     p: Group, pendulums: Sequence[Pendulum], inertia: str, starts: Sequence[Start], d: Derivation
 ) -> Pendulums:
-    """Describe the pendulums by angles, in the `paper` or the `hinge` convention."""
+    """Describe the pendulums by angles, with the inertia convention `paper` or `hinge`."""
     numbers = range(1, len(pendulums) + 1)
     d.section("Evaluation of the equations of motion")
     dynamics = angle_dynamics(p, pendulums, inertia, d)
@@ -118,7 +118,7 @@ def angle_pendulums(
 def ball_pendulums(
     p: Group, pendulums: Sequence[Pendulum], starts: Sequence[Start], turning: Sequence[Expr], d: Derivation
 ) -> Pendulums:
-    """Describe the pendulums by directions and their inertial rates, on ball joints."""
+    """Describe the pendulums by directions with inertial rates, on ball joints."""
     numbers = range(1, len(pendulums) + 1)
     d.section("Evaluation of the equations of motion")
     dynamics = ball_dynamics(p, pendulums, d)
@@ -148,7 +148,7 @@ def ball_pendulums(
 
 
 def _angles(k: int) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return phi and theta of the bob in direction s."""
+    """Return phi and theta for a bob in direction s."""
     x, y, z = (q.symbol for q in direction_quantities(k))
     phi, theta = angle_quantities(k)
     return (phi, sp.atan2(sp.sqrt(y**2 + z**2), -x)), (theta, sp.atan2(y, z))

@@ -36,7 +36,7 @@ DEMAND = Group(
         Quantity("alpha3", "rad/s^2", "angular acceleration about z, the paper's u5", "u_5"),
     ),
 )
-"""Inputs of the reduced model (20)-(26): accelerations that the physical inputs bring about."""
+"""Inputs of the reduced model (20)-(26): accelerations that the physical inputs produce."""
 
 velocity = sp.Matrix([q.symbol for q in VELOCITY])
 rate = sp.Matrix([q.symbol for q in RATE])
@@ -107,7 +107,7 @@ class Pendulum:
 
 
 def pendulum_parameters(k: int, like: Group) -> tuple[Parameter, ...]:
-    """Return the parameters of pendulum k, with the numbers of pendulum 1 or, beyond, of pendulum 2."""
+    """Return the parameters of pendulum k, with defaults of pendulum 1 or, for k >= 2, of pendulum 2."""
     model = min(k, 2)
     parameters = []
     for q in like:
@@ -118,7 +118,7 @@ def pendulum_parameters(k: int, like: Group) -> tuple[Parameter, ...]:
 
 
 def renumbered(parameter: Parameter, old: int, new: int) -> Parameter:
-    """Return a parameter of pendulum `old` as one of pendulum `new`."""
+    """Return a parameter of pendulum `old` renamed for pendulum `new`."""
     if old is new:
         return parameter
     name = parameter.name.replace(str(old), str(new))
@@ -135,7 +135,7 @@ def renumbered(parameter: Parameter, old: int, new: int) -> Parameter:
 
 
 def point_allowed(inertia: Parameter) -> Parameter:
-    """Return a bob's moment of inertia with zero allowed, as a ball joint does."""
+    """Return a bob's moment of inertia with zero allowed, for ball joints."""
     return dataclasses.replace(
         inertia,
         positive=False,

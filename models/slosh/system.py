@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The spacecraft with sloshing fuel as a `System`: derivation, laws and tables put together."""
+"""The spacecraft with sloshing fuel as a `System`, from derivation, laws and tables."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ from .states import (
 )
 
 MOST = 64
-"""Largest number of pendulums offered; equations and text grow with it, nothing else ends here."""
+"""Largest number of pendulums on offer. Equations grow with it; there is no other limit."""
 STRUCTURE = {
     "pendulums": ("2", "1", *(str(k) for k in range(3, MOST + 1))),
     "inertia": ("paper", "hinge", "ball"),
     "attitude": ("angles", "quaternion"),
     "switches": ("crossed", "located"),
 }
-"""Structural choices and their values; the first is the default."""
+"""Structural choices with their values; the first value is the default."""
 
 _HERE = Path(__file__).parent
 _SOURCE = (
@@ -75,7 +75,7 @@ _LAWS = {
 
 @dataclass(frozen=True)
 class _Model:
-    """The derived parts that functions, laws and variants are made of."""
+    """Derived parts of the model, for functions, laws and variants."""
 
     p: Group
     inertia: str
@@ -235,14 +235,14 @@ def _full(model: _Model, kinematics: str) -> tuple[Expr, ...]:
 
 
 def _reduced(model: _Model, demand: Sequence[Expr], kinematics: str) -> tuple[Expr, ...]:
-    """Return x' of the reduced model for its inputs u1..u5."""
+    """Return x' of the reduced model with inputs u1..u5."""
     linear = reduced_velocity(model.axial, demand)
     bobs = model.bobs.reduced((model.axial, *demand[:2]), demand[2:])
     return (*linear, *demand[2:], *model.attitude.rates[kinematics], *bobs)
 
 
 def _variants(model: _Model, choices: Sequence[Choice], laws: Mapping[str, Law]) -> tuple[Variant, ...]:
-    """Return every combination of plant and kinematics but the default.
+    """Return every combination of plant and kinematics except the default.
 
     The reduced plant takes the accelerations that the physical inputs bring about as u1..u5; in a closed loop it takes
     those of the law itself, as the paper does.
@@ -284,7 +284,7 @@ _EXTRA = (
 
 
 def _outputs(model: _Model) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return the accelerations that come about, the thrust across x, and angles that are no states."""
+    """Return the resulting accelerations, the lateral thrust, and angles that are not states."""
     d1, d2 = (q.symbol for q in GIMBALS)
     across = sp.sqrt(sp.sin(d2) ** 2 + (sp.sin(d1) * sp.cos(d2)) ** 2)
     produced = zip(DEMAND, (*model.acceleration[1:], *model.angular), strict=True)
@@ -294,7 +294,7 @@ def _outputs(model: _Model) -> tuple[tuple[Quantity, Expr], ...]:
 
 
 def _projection(model: _Model) -> tuple[Expr, ...]:
-    """Put quaternion and directions back on their spheres; angles need nothing."""
+    """Return quaternion and directions scaled to unit length; angles need no projection."""
     if model.attitude.states is ATTITUDE and not model.bobs.outputs:
         return ()
     return (*velocity, *rate, *model.attitude.projected, *model.bobs.projected)
@@ -306,7 +306,7 @@ def _functions(
     inputs: Mapping[str, Inputs],
     d: Derivation,
 ) -> tuple[Function, ...]:
-    """Return energy, momentum, the inversion of the inputs, and what each law looks at."""
+    """Return energy, momentum, the inverse of the inputs, and the functions that each law uses."""
     x, p = model.states, model.p
     part, copies = parts(model.inertia, model.pendulums)
     (kinetic,) = whole((hull_energy(p),), (part.energy,), copies)
@@ -355,7 +355,7 @@ def _functions(
 
 
 def _reports(law: Law, inputs: Inputs) -> tuple[Output, ...]:
-    """Report V, and the lateral force that the law asks of the thrust: more than F is infeasible."""
+    """Report V, and the lateral force that the law demands of the thrust; above F it is infeasible."""
     value = Quantity("V", "1", "Lyapunov function")
     lateral, excess = _DEMANDED
     return (Output(value, law.value), Output(lateral, inputs.lateral), Output(excess, inputs.excess, at_most=0.0))

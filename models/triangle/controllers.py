@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two control laws of the triangle: sliding mode, equations (29)-(39), and online path, equations (40)-(51).
+"""Control laws of the triangle: sliding mode, equations (29)-(39), and online path, equations (40)-(51).
 
 Both turn the plane so that the target lies at the origin, (25)-(27): w = rho~ exp(i phi~) points from the current
 shape to the target. A law gives rho~' and phi~'; mu follows (52) on its own.
@@ -16,24 +16,23 @@ from ..system import Derivation, Expr, Group
 from .dynamics import THETA, mu, shifted_attitude, shifted_position, zeta
 
 _ORIGIN = sp.Rational(1, 10**9)
-"""Distance below which the direction phi~ of the target is taken as zero: rounding of 1e-16 in w still leaves seven
-digits of it there. What it steers is multiplied by the distance, so another bound moves the state by as little."""
+"""Distance from the target below which its direction phi~ counts as zero. Rounding of w, 1e-16, still leaves seven
+digits of it there. All its effects are multiplied by the distance, so another bound hardly moves the state."""
 _LARGEST_K = sp.Integer(10) ** 12
-"""Ratio (42) beyond which the arc is a full circle: x is within sqrt(pi/K) = 2e-6 rad of pi."""
+"""Ratio (42) above which the arc is a full circle: x is then within sqrt(pi/K) = 2e-6 rad of pi."""
 
 _BARRIER = sp.Integer(100)
-"""Rate at which rho may approach R, over k_phi (R - rho). On arcs it binds where R - rho < pi R/100^2 = 2e-4 only, and
-moves the settling times of the path law's runs in the paper by 8e-7 of themselves; half moves them by four times as
-much, twice by a quarter. The sliding law's runs there stay 0.1 away from R and keep their bits. Commands held for
-longer than 2/(100 k_phi), by default 40 ms with the path law and 7 ms with the sliding law, overshoot it.
-"""
+"""Largest rate of rho towards R, over k_phi (R - rho). On arcs it acts only if R - rho < pi R/100^2 = 2e-4. It
+changes the settling times of the path law's runs by a relative 8e-7; half of it by four times, twice by a quarter as
+much. The sliding law's runs stay 0.1 away from R and are bit-identical. Sample periods above 2/(100 k_phi), 40 ms
+with the path law and 7 ms with the sliding law, overshoot R."""
 
 _TURN_SPEED = sp.Symbol("turn_speed", positive=True)
 
 
 @dataclass(frozen=True)
 class ShiftedState:
-    """The state in the chart whose origin is the target.
+    """State in the chart whose origin is the target.
 
     Attributes
     ----------
@@ -57,7 +56,7 @@ class ShiftedState:
 
 
 def shifted_state(reference: Group, area_factor: Expr, d: Derivation) -> ShiftedState:
-    """Define the shifted coordinates (25)-(27) of the current state."""
+    """Define the shifted coordinates (25)-(27) of the state."""
     a, target_phi = reference.rho_ref, reference.phi_ref
     w1, w2 = shifted_position(a, target_phi)
     w1 = d.define(
@@ -105,7 +104,7 @@ def shifted_state(reference: Group, area_factor: Expr, d: Derivation) -> Shifted
 
 
 def sliding(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
-    """Sliding-mode law (29)-(38) with smoothed signs.
+    """Define the sliding-mode law (29)-(38) with smooth sign functions.
 
     Returns
     -------
@@ -151,7 +150,7 @@ def sliding(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Exp
 
 
 def _circle(shifted: ShiftedState, radius: Expr, d: Derivation) -> tuple[Expr, Expr]:
-    """Solve rho = R for rho~ (28) and differentiate: h and g = -h'/h of (32)."""
+    """Solve rho = R for rho~ (28) and differentiate it: h and g = -h'/h of (32)."""
     root, rho, angle = sp.symbols("root rho angle", real=True)
     rho_squared = rho**2 - 2 * shifted.a * rho * sp.cos(angle) + shifted.a**2
     linear, constant = sp.Poly(rho_squared - radius**2, rho).all_coeffs()[1:]
@@ -178,7 +177,7 @@ def _circle(shifted: ShiftedState, radius: Expr, d: Derivation) -> tuple[Expr, E
 
 
 def _equivalent_rate(sigma: Expr, radius: Expr, slope: Expr, shifted: ShiftedState, law: Group) -> Expr:
-    """Solve s' = 0 for rho~' (33) along phi~' = -sigma f^(m-1) sgn(theta~): the smooth closed form of (36).
+    """Solve s' = 0 for rho~' (33) with phi~' = -sigma f^(m-1) sgn(theta~): the smooth closed form of (36).
 
     Derived for theta~ = side * size with side = +-1; the sign cancels.
     """
@@ -194,7 +193,7 @@ def _equivalent_rate(sigma: Expr, radius: Expr, slope: Expr, shifted: ShiftedSta
 
 
 def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
-    """Online-path law (40)-(51): follow the arc to the target that encloses the attitude error.
+    """Define the online-path law (40)-(51): follow the arc to the target that encloses the attitude error.
 
     Returns
     -------
@@ -244,7 +243,7 @@ def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
 
 
 def _inside(rate: tuple[Expr, Expr], law: Group, name: str, d: Derivation) -> tuple[Expr, Expr]:
-    """Bound rho' by a multiple of R - rho, which then shrinks exponentially at most: rho < R stays so."""
+    """Limit rho' to a multiple of R - rho, which then decays exponentially at most, so that rho < R."""
     distance = sp.sqrt(zeta.dot(zeta))
     bound = _BARRIER * law.k_phi * (law.R - distance)
     outward = zeta.dot(sp.Matrix(rate)) / sp.Max(distance, _ORIGIN)
@@ -259,7 +258,7 @@ def _inside(rate: tuple[Expr, Expr], law: Group, name: str, d: Derivation) -> tu
 
 
 def arc_area(x: Expr) -> Expr:
-    """Return K of (42) for an arc that leaves its chord at the angle x = (pi - xi)/2.
+    """Return K of (42) for an arc with angle x = (pi - xi)/2 to its chord.
 
     Integrates rho~^2 along the circle rho~ = A cos(phi~ - phi*) of (40) from the current point to the target.
     """
@@ -291,7 +290,7 @@ def chord_angle(ratio: Expr, d: Derivation) -> Expr:
 
 
 def _halley(x: Expr, ratio: Expr, d: Derivation, step: int) -> Expr:
-    """One Halley step on F(x) = sin^2(x) (K(x) - K), whose derivatives SymPy takes."""
+    """Return a Halley step for F(x) = sin^2(x) (K(x) - K), with derivatives by SymPy."""
     unknown = sp.Symbol("x")
     sine = d.define(f"sin_x{step}", sp.sin(x), title="sine of the iterate", latex=rf"\sin x_{step - 1}")
     cosine = d.define(f"cos_x{step}", sp.cos(x), title="cosine of the iterate", latex=rf"\cos x_{step - 1}")
@@ -302,7 +301,7 @@ def _halley(x: Expr, ratio: Expr, d: Derivation, step: int) -> Expr:
 
 
 def _small_chord_angle(ratio: Expr) -> Expr:
-    """Invert the power series of K(x) = 2x/3 + ... up to K^7."""
+    """Return the inverse of the power series K(x) = 2x/3 + ..., up to K^7."""
     x, k = sp.symbols("x k")
     series = sp.series(arc_area(x), x, 0, 9).removeO()
     coefficients = sp.symbols("c1 c3 c5 c7")
@@ -316,7 +315,7 @@ def _small_chord_angle(ratio: Expr) -> Expr:
 
 
 def _tangent_angle(shifted: ShiftedState, radius: Expr, alpha: Expr, d: Derivation) -> Expr:
-    """Return x of the arc that touches the circle rho = R from within: the limit of (47).
+    """Return x of the arc that touches the circle rho = R from inside: the limit of (47).
 
     The arc's circle has diameter A = (R^2 - a^2)/(R - a cos phi*) when it touches, and passes through the current point
     when rho~ = A cos(phi~ - phi*). With delta = phi* - phi~ that is P cos delta + Q sin delta = rho~ R.
@@ -336,7 +335,7 @@ def _tangent_angle(shifted: ShiftedState, radius: Expr, alpha: Expr, d: Derivati
 
 
 def size_rate(reference: Group, law: Group) -> Expr:
-    """Return mu' = w_3 of the law (52): first order with a limited rate."""
+    """Return mu' = w_3 of the law (52): first order with a rate limit."""
     rate = law.mu_gain * (reference.mu_ref - mu)
     return sp.Max(-law.mu_rate_max, sp.Min(law.mu_rate_max, rate))
 
@@ -346,7 +345,7 @@ def _saturate(x: Expr) -> Expr:
 
 
 def _shape_rate(radial: Expr, transverse: Expr, shifted: ShiftedState) -> tuple[Expr, Expr]:
-    """Turn rho~' and rho~ phi~' back into zeta' = -w' exp(i phi_f), the derivative of (25)."""
+    """Convert rho~' and rho~ phi~' to zeta' = -w' exp(i phi_f), the derivative of (25)."""
     w_rate = rotate((radial, transverse), shifted.cosine, shifted.sine)
     along, across = rotate(w_rate, sp.cos(shifted.target_phi), sp.sin(shifted.target_phi))
     return -along, -across

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kinematics of three planar masses joined by rods of variable length, equations (1)-(28) of the paper.
+"""Kinematics of three planar masses with rods of variable length, equations (1)-(28).
 
 Vertices 1, 2, 3 run counter-clockwise and rod k lies opposite vertex k. The position of mass i is X_i = Q S x_i (5): a
 rotation by theta, a symmetric positive stretch S, and a fixed base triangle x_i. Shape is measured by
@@ -36,7 +36,7 @@ mu, mu_rate = MU.symbol, W3.symbol
 
 @dataclass(frozen=True)
 class BaseTriangle:
-    """The triangle x_i of (2), scaled so that sum m_i x_i x_i^T = (mbar/2) I.
+    """The triangle x_i of (2), scaled to sum m_i x_i x_i^T = (mbar/2) I.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class BaseTriangle:
 
 
 def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangle:
-    """Place the base triangle of three masses: conditions (2), (13) fix its edges up to a rotation.
+    """Return the base triangle of three masses; (2), (13) determine its edges up to a rotation.
 
     With sum m_i x_i = 0 and sum m_i x_i x_i^T = (mbar/2) I the rows sqrt(m_i) x_i are orthogonal to
     (sqrt(m_1), sqrt(m_2), sqrt(m_3)), hence x_i . x_j = (mbar/2)(delta_ij/m_i - 1/M).
@@ -105,17 +105,17 @@ def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangl
 
 
 def _name(d: Derivation, name: str, expr: Expr, title: str, latex: str, positive: bool = False) -> Expr:
-    """Define a quantity of the base triangle unless it is a plain number, as all are for equal masses."""
+    """Define a quantity of the base triangle unless it is a number, as it is for equal masses."""
     return expr if expr.is_number else d.define(name, expr, "(15)", title, "1", latex, positive)
 
 
 def _ends(k: int) -> tuple[int, int]:
-    """Vertices i, j of edge k, so that (i, j, k) is an even permutation and d_k = x_j - x_i (14)."""
+    """Vertices i, j of edge k, with (i, j, k) an even permutation and d_k = x_j - x_i (14)."""
     return (k + 1) % 3, (k + 2) % 3
 
 
 def stretch(d: Derivation) -> sp.Matrix:
-    """Write S by shape and size (Table 1).
+    """Return S from shape and size (Table 1).
 
     S = sqrt(mu/3) [[n + zeta1, -zeta2], [-zeta2, n - zeta1]] with n^2 = 1 - |zeta|^2.
     """
@@ -158,7 +158,7 @@ def attitude_rate(stretch_matrix: sp.Matrix, base: BaseTriangle, momentum: Expr,
 
 
 def _momentum_over_mean_mass(s: sp.Matrix, rates: dict[sp.Symbol, sp.Symbol]) -> Expr:
-    """Sum X x X' with X = Q S x (5) over the masses; the second moments of x are mbar/2, mbar/2 and 0 (13)."""
+    """Return the sum of X x X' over masses, with X = Q S x (5) and second moments mbar/2, mbar/2, 0 (13) of x."""
     x = sp.Matrix(sp.symbols("x_1 x_2"))
     theta = THETA.symbol
     turn = sp.cos(theta) * sp.eye(2) + sp.sin(theta) * QUARTER_TURN
@@ -194,7 +194,7 @@ def rod_lengths(stretch_matrix: sp.Matrix, base: BaseTriangle, d: Derivation) ->
 
 
 def rod_rates(lengths: tuple[Expr, ...], d: Derivation) -> tuple[Expr, ...]:
-    """Differentiate (20) along a motion: (22) in regular form."""
+    """Differentiate (20) along a motion: (22) without singularity."""
     definitions = d.definitions
     n = sp.Symbol("n", positive=True)
     rates = {zeta[0]: zeta_rate[0], zeta[1]: zeta_rate[1], mu: mu_rate, n: -zeta.dot(zeta_rate) / n}
@@ -206,7 +206,7 @@ def rod_rates(lengths: tuple[Expr, ...], d: Derivation) -> tuple[Expr, ...]:
 
 
 def polar_rate(theta_rate: Expr, d: Derivation) -> Expr:
-    """Write theta' in the paper's chart, zeta = rho exp(i phi): (21), (23)."""
+    """Return theta' in the paper's chart zeta = rho exp(i phi): (21), (23)."""
     rho, phi, rho_rate, phi_rate = RHO.symbol, PHI.symbol, W1.symbol, W2.symbol
     polar = sp.Matrix([rho * sp.cos(phi), rho * sp.sin(phi)])
     rate = matrix_rate(polar, {rho: rho_rate, phi: phi_rate})
@@ -217,7 +217,7 @@ def polar_rate(theta_rate: Expr, d: Derivation) -> Expr:
 
 
 def target_lengths(lengths: tuple[Expr, ...], rho: Expr, phi: Expr, size: Expr, d: Derivation) -> tuple[Expr, ...]:
-    """Return the rods of a target shape, by (20)."""
+    """Return the rod lengths of a target shape by (20)."""
     definitions = d.definitions
     goal = {
         zeta[0]: rho * sp.cos(phi),
@@ -241,7 +241,7 @@ def target_lengths(lengths: tuple[Expr, ...], rho: Expr, phi: Expr, size: Expr, 
 def shape_from_lengths(
     lengths: tuple[Expr, Expr, Expr], base: BaseTriangle, d: Derivation, suffix: str
 ) -> tuple[Expr, Expr, Expr, Expr]:
-    """Invert (20): solve (15) for S^2, (17), and read mu, rho and phi off it, (18), (19).
+    """Invert (20): solve (15) for S^2, (17), then for mu, rho and phi, (18), (19).
 
     Parameters
     ----------
@@ -265,14 +265,14 @@ def shape_from_lengths(
 
 
 def complement_squared(margin: Expr) -> Expr:
-    """Return n^2 = 1 - rho^2 of a triangle with this margin, (19)."""
+    """Return n^2 = 1 - rho^2 from a triangle's margin, (19)."""
     return (1 + sp.sqrt(sp.Max(margin, 0))) / 2
 
 
 def regular_shape(
     lengths: tuple[Expr, ...], base: BaseTriangle, d: Derivation, suffix: str
 ) -> tuple[Expr, Expr, Expr, Expr]:
-    """Return z = zeta sqrt(1 - rho^2), mu and the margin of a triangle: `shape_from_lengths`, regular at rho = 0."""
+    """Return z = zeta sqrt(1 - rho^2), mu and margin of a triangle: `shape_from_lengths`, regular at rho = 0."""
     xx, yy, xy = sp.symbols("S_xx S_yy S_xy")
     trace = (xx + yy) / 2
     balance = [
@@ -304,13 +304,13 @@ def regular_shape(
 
 
 def shifted_position(target_rho: Expr, target_phi: Expr) -> tuple[Expr, Expr]:
-    """Return w = rho_f - zeta exp(-i phi_f) (25): from the current point to the target, turned by -phi_f."""
+    """Return w = rho_f - zeta exp(-i phi_f) (25): from the current point to the target, rotated by -phi_f."""
     along, across = rotate((zeta[0], zeta[1]), sp.cos(target_phi), -sp.sin(target_phi))
     return target_rho - along, -across
 
 
 def shifted_attitude(theta_error: Expr, a: Expr, w: tuple[Expr, Expr], factor: Expr) -> Expr:
-    """Return the attitude that obeys (26) in the shifted chart: (27).
+    """Return the attitude in the shifted chart, which fulfils (26): (27).
 
     theta' = zeta x zeta' is rewritten with zeta = (a - w) exp(i phi_f). What exceeds w x w' is an exact
     derivative, and its antiderivative is what (27) adds to theta - theta_f.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of the triangle: three masses, their rods, the attitude and its target."""
+"""Picture of the triangle: masses, rods, the attitude and its target."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .dynamics import THETA, BaseTriangle
 
 _COLORS = ("blue", "vermillion", "green")
 _POINTER = sp.Rational(3, 10)
-"""Metres of an arrow: as long as a rod."""
+"""Length of an arrow, m, equal to that of a rod."""
 
 
 def geometry(masses: tuple[Expr, ...], stretch: sp.Matrix, base: BaseTriangle, wanted: Expr) -> tuple[Shape, ...]:
-    """Return masses and rods at X_i = Q S x_i (5), in an upright plane.
+    """Return masses and rods at X_i = Q S x_i (5) in a vertical plane.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def geometry(masses: tuple[Expr, ...], stretch: sp.Matrix, base: BaseTriangle, w
 
 
 def _corners(masses: tuple[Expr, ...], base: BaseTriangle) -> list[sp.Matrix]:
-    """Return x_i from the edges d_3 = x_2 - x_1 and d_2 = x_1 - x_3, the centre of mass at zero."""
+    """Return x_i from the edges d_3 = x_2 - x_1 and d_2 = x_1 - x_3, with the centre of mass at zero."""
     edges = [
         sp.sqrt(squared) * sp.Matrix(way) for squared, way in zip(base.length_squared, base.direction, strict=True)
     ]

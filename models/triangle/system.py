@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The triangle as a `System`: derivation, laws and tables put together."""
+"""The triangle as a `System`, from derivation, laws and tables."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ STRUCTURE = {
     "model": ("kinematic", "dynamic"),
     "rods": ("light", "uniform"),
 }
-"""Structural choices and their values; the first is the default."""
+"""Structural choices with their values; the first value is the default."""
 
 _HERE = Path(__file__).parent
 _STATES = Group("x", (RHO, PHI, MU, THETA))
@@ -85,7 +85,7 @@ def system(masses: str = "equal", model: str = "kinematic", rods: str = "light")
 
 
 def _kinematic(masses: str) -> System:
-    """Derive the paper's model."""
+    """Derive the paper's kinematic model."""
     tables = read_parameters(_HERE / "parameters.toml")
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
     own = tables[f"masses_{masses}"]
@@ -138,7 +138,7 @@ def _kinematic(masses: str) -> System:
 
 
 def _coordinates(theta_rate: Expr) -> Coordinates:
-    """Return the chart zeta = rho exp(i phi), regular at the base shape rho = 0."""
+    """Return the chart zeta = rho exp(i phi), which is regular at rho = 0."""
     rho, phi = RHO.symbol, PHI.symbol
     zeta1, zeta2 = ZETA1.symbol, ZETA2.symbol
     radial, transverse = ZETA1_RATE.symbol, ZETA2_RATE.symbol
@@ -164,7 +164,7 @@ def _coordinates(theta_rate: Expr) -> Coordinates:
 def _functions(
     lengths: tuple[Expr, ...], rates: tuple[Expr, ...], placed: tuple[Expr, ...], plant: Group, masses: str
 ) -> tuple[Function, ...]:
-    """Return the triangle's public functions; they need the plant's parameters only for unequal masses."""
+    """Return the triangle's public functions; they depend on plant parameters only for unequal masses."""
     last = (plant,) if masses == "general" else ()
     return (
         Function(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Task of every model of the triangle: target, distance from it, and the laws that approach it."""
+"""Control task common to all triangle models: target, errors, and laws."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _LAWS: dict[str, tuple[str, Law]] = {
 
 
 def errors(shifted: ShiftedState, lengths: Sequence[Expr], final: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Return the errors of a state; `lengths` are its rods and `final` those of the target, m."""
+    """Return the errors of a state; `lengths` are its rods and `final` the target's, m."""
     return (
         shifted.rho,
         sp.atan2(shifted.sine, shifted.cosine),
@@ -54,7 +54,7 @@ def errors(shifted: ShiftedState, lengths: Sequence[Expr], final: Sequence[Expr]
 def laws(
     tables: Mapping[str, Group], shifted: ShiftedState, ends: tuple[Expr, Expr], d: Derivation
 ) -> tuple[Controller, ...]:
-    """Derive the paper's laws, as rates of zeta and mu; `ends` are rho at the start and at the target."""
+    """Derive the paper's laws as rates of zeta and mu; `ends` are rho at start and target."""
     return tuple(_law(name, title, law, tables, shifted, ends, d) for name, (title, law) in _LAWS.items())
 
 
@@ -67,7 +67,7 @@ def _law(
     ends: tuple[Expr, Expr],
     d: Derivation,
 ) -> Controller:
-    """Derive one law in a section of its own, followed by the law of mu that both share."""
+    """Derive one law in its own section, then the common law of mu."""
     parameters = Group("c", tables[name].quantities + tables["laws"].quantities)
     d.section(f"Law: {title}")
     shape_rate = law(shifted, parameters, d)
@@ -85,7 +85,7 @@ def _law(
 
 
 def inequality(which: str, suffix: str, scenario: Group) -> Condition:
-    """Return the triangle inequality of three rods; the collinear case is refused too."""
+    """Return the triangle inequality of three rods, which also excludes collinear masses."""
     a, b, c = (getattr(scenario, f"l{k}_{suffix}") for k in (1, 2, 3))
     message = (
         f"{which} rods l1_{suffix} = {{l1_{suffix}:g}} m, l2_{suffix} = {{l2_{suffix}:g}} m, "

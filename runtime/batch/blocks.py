@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One block of runs: its contents and its computation."""
+"""A block of runs: contents and computation."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from .sampling import FloatArray
 from .store.layout import NOT_RUN, STATUS, Coordinate, Variable
 
 Values = Mapping[str, NDArray[Any]]
-"""Values of the runs of one block in a store, by name."""
+"""Values of a block's runs in a store, by name."""
 
 Missing = Sequence[tuple[int, range]]
-"""Block numbers, each with its runs."""
+"""Numbers of blocks, each with its runs."""
 
 Provenance = Mapping[str, str | int]
 """The origin of a block: compiler, lanes, flags, versions."""
 
 BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None, None]]
-"""Computes blocks that a store does not have yet, in any order."""
+"""Function that computes the missing blocks of a store, in any order."""
 
 IMPOSSIBLE = 5
 STATUS_TEXT = {int(status): status.text for status in Status} | {IMPOSSIBLE: "impossible", NOT_RUN: "not run"}
@@ -44,7 +44,7 @@ _SUMMARIES = {"minimum": "smallest value", "maximum": "largest value"}
 
 
 class Blocks:
-    """Computes the runs of a plan, block by block.
+    """Computes the runs of a plan in blocks.
 
     Parameters
     ----------
@@ -87,11 +87,11 @@ class Blocks:
 
     @property
     def samples(self) -> int:
-        """Number of sampling steps of a run."""
+        """Number of sampling steps per run."""
         return math.ceil(self._t_end / self._dt)
 
     def variables(self) -> list[Variable]:
-        """Return the variables that a store holds for each run."""
+        """Return the variables that a store has for each run."""
         manifest, wide, events = self.plan.model.manifest, self.quantities(), self._kernel.loop.events
         flags = {"flag_values": list(STATUS_TEXT), "flag_meanings": " ".join(_words(STATUS_TEXT))}
         drawn = zip(self.plan.labels(), self.plan.quantities(), strict=True)
@@ -119,7 +119,7 @@ class Blocks:
         ]
 
     def coordinates(self) -> dict[str, Coordinate]:
-        """Return the coordinates of second dimensions: names and instants."""
+        """Return the coordinates of second dimensions: names or instants."""
         wide = self.quantities()
         coordinates = {
             "state": Coordinate(list(self.plan.model.state_names)),
@@ -132,7 +132,7 @@ class Blocks:
         return coordinates
 
     def scalars(self) -> dict[str, str]:
-        """Return the unit of every name that conditions can use, one number per run each."""
+        """Return the unit of every name that conditions may use; each is one number per run."""
         wide = {name: quantity.unit for name, quantity in self.quantities().items()}
         return {
             **{label: q.unit for label, q in zip(self.plan.labels(), self.plan.quantities(), strict=True)},
@@ -145,7 +145,7 @@ class Blocks:
         }
 
     def quantities(self) -> dict[str, Quantity]:
-        """Return every variable of a run, in the order of the kernel's columns."""
+        """Return all variables of a run in the order of the kernel's columns."""
         manifest = self.plan.model.manifest
         quantities = {q.name: q for q in (*manifest.states, *manifest.outputs, *self.plan.law.memory)}
         quantities |= {f"u_{q.name}": q for q in manifest.inputs} | {f"u_cmd_{q.name}": q for q in manifest.inputs}
@@ -197,7 +197,7 @@ class Blocks:
 
 
 def check_names(variables: list[Variable]) -> None:
-    """Refuse a model in which two variables of a store would have the same name."""
+    """Refuse a model in which two variables of a store would share a name."""
     names = [variable.name for variable in variables]
     twice = [name for name in names if names.count(name) > 1]
     if twice:

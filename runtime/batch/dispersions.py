@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dispersions: distributions of parameters and states, written as in `m1 = "normal(50, 2)"`.
+"""Dispersions: distributions of parameters and states, as in `m1 = "normal(50, 2)"`.
 
 Every distribution maps numbers in (0, 1) to values through its quantile, so any sampling design works. Its results
 are bit-identical on every machine.
@@ -21,12 +21,12 @@ from ..arguments import literals_are_numbers
 from .sampling import FloatArray, exponential, normal_quantile
 
 Quantile = Callable[[FloatArray], FloatArray]
-"""Maps points of the unit cube, shape (n, d), to values, shape (n, d)."""
+"""Function from points of the unit cube to values, both of shape (n, d)."""
 
 
 @dataclass(frozen=True)
 class Dispersion:
-    """Names and the distribution that they are drawn from together.
+    """Names and their joint distribution.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class Dispersion:
 
     @property
     def of_vector(self) -> bool:
-        """True for a vector with a length, whose components have one unit."""
+        """True for a vector with a length, whose components share one unit."""
         return self.text.startswith("sphere")
 
     def centre(self) -> dict[str, float]:
-        """Return the values at the centre of the unit cube; a vector points along its last axis."""
+        """Return the values at the centre of the unit cube; a vector lies along its last axis."""
         u = np.full((1, len(self.names)), 0.5)
         if self.of_vector:
             u[0, -1] = 0.6  # at 0.5 all components are zero, and a zero vector has no direction
@@ -87,7 +87,7 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
 
 
 def split(item: str) -> tuple[str, str]:
-    """Return names and text of "NAME=DIST(...)", or raise InputError."""
+    """Return the names and the distribution in "NAME=DIST(...)"; raise InputError for other texts."""
     names, sign, text = item.partition("=")
     if not sign or not names.strip() or not text.strip():
         raise bad_value("--vary", item, 'NAME=DIST(...), as in "m1=normal(50, 2)"')
@@ -95,7 +95,7 @@ def split(item: str) -> tuple[str, str]:
 
 
 class _RefusedError(ValueError):
-    """Arguments that define no distribution."""
+    """Arguments that do not define a distribution."""
 
 
 def _normal(names: int, mean: float, sd: float) -> Quantile:
@@ -132,7 +132,7 @@ def _choice(names: int, *values: float) -> Quantile:
 
 
 def _sphere(names: int, radius: float = 1.0) -> Quantile:
-    """Return a uniform direction from normal numbers: Muller, Communications of the ACM 2 (1959)."""
+    """Return uniform directions from normal numbers: Muller, Communications of the ACM 2 (1959)."""
     _require(names >= 2 and radius > 0)
 
     def quantile(u: FloatArray) -> FloatArray:
@@ -209,7 +209,7 @@ def _read(names: str, text: str, origin: str) -> Dispersion:
 
 
 def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[str, object]]:
-    """Return name and arguments of a call in Python syntax, with its lists as tuples of floats."""
+    """Return name and arguments of a call in Python syntax; lists become tuples of floats."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Filling of a store with runs, block by block; stored blocks are never computed again."""
+"""Computation of a store's runs block by block; stored blocks are never computed again."""
 
 from __future__ import annotations
 
@@ -43,31 +43,31 @@ if TYPE_CHECKING:
     from distributed import Client
 
 BatchProgress = Callable[[int, int, int], None]
-"""Called with the number of stored runs, of all runs, and of stored runs that did not reach their end."""
+"""Function that receives the number of stored runs, of all runs, and of stored runs that ended early."""
 
 _FEWEST, _MOST = 512, 65536  # runs per block
 _SHORT, _SAMPLES = 4096, 2**20  # blocks of short runs have at least 4096 runs, but at most 2**20 samples
 _BLOCKS = 256  # approximate number of blocks of a large batch
 _BLOCK_BYTES = 2**26
 REFUSALS = 3
-"""Impossible runs per block whose reason a store keeps: as many as the statistics show. Each reason costs a fraction
-of a millisecond and a line of text; the other runs only have their status."""
+"""Impossible runs per block whose reason a store keeps, as many as the statistics show. A reason costs a fraction of
+a millisecond and a line of text; other impossible runs only have a status."""
 
 _MOST_THREADS = 1024
-"""More than the processors of any machine that runs batches; each thread has its own work memory."""
+"""Largest number of threads: more than any machine for batches has processors. Each has its own work memory."""
 _THREADS = Option("count", "Threads of this process", least=1, below=_MOST_THREADS + 1, name="threads")
 _RUNS_PER_BLOCK = Option("count", "Runs per block", least=1, below=_MOST + 1, name="chunk")
 
 
 class OutOfMemoryError(MehvarError, MemoryError):
-    """Not enough memory for the next block; the store keeps what it has."""
+    """Not enough memory for the next block. The store keeps the finished ones."""
 
     exit_status = 3
     resumable = True
 
 
 class ImpossibleRunError(InputError):
-    """A run with drawn values that are not allowed, in a batch that stops there."""
+    """A run with invalid drawn values, in a batch that stops at such runs."""
 
     resumable = True
 
@@ -90,7 +90,7 @@ def run_batch(
     own: OwnLaw | None = None,
     origin: str = "the call",
 ) -> Store:
-    """Compute the runs of a campaign and store them.
+    """Run a campaign and store its runs.
 
     Parameters
     ----------
@@ -193,12 +193,12 @@ def run_batch(
 
 
 def used_threads(threads: int | None, origin: str) -> int:
-    """Return a checked number of threads; one per available processor for None."""
+    """Return a checked number of threads; None means one per available processor."""
     return int(_THREADS.check(threads, origin) or available_processors())
 
 
 def available_processors() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -210,7 +210,7 @@ def _opened(
     chunk: int | None,
     rules: dict[str, str],
 ) -> Store:
-    """Make the store, or open the one to continue."""
+    """Create the store, or open the one to continue."""
     path = None if out is None else Path(out)
     layout = _layout(plan, blocks, chunk, rules)
     if path is None or not resume or not path.exists():
@@ -255,7 +255,7 @@ def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]
 
 
 def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, str]) -> None:
-    """Refuse to continue a store of another batch, and name the difference."""
+    """Refuse to continue a store of another batch; the message names the difference."""
     for name, value in identity.items():
         stored = attributes.get(name, "")
         if stored == value:
@@ -263,8 +263,8 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
         if name == "numerics":
             differences = other_numerics(stored, value)
             raise InputError(
-                f"{store} was made with other numerics: {differences}; "
-                "continue it where it was made, or begin another store"
+                f"{store} was made with other numerics: {differences}. "
+                "Continue it on the machine that made it, or start another store"
             )
         if name == "law":
             stored, value = _other_lines(stored, value)
@@ -276,20 +276,20 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
 
 
 def _other_lines(old: str, new: str) -> tuple[str, str]:
-    """Return the lines of each text that the other text lacks."""
+    """Return the lines of each text that the other one lacks."""
     lines = [text.splitlines() for text in (old, new)]
     first, second = ("\n".join(line for line in one if line not in other) for one, other in (lines, lines[::-1]))
     return first, second
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
-    """Return the first difference of two campaigns: name, old and new value; equal values if there is none."""
+    """Return the first difference of two campaigns: name, old and new value; equal values without a difference."""
     name = next((name for name in new if old.get(name) != new[name]), "campaign")
     return name, old.get(name), new.get(name)
 
 
 def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
-    """Return the runs per block, a power of two: some hundred blocks in a large batch, each small enough for memory.
+    """Return the runs per block, a power of two: a large batch has some hundred blocks that fit into memory.
 
     Storing a block takes some tens of milliseconds whatever its size. Short runs therefore come in larger blocks,
     unless a stop rule is evaluated after each block.
@@ -300,7 +300,7 @@ def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
 
 
 def _source(model: Model) -> str:
-    """Return the name or path by which `load` finds this model."""
+    """Return the name or path that `load` needs for this model."""
     folder = model.manifest.folder
     return model.name if shipped_models().get(model.name) == folder else str(folder.absolute())
 
@@ -311,17 +311,17 @@ def _tell_damage(store: Store, damaged: Sequence[BlockDamage]) -> None:
 
 
 class Rule(Protocol):
-    """Stop rule of a batch: counts of each block, and whether their sums over the first runs are enough."""
+    """Stop rule of a batch: counts per block, and a test of their sums over the first runs."""
 
     def count(self, store: Store, block: int) -> tuple[int, ...]:
-        """Return counts of a stored block."""
+        """Return the counts of a stored block."""
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
-        """Return True where the sums over the first runs are enough; the runs grow from call to call."""
+        """Return True if the sums over the first runs suffice; each call has more runs."""
 
 
 class _Filling:
-    """Blocks on their way into a store, until it is complete or the stop rule is fulfilled."""
+    """Process that fills a store until it is complete or the stop rule holds."""
 
     def __init__(
         self,
@@ -340,7 +340,7 @@ class _Filling:
         self._prefix_counts: tuple[int, ...] = ()
 
     def run(self, source: BlockSource) -> None:
-        """Count the intact stored blocks, then store missing and damaged ones."""
+        """Count the intact stored blocks, then compute missing and damaged ones."""
         store = self._store
         verification = store.verify()
         _tell_damage(store, verification.damaged)
@@ -361,12 +361,12 @@ class _Filling:
             store.end(store.n)
 
     def _refusals(self, block: int, status: NDArray[Any]) -> dict[str, str]:
-        """Return the reasons why the first impossible runs of a block are impossible."""
+        """Return the reasons of a block's first impossible runs."""
         runs = self._store.runs(block).start + np.flatnonzero(status == IMPOSSIBLE)[:REFUSALS]
         return {str(run): self._plan.refusal(run) for run in runs.tolist()}
 
     def _is_enough(self, block: int, status: NDArray[Any]) -> bool:
-        """Count a stored block; return True when the stop rule is fulfilled, which ends the store there."""
+        """Count a stored block; return True if the stop rule holds, and end the store there."""
         self._stored += len(status)
         self._failed += int(np.count_nonzero(~np.isin(status, COMPLETE)))
         impossible = np.flatnonzero(status == IMPOSSIBLE)
@@ -383,7 +383,7 @@ class _Filling:
             self._report(self._stored, self._store.n, self._failed)
 
     def _ends(self, rule: Rule) -> bool:
-        """Apply the stop rule to the runs from 0 on without a gap, so that block order is irrelevant; cut the store."""
+        """Apply the stop rule to consecutive runs from 0, independent of block order, and end the store."""
         while self._prefix in self._counts:
             self._prefix_runs += len(self._store.runs(self._prefix))
             counts = self._counts[self._prefix]
@@ -396,7 +396,7 @@ class _Filling:
 
 
 def _local(blocks: Blocks) -> BlockSource:
-    """Return a source that computes blocks in this process, the next one while the last one is stored."""
+    """Return a source of blocks from this process; each is computed while the previous one is stored."""
 
     def produce(missing: Missing) -> Generator[tuple[int, Values, Provenance], None, None]:
         stop, done = threading.Event(), SimpleQueue[Future[Values | None]]()  # which a signal may interrupt

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled batch kernel: many runs of one closed loop at once, reduced to summaries while they run."""
+"""Compiled kernel of a batch: many runs of one closed loop at once, with summaries of each."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _PATIENCE = 0.1  # seconds between two checks of `stop`: a user waits at most th
 
 @dataclass(frozen=True)
 class Block:
-    """Results of n runs, one row each.
+    """Results of n runs, one row per run.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ def compile_kernel(
     own: OwnLaw | None = None,
     origin: str = "the call",
 ) -> Kernel:
-    """Compile, or load from the cache, the loop of a model under a law.
+    """Compile the loop of a model under a law, or load it from the cache.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def compile_kernel(
 
 @dataclass(frozen=True)
 class _Request:
-    """Arguments that all runs of a call share; see `Kernel.run`."""
+    """Common arguments of all runs in a call of `Kernel.run`."""
 
     seed: int
     t_end: float
@@ -156,7 +156,7 @@ class _Request:
 
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled loop, made by `compile_kernel`."""
+    """A compiled loop; see `compile_kernel`."""
 
     loop: KernelLoop
     library: ctypes.CDLL
@@ -167,7 +167,7 @@ class Kernel:
 
     @functools.cached_property
     def variables(self) -> tuple[str, ...]:
-        """Names of the recorded variables, in the order of the columns of a result file."""
+        """Names of recorded variables, in the order of a result file's columns."""
         return self.loop.variables
 
     def run(
@@ -184,7 +184,7 @@ class Kernel:
         threads: int = 1,
         stop: Callable[[], bool] | None = None,
     ) -> Block | None:
-        """Integrate n runs; `method="auto"` integrates runs that turn out stiff again from the start by `STIFF`.
+        """Integrate n runs; with `method="auto"`, stiff runs are repeated from the start by `STIFF`.
 
         Parameters
         ----------
@@ -230,12 +230,12 @@ class Kernel:
 
     @functools.cached_property
     def stiff(self) -> Kernel:
-        """Kernel for the runs that this one finds stiff, compiled for the first of them."""
+        """Kernel for stiff runs, compiled at first use."""
         loop = self.loop.stiff
         return replace(self, loop=loop, library=_library(loop, self.options.profile, self.lanes))
 
     def _integrate(self, arrays: Mapping[str, NDArray[Any]], request: _Request) -> Block | None:
-        """Integrate runs with this kernel's method; return None when `stop` ended it."""
+        """Integrate runs with this kernel's method; return None if `stop` ended it."""
         p, t_end, dt, save_every = arrays["p"], request.t_end, request.dt, request.save_every
         schedule, ticks = self._schedule(p, t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
@@ -267,7 +267,7 @@ class Kernel:
         return block if complete else None
 
     def check(self, p: FloatArray, t_end: float, dt: float) -> None:
-        """Refuse instants that do not fit together, for runs with the plant parameters p, shape (n, np).
+        """Refuse incompatible times, for runs with plant parameters p, shape (n, np).
 
         Raises
         ------
@@ -277,7 +277,7 @@ class Kernel:
         self._schedule(p, t_end, dt)
 
     def _schedule(self, p: FloatArray, t_end: float, dt: float) -> tuple[Any, FloatArray]:
-        """Return the shared data of all runs as a C structure, and the ticks it points to, which must outlive it."""
+        """Return the common data of all runs as a C structure, and its array of ticks, which must outlive it."""
         hold = self._hold(p)
         ticks, record_every, hold_every = _ticks(t_end, dt, hold, self.origin)
         check_delay(self.options.delay, len(ticks), hold_every, self.origin)
@@ -296,7 +296,7 @@ class Kernel:
         return schedule, ticks
 
     def _hold(self, p: FloatArray) -> float | None:
-        """Return the hold time, the same for all runs."""
+        """Return the hold time, which is equal for all runs."""
         period = self.loop.controller.period
         if period is None:
             return self.options.hold
@@ -307,7 +307,7 @@ class Kernel:
         return float(column[0])
 
     def _in_step(self, job: Any, ticks: FloatArray, blocks: int, threads: int, stop: Callable[[], bool] | None) -> bool:
-        """Run all blocks from one sample of a law in Python to the next; return True when they are complete."""
+        """Advance all blocks from sample to sample of a law in Python; return True when they are complete."""
         assert self.own is not None
         manifest, library, every = self.loop.manifest, self.library, job.schedule.hold_every
         widths = {"x": len(manifest.seen), "r": len(manifest.references), "u": len(manifest.inputs)}
@@ -339,7 +339,7 @@ class Kernel:
 
     @functools.cached_property
     def _metric_structures(self) -> tuple[Any, Any]:
-        """The metrics and their signals as C structures."""
+        """Metrics and their signals as C structures."""
         columns = {name: i for i, name in enumerate(self.variables)}
         metrics, signals = [], []
         for metric in self.loop.metrics:
@@ -361,7 +361,7 @@ _RESULTS = {
     **{name: name for name in ("steps", "events", "violated")},
     **{"metric_values": "metrics", "status": "status", "t_stiff": "t_stiff"},
 }
-"""Attributes of a block by field of a job."""
+"""Attributes of a block by field of a C job."""
 
 
 _STRUCTURES = structures("step/schedule.h", "batch/job.h", "batch/lockstep.h")
@@ -371,15 +371,14 @@ _Schedule, _Metric, _Signal, _Job, _Own = (
 
 
 LONGEST_SCHEDULED = 10_000
-"""Operations of a function above which gcc does not schedule its instructions, because the time grows faster than the
-number of operations. Slosh with sixteen pendulums (6840 operations) compiles in 22.6 s with scheduling and 10.9 s
-without, but a right-hand side then takes 1.07 times as long. Without it, 32 pendulums compile in 32 instead of 102 s,
-64 in 105 instead of 447 s (these two on another machine). Half this value would include the sixteen pendulums, twice
-would exclude the 32."""
+"""Operations of a function above which gcc does not schedule its instructions, as the time grows faster than the
+operations. Slosh with sixteen pendulums (6840 operations) compiles in 22.6 s with scheduling, 10.9 s without, but
+then needs 1.07 times as long per evaluation. Without it, 32 pendulums compile in 32 instead of 102 s, 64 in 105
+instead of 447 s (on another machine). Half this value includes the sixteen pendulums, twice excludes the 32."""
 
 
 def kernel_flags(loop: KernelLoop, profile: Profile, lanes: int) -> tuple[str, ...]:
-    """Return the compiler flags of a kernel, besides the flags of every library."""
+    """Return the compiler flags of a kernel, in addition to those of every library."""
     contract = "off" if profile == "portable" else "fast"
     short = max(function.operations for function in loop.calls.values()) <= LONGEST_SCHEDULED
     scheduling = require_compiler().scheduling if short else ()
@@ -388,7 +387,7 @@ def kernel_flags(loop: KernelLoop, profile: Profile, lanes: int) -> tuple[str, .
 
 
 def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
-    """Compile a kernel, or load it from the cache."""
+    """Compile a kernel or load it from the cache."""
     name = f"{identifier(loop.manifest.model)}_batch"
     library = load_library(name, kernel_sources(loop), ["batch.c"], kernel_flags(loop, profile, lanes))
     library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64
@@ -428,7 +427,7 @@ def _in_threads(
     halt: ctypes.c_int32,
     stop: Callable[[], bool] | None,
 ) -> bool:
-    """Run all blocks, a few at a time in each thread; return True when they are complete."""
+    """Run all blocks in several threads; return True when they are complete."""
     chunk = max(1, blocks // (_CHUNKS * threads))
     starts, lock = iter(range(0, blocks, chunk)), threading.Lock()
     size = library.mv_work_size(ctypes.byref(job))
@@ -459,12 +458,12 @@ def _in_threads(
 
 
 _ticks = functools.lru_cache(maxsize=4)(ticks_of)
-"""Cache of instants: a campaign has those of its blocks, and perhaps those of another campaign."""
+"""Cache of instants for one or two campaigns."""
 
 
 @functools.lru_cache(maxsize=4)
 def _pool(threads: int) -> ThreadPoolExecutor:
-    """Return a thread pool that is kept for the next call."""
+    """Return a thread pool that later calls reuse."""
     return ThreadPoolExecutor(threads)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything besides its numbers that decides the bits of a run: sources, flags, profile. A batch has one of each."""
+"""All that determines the bits of a run besides its numbers: sources, flags, processor; common to a batch."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DRAWING = (
     *("batch/plan.py", "batch/sampling.py", "batch/dispersions.py", "batch/blocks.py", "batch/kernel.py"),
     *("run/ticks.py", "run/problem.py", "model/parameters.py"),
 )
-"""Modules of the runtime that compute numbers of runs, pass them to the loop, or decide which runs are possible."""
+"""Modules that compute numbers of runs, pass them to the loop, or decide which runs are possible."""
 
 _MEANINGS = {
     "generated": "the generated text of the model",
@@ -37,7 +37,7 @@ _MEANINGS = {
 
 @dataclass(frozen=True)
 class Numerics:
-    """Hashes and texts: runs of equal numerics have equal bits.
+    """Hashes and texts; runs with equal numerics have equal bits.
 
     Compilers, lanes and processors do not change a bit in the portable profile, and are omitted there.
 
@@ -62,12 +62,12 @@ class Numerics:
     processor: str
 
     def text(self) -> str:
-        """Return it as JSON, as stores and workers use it."""
+        """Return it as JSON for stores and workers."""
         return json.dumps(asdict(self), sort_keys=True)
 
 
 def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) -> Numerics:
-    """Return the numerics of a kernel on this machine, for a sampling design and the options of every run."""
+    """Return the numerics of a kernel on this machine, for a sampling design and common options."""
     manifest, profile = kernel.loop.manifest, kernel.options.profile
     own = generated_sources(manifest)
     native = {name: text for name, text in kernel_sources(kernel.loop).items() if name not in own}
@@ -88,19 +88,19 @@ def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) ->
 
 
 def generated_digest(manifest: Manifest) -> str:
-    """Return a hash of the code of a model that a batch compiles, and of its manifest."""
+    """Return a hash of the generated code that a batch compiles, and of its manifest."""
     return _digest({**generated_sources(manifest), "manifest.json": manifest.text})
 
 
 def provenance(kernel: Kernel) -> dict[str, str | int]:
-    """Return the origin of a block: compiler, lanes, flags, machine and versions. It names no host and no time."""
+    """Return the origin of a block: compiler, lanes, flags, machine, versions. Host and time are omitted."""
     flags = " ".join((*FLAGS, *kernel_flags(kernel.loop, kernel.options.profile, kernel.lanes)))
     about = {"compiler": require_compiler().version, "flags": flags, "machine": platform.machine()}
     return {**about, "lanes": kernel.lanes, **versions()}
 
 
 def other_numerics(stored: str, here: str) -> str:
-    """Return the differences of two numerics given as JSON; an empty text if there are none."""
+    """Return the differences of two numerics in JSON; empty if they are equal."""
     old, new = json.loads(stored), json.loads(here)
     names = [name for name in new if name != "options" and old.get(name) != new[name]]
     parts = [f"{_MEANINGS[name]} ({_short(old.get(name))}, here {_short(new[name])})" for name in names]
@@ -108,7 +108,7 @@ def other_numerics(stored: str, here: str) -> str:
 
 
 def other_options(stored: str, here: Mapping[str, object]) -> list[str]:
-    """Return the differences between the options of a store, given as JSON, and those of a plan."""
+    """Return the differences between a store's options, in JSON, and those of a plan."""
     old = json.loads(stored)
     return [
         f"{name} = {old.get(name)!r}, here {here.get(name)!r}"

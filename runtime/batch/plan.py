@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign, and from it the parameter vectors and the initial state of every run."""
+"""A campaign, and the parameter vectors and initial states of its runs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Campaign:
-    """All settings that decide the numbers of a batch.
+    """All settings that determine the numbers of a batch.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Campaign:
     )
 
     def json_text(self) -> str:
-        """Return the campaign as JSON, as stores and workers use it."""
+        """Return the campaign as JSON for stores and workers."""
         return json.dumps(asdict(self), sort_keys=True)
 
 
@@ -84,7 +84,7 @@ CAMPAIGN_OPTIONS = rows(Campaign)
 
 @dataclass(frozen=True)
 class Draw:
-    """Runs first, first + 1, ...: drawn values and the resulting vectors, one row per run.
+    """Consecutive runs from `first`: drawn values and resulting vectors, one row per run.
 
     `possible` is True for the runs that bounds, constraints and limits allow.
     """
@@ -99,7 +99,7 @@ class Draw:
 
 
 class Plan:
-    """A campaign fitted to a model; `draw` returns its runs.
+    """A campaign for a loaded model; `draw` returns its runs.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ class Plan:
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
 
     def effective(self) -> dict[str, Any]:
-        """Return the options of every run by name: as given, or else the default of the scenario or this build."""
+        """Return the options of all runs by name: given ones, else defaults of the scenario or of this version."""
         scenario = {"t_end": self.scenario.duration, "dt_out": self.scenario.step}
         options = {name: getattr(self.options, name) for name, row in OPTIONS.items() if "batch" not in row.refused}
         return options | {
@@ -162,16 +162,16 @@ class Plan:
 
     @property
     def sampled(self) -> bool:
-        """True for a sampled law."""
+        """True if the law is sampled."""
         return self.options.hold is not None or self.law.period is not None
 
     @property
     def noisy(self) -> bool:
-        """True for runs with noise."""
+        """True if runs have noise."""
         return self.model.manifest.random(self.sampled)
 
     def labels(self) -> tuple[str, ...]:
-        """Return the dispersed names as a store has them: a state as `initial_NAME`."""
+        """Return the dispersed names as in a store: states are `initial_NAME`."""
         return tuple(name if self._is_parameter(name) else f"{INITIAL}{name}" for name in self.names)
 
     def quantities(self) -> tuple[Quantity, ...]:
@@ -204,13 +204,13 @@ class Plan:
         return dict(zip(self.names, map(float, self._values(run, 1)[0]), strict=True))
 
     def settings(self, run: int) -> tuple[dict[str, float], dict[str, float]]:
-        """Return the parameters and initial states with which a single run repeats this one."""
+        """Return the parameters and initial states that repeat this run as a single one."""
         drawn = self.drawn(run)
         parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
         return {**self.campaign.parameters, **parameters}, {**self._initial, **self._only_states(drawn)}
 
     def refusal(self, run: int) -> str:
-        """Return the reason why a run is impossible; an empty text when it is possible."""
+        """Return the reason why a run is impossible; empty if it is possible."""
         try:
             self._resolved(self.drawn(run), f"run {run}")
         except InputError as error:
@@ -222,7 +222,7 @@ class Plan:
         return f"the initial state of run {run} is outside the limits: {state}"
 
     def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
-        """Return the campaign with the time for which a law in Python holds its input, as for a sampled law."""
+        """Return the campaign with the hold time of a law in Python, as for a sampled law."""
         if "hold" in campaign.options:
             allowed = "left out: only laws of the model are sampled by it, others by period"
             raise bad_value("hold", campaign.options["hold"], allowed, self.origin)
@@ -233,7 +233,7 @@ class Plan:
         return replace(campaign, options={**campaign.options, "hold": hold})
 
     def _checked(self, campaign: Campaign) -> Campaign:
-        """Return the campaign as a store keeps it: values converted and checked, options at their defaults removed."""
+        """Return the campaign in the form of a store: values converted and checked, default options removed."""
         numbers: dict[str, Any] = {
             name: row.check(getattr(campaign, name), self.origin) for name, row in CAMPAIGN_OPTIONS.items()
         }
@@ -254,7 +254,7 @@ class Plan:
         )
 
     def _check_listed(self) -> None:
-        """Refuse listed values that are not one for each run, or that a design of points would have to mix."""
+        """Refuse listed values whose number is not that of the runs, or that a sampling design would have to mix."""
         for dispersion in self.dispersions:
             if dispersion.listed and dispersion.listed != self.campaign.n:
                 allowed = f"{dispersion.listed}, as {', '.join(dispersion.names)} lists as many values"
@@ -321,7 +321,7 @@ class Plan:
         check_read(self.model.manifest, self.law, suffix, self.sampled, parameters, states, self.origin)
 
     def _fill_formulas(self, c: FloatArray) -> None:
-        """Compute the law parameters that depend on others, as `resolve` does for one run."""
+        """Compute law parameters that depend on others, as `resolve` does for one run."""
         places = [i for i, q in enumerate(self.law.parameters) if q.formula is not None]
         derived = [i for i, q in enumerate(self.law.parameters) if self._follows(q)]
         if not derived:
@@ -357,7 +357,7 @@ class Plan:
 
 
 def _within(parameters: Sequence[Parameter], values: FloatArray) -> NDArray[np.bool_]:
-    """Return True for the rows within the bounds of every parameter."""
+    """Return True for the rows in which every parameter is within its bounds."""
     good = np.array(np.isfinite(values).all(axis=1))
     for parameter, column in zip(parameters, values.T, strict=True):
         good &= column > parameter.lower if parameter.lower_open else column >= parameter.lower

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points of a batch that are given and not drawn: lists of values, their grid, and tables of points."""
+"""Given points of a batch: lists of values, grids of lists, tables of points."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GivenDesign = Literal["grid"]
 
 
 def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
-    """Return lists of values as texts of dispersions; other values stay, and are checked later.
+    """Return lists of values as texts of dispersions; other values stay and are checked later.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
 
 
 def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
-    """Return lists that have every combination of some lists, the last name fastest.
+    """Return lists with every combination of the given ones; the last name varies fastest.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
 
 
 def table(points: Any, origin: str) -> dict[str, list[float]]:
-    """Return the columns of a table of points, a row for each run.
+    """Return the columns of a table of points with one row per run.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def table(points: Any, origin: str) -> dict[str, list[float]]:
 
 
 def count(vary: Mapping[str, str], origin: str) -> int | None:
-    """Return how many runs listed values are for; None where nothing is listed."""
+    """Return the number of runs in listed values; None without listed values."""
     return next((d.listed for d in read_dispersions(vary, origin) if d.listed), None)
 
 
@@ -99,7 +99,7 @@ def _csv(path: str | os.PathLike[str]) -> Any:
 
 
 def _value(name: str, value: Any, origin: str) -> float:
-    """Return a cell of a table; a column with a text in it has texts only."""
+    """Return a cell of a table; a column that contains a text consists of texts."""
     read = text_number(value.strip()) if isinstance(value, str) else None
     return number(name, value if read is None else read, origin)
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Batch(Protocol):
-    """Recorded runs of a batch: a store, or a dataset of one."""
+    """Recorded runs of a batch: a store or a dataset."""
 
     chunk: int
     attributes: dict[str, Any]
@@ -50,13 +50,13 @@ class Batch(Protocol):
 
     @property
     def name(self) -> str:
-        """Name in messages."""
+        """Name for messages."""
 
     def has(self, block: int) -> bool:
         """Return True if a block of runs is stored."""
 
     def runs(self, block: int) -> range:
-        """Return the numbers of a block's runs."""
+        """Return the run numbers of a block."""
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
         """Return a variable of stored blocks, shape (runs, ...)."""
@@ -66,15 +66,15 @@ class Batch(Protocol):
 
 
 SESSION_LAWS: dict[str, LawFunction] = {}
-"""Laws in Python of the batches of this session, by their text: this session has run them, so a repeat may too."""
+"""Python laws of this session's batches by their text; repeating a run may call them again."""
 
 
 SESSION_MODELS: dict[str, Model] = {}
-"""Models of the batches of this session, as `mehvar.build` makes them, by the digest of their code."""
+"""Models of this session's batches from `mehvar.build`, by the digest of their code."""
 
 
 class TrustError(InputError):
-    """Repeating a run would compile and run a model that only the store names."""
+    """The run needs a model that only the store names, which repeating it would compile and execute."""
 
 
 def plan_of(
@@ -128,7 +128,7 @@ def plan_of(
 
 
 def _session_law(store: Batch) -> LawFunction | None:
-    """Return the law of a batch if this session has run or defined it; `_own` compares it with the recorded text."""
+    """Return the law of a batch if this session ran or defined it; `_own` compares it with the recorded text."""
     ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
     # as in python:pd; the `main` of a command is another module
     name = str(store.attributes["controller"]).partition(":")[2]
@@ -139,7 +139,7 @@ def _session_law(store: Batch) -> LawFunction | None:
 
 
 def _check_law(store: Batch, controller: object, inputs: object) -> None:
-    """Refuse a batch whose law or inputs are missing, and arguments that it does not take."""
+    """Refuse a batch whose law or inputs are missing, and unused arguments."""
     law = str(store.attributes["controller"])
     needed = None if "law" not in store.attributes else "inputs" if law == OPEN_LOOP else "controller"
     given = {"controller": controller, "inputs": inputs}
@@ -164,11 +164,11 @@ def _own(
     inputs: Mapping[str, object] | xarray.Dataset | None,
     interpolation: str | None,
 ) -> OwnLaw | None:
-    """Return the law in Python of a batch, if it is the recorded one."""
+    """Return the Python law of a batch if it equals the recorded one."""
     if controller is None and inputs is None:
         return None
     if not store.attributes["law"]:
-        raise InputError(f"{store.name} does not record the source of {campaign.controller}")
+        raise InputError(f"{store.name} does not contain the source of the law {campaign.controller}")
     text, hold = str(store.attributes["law"]), float(campaign.options["hold"])
     end = float(campaign.options.get("t_end") or model.manifest.scenario(campaign.scenario).duration)
     memory = None if controller is None else recorded_memory(text)
@@ -184,7 +184,7 @@ def is_model_of(store: Batch, model: Model) -> bool:
 
 
 def keep_for_session(store: Batch, model: Model) -> None:
-    """Let runs of a batch be repeated in this session, which has run the model already."""
+    """Allow runs of a batch to be repeated in this session, which already ran the model."""
     SESSION_MODELS[_recorded_digest(store)] = model
 
 
@@ -210,7 +210,7 @@ def _trusted_model(store: Batch, trust: bool) -> Model | str:
 
 
 def _way(source: str, there: bool) -> str:
-    """Return advice on the model to name for a store whose model is not found."""
+    """Return advice on which model to name if that of a store is not found."""
     if not there:
         return f"it names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
     return (
@@ -258,7 +258,7 @@ def repeat_run(plan: Plan, store: Batch, number: int, progress: Progress | None 
 
 
 def difference(run: Run, plan: Plan, store: Batch, number: int) -> str | None:
-    """Describe how a repeated run differs from the stored one: empty if no bit differs, None if it is not stored.
+    """Return the difference between a repeated and the stored run: empty if identical, None if it is not stored.
 
     Every variable of the store is compared, with two exceptions. The final state of a run that ended early lies
     between samples. The error of a method with a fixed step is estimated only in batches. Attributes are compared
@@ -284,7 +284,7 @@ def difference(run: Run, plan: Plan, store: Batch, number: int) -> str | None:
 
 
 def _numbers(run: Run, plan: Plan, number: int) -> dict[str, Any]:
-    """Return a run by the names of the store's variables."""
+    """Return a run's values by the names of the store's variables."""
     reports = {output.name for output in run.controller.outputs}  # of the law; a store does not keep them
     series = {name: values for name, values in run.variables().items() if name not in reports}
     wide = np.stack(list(series.values()), axis=1)
@@ -302,7 +302,7 @@ def _numbers(run: Run, plan: Plan, number: int) -> dict[str, Any]:
 
 
 def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return the series at the stored instants; NaN after the end of a run."""
+    """Return the series at the stored instants, with NaN after the end of the run."""
     if plan.campaign.save_every is None:
         return {}
     dt, end = float(run.options["dt_out"]), float(run.options["t_end"])
@@ -313,7 +313,7 @@ def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, 
 
 
 def _facts(plan: Plan) -> dict[str, Any]:
-    """Return the attributes of a store that depend only on its campaign and the model."""
+    """Return the attributes of a store that follow from its campaign and model."""
     manifest = plan.model.manifest
     return {
         **{"model": manifest.model, "model_hash": manifest.hash, "structure": json.dumps(manifest.structure)},
@@ -323,7 +323,7 @@ def _facts(plan: Plan) -> dict[str, Any]:
 
 
 def _largest(one: FloatArray, other: FloatArray) -> float:
-    """Return the largest difference; infinite where only one of two numbers is finite."""
+    """Return the largest difference; infinite if only one of two numbers is finite."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(np.subtract(one, other, dtype=np.float64))
     alike = (one == other) | (np.isnan(one) & np.isnan(other))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points of the unit cube for runs: the same bits for run i however a batch is divided.
+"""Points of the unit cube for runs: run i has the same bits however a batch is divided.
 
 Random numbers are counter based (Philox): one stream per seed and name, of which run i reads number i.
 """
@@ -29,15 +29,15 @@ DESIGNS: tuple[Design, ...] = get_args(Design)
 OPEN_DESIGNS: tuple[Design, ...] = ("random", "sobol")  # the first runs do not depend on n
 _BLOCK = 4  # words that Philox makes per counter value
 _ROUNDS = 8
-"""Four rounds make a pseudorandom permutation (Luby and Rackoff 1988) of large halves. Halves of a small batch have a
-few bits, and eight rounds mix them too. Fewer would still permute, but relate the strata of neighbouring runs."""
+"""Rounds of the permutation: four make it pseudorandom for large halves (Luby and Rackoff 1988), eight also for
+halves of a few bits in small batches. Fewer would relate the strata of neighbouring runs."""
 _SOBOL_BITS = 32
-"""Binary digits of a point and of the number of points: 4e9 runs. Half a cell is added, so no point is 0."""
+"""Binary digits of a point and of the number of points, 4e9 runs. Half a cell is added, so that no point is 0."""
 _SOBOL_LOCK = threading.Lock()
 
 
 class Sampler:
-    """Points of the unit cube, one row per run and one column per dimension.
+    """Points of the unit cube, one row per run, one column per dimension.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Sampler:
             _check_groups(n, len(factors))
 
     def points(self, first: int, count: int) -> FloatArray:
-        """Return the points of the runs from `first` on, shape (count, dimensions), each number in (0, 1)."""
+        """Return the points of `count` runs from `first` on, shape (count, dimensions), strictly between 0 and 1."""
         if not self._names:
             return np.empty((count, 0))
         if self._design == "sobol":
@@ -89,7 +89,7 @@ class Sampler:
         return np.minimum(result, 1 - 2.0**-53)  # the last stratum may be rounded up to 1
 
     def _saltelli(self, first: int, count: int) -> FloatArray:
-        """Return rows A, B, then A with each factor from B, for group after group."""
+        """Return for each group the rows A, B, then A with each factor from B."""
         size = len(self._factors) + 2
         groups, member = np.divmod(np.arange(first, first + count), size)
         d = len(self._names)
@@ -113,20 +113,20 @@ class Sampler:
 
 
 def stream(seed: int, name: str) -> np.random.Philox:
-    """Return the generator of a seed and a name, at its start; keys of measurement noise lack the highest bit."""
+    """Return a generator from seed and name at its start; keys of measurement noise have a zero highest bit."""
     word = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "little") | 1 << 63
     return np.random.Philox(key=np.array([seed, word], dtype=np.uint64))
 
 
 def uniforms(seed: int, name: str, first: int, count: int) -> FloatArray:
-    """Return the uniform numbers of runs first, first + 1, ...: odd multiples of 2^-53, so never 0 or 1."""
+    """Return uniform numbers of runs from `first` on: odd multiples of 2^-53, hence never 0 or 1."""
     skip = first % _BLOCK
     words = stream(seed, name).advance(first // _BLOCK).random_raw(skip + count)[skip:]
     return ((words >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52
 
 
 def permuted(values: WordArray, n: int, keys: np.random.Philox) -> WordArray:
-    """Return the image of each value under a pseudorandom permutation of 0..n-1.
+    """Return a pseudorandom permutation of 0..n-1 at the given values.
 
     A balanced Feistel network over the next even power of two; results outside 0..n-1 pass through it again.
     """
@@ -147,19 +147,19 @@ def _feistel(values: WordArray, half: np.uint64, mask: np.uint64, rounds: WordAr
 
 
 def _mixed(word: WordArray) -> WordArray:
-    """Return the finaliser of SplitMix64 (Steele, Lea, Flood 2014)."""
+    """Return the final mixing function of SplitMix64 (Steele, Lea, Flood 2014)."""
     word = (word ^ (word >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     word = (word ^ (word >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return word ^ (word >> np.uint64(31))
 
 
 def normal_quantile(u: FloatArray) -> FloatArray:
-    """Return the standard normal quantile of numbers in (0, 1); the same bits on every machine."""
+    """Return the standard normal quantile of numbers in (0, 1), bit-identical on all machines."""
     return _elementwise("mv_normal_quantile", u)
 
 
 def exponential(x: FloatArray) -> FloatArray:
-    """Return e to the power x; the same bits on every machine."""
+    """Return e to the power x, bit-identical on all machines."""
     return _elementwise("mv_exponential", x)
 
 
@@ -190,7 +190,7 @@ def _sobol_engine(seed: int, dimensions: int) -> Any:
 
 
 def _check_groups(n: int, factors: int) -> None:
-    """Refuse a number of runs that is not a power of two times the size of a group."""
+    """Refuse a number of runs that is not a power of two times the group size."""
     groups, rest = divmod(n, factors + 2)
     if rest or groups < 2 or groups & (groups - 1):
         near = max(2, 1 << max(0, (n // (factors + 2)).bit_length() - 1))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C code of a batch kernel: native/batch, with the definitions of a model under one law and one method."""
+"""C code of a batch kernel: native/batch with the definitions of a model, law and method."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _RESULTS = {
     "to_coordinates": "q",
     "from_coordinates": "x",
 }
-"""Result names of the calls in native/step/calls.h and native/batch/block.h; arguments have the manifest's names."""
+"""Result names of the calls in native/step/calls.h and native/batch/block.h; arguments are named as in the manifest."""
 
 _INSTEAD = {
     "observe": "mv_copy(u_cmd, u, NU)",
@@ -52,7 +52,7 @@ _INSTEAD = {
     "to_coordinates": "mv_copy(q, x, NX)",
     "from_coordinates": "mv_copy(x, q, NX)",
 }
-"""Replacement of a call where a model has no such function, or its function lacks the last result."""
+"""Code in place of a call if the model lacks the function or its last result."""
 
 
 _OWN = {
@@ -60,12 +60,12 @@ _OWN = {
     "CALL_START": "mv_copy(z, m->z_own, NZ)",
     "LOCKSTEP": "",
 }
-"""Values that a law in Python has set for the current sample, see native/batch/lockstep.h."""
+"""Values that a Python law has set for the current sample; see native/batch/lockstep.h."""
 
 
 @dataclass(frozen=True)
 class KernelLoop:
-    """The loop of a kernel: law, variant of the plant, method, and the stiffness test that ends stiff runs."""
+    """Loop of a kernel: law, variant of the plant, method, and a stiffness test."""
 
     manifest: Manifest
     controller: Controller
@@ -76,22 +76,22 @@ class KernelLoop:
 
     @property
     def stiff(self) -> KernelLoop:
-        """The loop for the runs that this one finds stiff."""
+        """Loop for stiff runs."""
         return replace(self, method=STIFF, stiff_test=False)
 
     @property
     def calls(self) -> dict[str, Function]:
-        """The generated functions that it calls."""
+        """Generated functions that the loop calls."""
         return loop_calls(self.manifest, self.controller, self.suffix, self.sampled, self.method)
 
     @property
     def generated(self) -> bool:
-        """True for a law of the model; any other is in Python."""
+        """True for a law of the model, False for one in Python."""
         return self.controller.name in self.manifest.controllers
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Names of the recorded variables, in the order of the columns of a result file."""
+        """Names of recorded variables, in the order of a result file's columns."""
         manifest = self.manifest
         names = [q.name for q in manifest.states] + [f"u_{q.name}" for q in manifest.inputs]
         if self.records_command:
@@ -110,12 +110,12 @@ class KernelLoop:
 
     @property
     def records_command(self) -> bool:
-        """True where the commanded input may differ from the acting one."""
+        """True if commanded and acting inputs may differ."""
         return self.sampled or "actuate" in self.manifest.functions
 
 
 def kernel_sources(loop: KernelLoop) -> dict[str, str]:
-    """Return the C files of a kernel by name; batch.c is the one to compile.
+    """Return the C files of a kernel by name; batch.c is compiled.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def kernel_sources(loop: KernelLoop) -> dict[str, str]:
 
 
 def generated_sources(manifest: Manifest) -> dict[str, str]:
-    """Return the C files of a model that every kernel includes, by name.
+    """Return the C files of a model that all kernels include, by name.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def generated_sources(manifest: Manifest) -> dict[str, str]:
 
 
 def _kernel(loop: KernelLoop) -> str:
-    """Return the model's code and the definitions for compiling native/batch/block.h."""
+    """Return the model's code and definitions for native/batch/block.h."""
     manifest, files = loop.manifest, _loop_files(loop)
     lines = ["/* SPDX-License-Identifier: Apache-2.0 */", '#include "mehvar/private/arithmetic.h"']
     functions = (f for f in manifest.functions.values() if f.file in files)
@@ -152,7 +152,7 @@ def _kernel(loop: KernelLoop) -> str:
 
 
 def _calls(loop: KernelLoop) -> dict[str, str]:
-    """Return the code of each call, and of the part that is computed beforehand and kept in the model."""
+    """Return the code of each call, and of the precomputed part in the model's structure."""
     manifest = loop.manifest
     functions = {identifier(name): function for name, function in manifest.functions.items()}
     parts = {call: _parts(functions, function) for call, function in loop.calls.items()}
@@ -172,19 +172,19 @@ def _calls(loop: KernelLoop) -> dict[str, str]:
 
 
 def _parts(functions: Mapping[str, Function], function: Function) -> dict[str, Function]:
-    """Return the parts of a function that are computed beforehand: once per run, and when the input changes."""
+    """Return the precomputed parts of a function: once per run, and at each change of the input."""
     names = {step: f"{identifier(function.name)}_{step}" for step in ("prepare", "hold")}
     return {step: functions[name] for step, name in names.items() if name in functions}
 
 
 def _files(manifest: Manifest) -> list[str]:
-    """Return the files of the model that every kernel includes."""
+    """Return the files of the model that all kernels include."""
     names = {f.file for f in manifest.functions.values() if not f.file.endswith("_jac.c")}
     return [*sorted(names), f"{manifest.model}.h"]
 
 
 def _loop_files(loop: KernelLoop) -> list[str]:
-    """Return the files of the model that a kernel includes, with Jacobians where the method calls them."""
+    """Return the files of the model that this kernel includes, with Jacobians if its method needs them."""
     files = _files(loop.manifest)
     return [*files, *sorted({function.file for function in loop.calls.values()} - {*files})]
 
@@ -233,7 +233,7 @@ def _symbol(manifest: Manifest, name: str) -> str:
 
 
 def _call(manifest: Manifest, call: str, function: Function | None, results: Sequence[str]) -> str:
-    """Return the code of a call; an empty text where the loop never makes it."""
+    """Return the code of a call; empty if the loop never makes it."""
     present = results[: len(function.results)] if function is not None else ()
     statements = [] if function is None else [_statement(manifest, call, function, present)]
     if call in _INSTEAD and len(present) < len(results):
@@ -242,21 +242,21 @@ def _call(manifest: Manifest, call: str, function: Function | None, results: Seq
 
 
 def _statement(manifest: Manifest, call: str, function: Function, results: Sequence[str] = ()) -> str:
-    """Return the C call of a generated function; unnamed results are kept in the model."""
+    """Return the C call of a generated function; unnamed results go into the model's structure."""
     arguments = [_expression(array.name, call) for array in function.arguments]
     arguments += results or [_expression(array.name, call) for array in function.results]
     return f"{_symbol(manifest, function.name)}({', '.join(arguments)})"
 
 
 def _expression(name: str, call: str) -> str:
-    """Return an array of a generated function in C; the model holds parameters and precomputed values."""
+    """Return the C expression of an argument array; the model's structure has parameters and precomputed values."""
     if name in ("h", "w"):
         return f"m->{name}_{call}"
     return {"p": "m->p", "c": "m->c", "s": "m->s", "t": "&t", "seen": "x", "event": "&event"}.get(name, name)
 
 
 def _method(method: Integrator) -> tuple[list[str], dict[str, str]]:
-    """Return the coefficients of a method: lines with tables, and definitions that use them or hold its sums."""
+    """Return the coefficients of a method: tables, and definitions that use them or contain its sums."""
     kind: Any = structures("methods/tableaux.h")["mv_tableau"]
     tableau = (kind * len(INTEGRATORS)).in_dll(load_native(), "mv_tableaux")[INTEGRATORS.index(method)]
     stages = tableau.stages
@@ -277,7 +277,7 @@ def _method(method: Integrator) -> tuple[list[str], dict[str, str]]:
 
 
 def _stages(tableau: Any, numbers: range) -> str:
-    """Return the sums of the slopes, one after the other."""
+    """Return the weighted sums of slopes, stage by stage."""
     if not numbers:
         return "(void)k, (void)h;"
     a, c = _rows(tableau.a, numbers.stop), _numbers(tableau.c, numbers.stop)
@@ -285,7 +285,7 @@ def _stages(tableau: Any, numbers: range) -> str:
 
 
 def _dense(tableau: Any) -> dict[str, str]:
-    """Return the sums of dense output: over slopes, or over the stages of an implicit step, shifted by one."""
+    """Return the sums of dense output, over slopes or over stages of an implicit step, shifted by one."""
     shift = [0.0] * bool(tableau.d)
     rows = [shift + row[: tableau.slopes] for row in _rows(tableau.dense_g, tableau.dense)]
     return {

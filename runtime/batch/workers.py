@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks computed by the workers of a dask.distributed cluster.
+"""Computation of blocks on the workers of a dask.distributed cluster.
 
 A worker gets the generated files and compiles them for its own processor. Results return to the process that owns the
 store. A worker with other numerics than the owner's is refused.
@@ -37,31 +37,31 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _AHEAD = 2
-"""Blocks in progress per thread of the cluster: one is computed while the next waits beside it. With one, a thread is
-idle while its result travels; more only means more to cancel when a batch ends early."""
+"""Blocks in progress per thread of the cluster: one is computed, the next waits. With one, threads idle while
+results travel; more only delay an early end."""
 _SILENCE = 5.0
-"""Seconds without a block before silent workers are looked for; a second look confirms. Workers report to the
-scheduler every second or two, even while computing."""
+"""Seconds without a block before a search for silent workers, confirmed by a second look. Workers report every
+second or two, also while computing."""
 _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 
 
 class ClusterError(MehvarError, RuntimeError):
-    """The scheduler is lost, or a block was lost; the store keeps its blocks."""
+    """The scheduler or a block is lost. The store keeps its blocks."""
 
     exit_status = 1
     resumable = True
 
 
 class WorkerError(InputError):
-    """A worker cannot take part; the store keeps its blocks."""
+    """A worker cannot be used. The store keeps its blocks."""
 
     resumable = True
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """All data for a worker: generated files by name, campaign and numerics as JSON."""
+    """Data for a worker: generated files by name, campaign and numerics in JSON."""
 
     files: Mapping[str, str]
     campaign: str
@@ -78,7 +78,7 @@ class Bundle:
 
 
 def connect(address: str, timeout: float = 10.0) -> Client:
-    """Return a client of a running scheduler.
+    """Return a client of a running dask scheduler.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def connect(address: str, timeout: float = 10.0) -> Client:
 
 
 def _check_certificates(address: str) -> None:
-    """Refuse a TLS address without certificates; dask would retry it until the timeout."""
+    """Refuse a TLS address without certificates, for which dask would retry until its timeout."""
     from distributed.security import Security
 
     allowed = "reached with certificates: set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ...CLIENT__CERT and ...CLIENT__KEY"
@@ -114,7 +114,7 @@ def _check_certificates(address: str) -> None:
 
 
 def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
-    """Return a source that computes blocks on the workers of a cluster and yields them as they are ready.
+    """Return a source of blocks from a cluster's workers, in order of completion.
 
     Raises
     ------
@@ -169,13 +169,13 @@ def _bundle(plan: Plan, numerics: Numerics) -> Bundle:
 
 
 def _examine(client: Client) -> None:
-    """Refuse a cluster with workers that cannot compile, before sending work."""
+    """Refuse a cluster with workers that cannot compile."""
     answers = client.run(_compiler, on_error="return")
     if not answers:
         raise InputError("the scheduler has no worker: start some with `dask worker ADDRESS`")
     for worker, answer in answers.items():
         if isinstance(answer, BaseException):
-            raise InputError(f"the worker {worker} cannot take part: {answer}")
+            raise InputError(f"the worker {worker} cannot be used: {answer}")
 
 
 def _compiler() -> str:
@@ -187,19 +187,19 @@ def _same(bundle: Bundle) -> Bundle:
 
 
 class _Watch:
-    """Warns of silent workers while we wait for a block or its results."""
+    """Warning about silent workers during a wait for a block."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
         self._silent: set[str] = set()
 
-    def wait(self, get: Callable[[float], T], late: type[Exception]) -> T:
-        """Return the result of `get`, called repeatedly with a timeout; `get` raises `late` when it runs out."""
+    def wait(self, get: Callable[[float], T], timeout_error: type[Exception]) -> T:
+        """Return the result of `get`, called repeatedly with a timeout until it does not raise `timeout_error`."""
         seen: dict[str, float] = {}
         while True:
             try:
                 return get(_SILENCE)
-            except late:
+            except timeout_error:
                 before, seen = seen, _last_seen(self._client)
                 self._warn({worker for worker, at in seen.items() if before.get(worker) == at})
 
@@ -214,7 +214,7 @@ class _Watch:
 
 
 def _last_seen(client: Client) -> dict[str, float]:
-    """Return the instant of each worker's last report, by the scheduler's clock."""
+    """Return the time of each worker's last report, by the scheduler's clock."""
     return {worker: about["last_seen"] for worker, about in client.scheduler_info()["workers"].items()}
 
 
@@ -227,7 +227,7 @@ def _result(future: Any, watch: _Watch) -> tuple[Values, Provenance]:
 
 
 def _lost(client: Client, error: BaseException) -> ClusterError:
-    """Return the error to raise for an error of dask's."""
+    """Return our error for an error of dask."""
     if client.status != "running":
         return ClusterError(f"the scheduler {_address(client)} does not answer")
     return ClusterError(f"the cluster lost a block: {type(error).__name__}: {' '.join(str(error).split())}")
@@ -238,7 +238,7 @@ def _address(client: Client) -> str:
 
 
 def _compute(bundle: Bundle, first: int, count: int) -> tuple[Values, Provenance]:
-    """Compute a block on a worker, which compiles once; one thread, since the worker runs one block per thread."""
+    """Compute a block on a worker with one thread, as a worker runs one block per thread; compile once."""
     from distributed import get_worker
 
     try:
@@ -246,9 +246,9 @@ def _compute(bundle: Bundle, first: int, count: int) -> tuple[Values, Provenance
             blocks = _blocks(bundle.key(), bundle)
         values = blocks.compute(first, count)
     except InputError as error:
-        raise WorkerError(f"the worker {get_worker().address} cannot take part: {error}") from error
+        raise WorkerError(f"the worker {get_worker().address} cannot be used: {error}") from error
     if values is None:
-        raise RuntimeError("a block was given up")
+        raise RuntimeError("a block failed on every worker that tried it")
     return values, blocks.provenance
 
 

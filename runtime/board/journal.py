@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Journal of a board's answers on disk: a stopped host continues from it, and a run can be repeated.
+"""Journal of a board's answers on disk: a stopped host can continue, and a run can be repeated.
 
 The first line is JSON and identifies the run. Records follow, each a letter and its content: `s` a sample (numbers
 sent and received, in float), `t` parameters set before the next sample (the length, u32, then JSON), `z` the law's
@@ -31,7 +31,7 @@ Floats = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Tuning:
-    """Parameters requested in the middle of a run.
+    """Parameters requested during a run.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Entries:
 
 
 def read_journal(path: Path, layout: Layout) -> Entries:
-    """Return the contents of a journal, without a last record that was cut off.
+    """Return the contents of a journal without an incomplete last record.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def read_journal(path: Path, layout: Layout) -> Entries:
         check = zlib.crc32(kind + body, check)
         if content[end : end + _LENGTH.size] != _LENGTH.pack(check):
             raise InputError(
-                f"journal = {str(path)!r}: it is damaged at byte {at} or before; its run cannot be identified"
+                f"journal = {str(path)!r}: the file is damaged at byte {at} or before, so that its run is unknown"
             )
         if kind == _SAMPLE:
             rows.append(np.frombuffer(body, "<f4").astype(np.float32))
@@ -138,7 +138,7 @@ def _identity(head: bytes) -> dict[str, object] | None:
 
 
 class Journal:
-    """A journal that is written while a board answers.
+    """A journal during a run.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class Journal:
         self._file.flush()
 
     def answer(self, k: int, numbers: Floats) -> Floats | None:
-        """Return the recorded answer to sample k, if any; refuse numbers other than the recorded ones."""
+        """Return the recorded answer to sample k, if any; refuse different numbers."""
         if k >= self.length:
             return None
         if self._rows[k, : self._inputs].tobytes() != numbers.tobytes():
@@ -187,7 +187,7 @@ class Journal:
         return self._rows[k, self._inputs :]
 
     def append(self, numbers: Floats, u: Floats) -> None:
-        """Write a sample through to the disk's cache: it survives the end of this process."""
+        """Write a sample to the operating system's cache, so that it survives the end of this process."""
         self._write(_SAMPLE, numbers.astype("<f4").tobytes() + u.astype("<f4").tobytes())
 
     def append_memory(self, z: Floats) -> None:
@@ -195,14 +195,14 @@ class Journal:
         self._write(_MEMORY, z.astype("<f4").tobytes())
 
     def append_tuning(self, tuning: Tuning) -> None:
-        """Write parameters that are about to be set, or were refused."""
+        """Write parameters that are about to be set, or that were refused."""
         self.tunings.append(tuning)
         row = {"values": dict(tuning.values), "request": tuning.request, "refusal": tuning.refusal}
         text = json.dumps(row).encode()
         self._write(_TUNING, _LENGTH.pack(len(text)) + text)
 
     def close(self, complete: bool) -> None:
-        """Close the file; remove it after a complete run, unless parameters were tuned: it then documents the run."""
+        """Close the file. Remove it after a complete run without tuning; else it documents the run."""
         kept = any(not tuning.refusal for tuning in self.tunings)
         if complete and kept:
             self._write(_END, b"")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A closed loop with the law on a board, compared with the same law in float and in double on this machine."""
+"""Closed loop with a law on a board, compared with the law in float and in double on this machine."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ from .targets import TARGETS, MachinePort, open_target
 from .tuning import Request, Requests, TunedLaw, tuned
 
 _SELF_TEST = 200
-"""Samples of the self-test. The checksum differs from the first wrong bit on; more only help to find the slowest."""
+"""Samples of the self-test. A wrong bit shows in the checksum at once; more samples only find slower steps."""
 
 
 @dataclass(frozen=True)
 class BoardRequest:
-    """A closed loop to be run with its law on a board.
+    """Request of a closed loop with its law on a board.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class BoardRequest:
 
 @dataclass(frozen=True)
 class Difference:
-    """Distance of two series of floats: in units in the last place, and absolute."""
+    """Difference of two series of floats: in units in the last place, and absolute."""
 
     compared: int
     ulp: int
@@ -105,7 +105,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class BoardRun:
-    """A run on a board and the runs it is compared with.
+    """A run on a board with the runs for comparison.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ class BoardRun:
 
     @property
     def max_ulp(self) -> int:
-        """The largest difference of any input or memory number, in units in the last place."""
+        """Largest difference of any input or memory number, in units in the last place."""
         return max(self.u.ulp, self.z.ulp)
 
 
@@ -176,7 +176,7 @@ def build_image(model: Model, request: BoardRequest, resolved: Resolved | None =
 
 
 def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
-    """Run a closed loop with the law on a board and compare.
+    """Run a closed loop with its law on a board, and compare.
 
     Raises
     ------
@@ -190,7 +190,9 @@ def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
     if request.samples < 2:
         raise InputError(f"samples = {request.samples}: must be a whole number >= 2")
     if request.raw and (request.parameters or request.journal):
-        raise InputError("raw: a bare link has neither parameters nor a journal; leave --set and --journal out")
+        raise InputError(
+            "raw: a bare link can neither set parameters nor keep a journal; leave --set and --journal out"
+        )
     read_options(request.options or {}, "board", "--set")
     single = _simulate(model, request, real="float")
     check_float(single.parameters)  # those that are not compiled in are set over the line
@@ -261,7 +263,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
 
 
 def _tuned(model: Model, request: BoardRequest, image: Image, tunings: Sequence[Tuning], real: Real = "double") -> Run:
-    """Run the same closed loop on this machine, with the law's parameters changed as on the board."""
+    """Run the same loop on this machine, with the board's parameter changes."""
     if not tunings:
         return _simulate(model, request, real=real)
     begin = _simulate(model, request, real="float").parameters
@@ -286,7 +288,7 @@ def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> 
 
 
 def _loaded(request: BoardRequest, image: Image) -> Elf | None:
-    """Return the image that runs; that of a board on a serial port is unknown."""
+    """Return the running image; unknown for a board on a serial port."""
     return None if image.board is None or request.target not in TARGETS else read_elf(image.path)
 
 
@@ -300,7 +302,7 @@ def _bound(elf: Elf | None, image: Image) -> StackBound | None:
 
 
 def _simulate(model: Model, request: BoardRequest, **overrides: Any) -> Run:
-    """Run the same closed loop with the law elsewhere."""
+    """Run the same loop with the law on this machine."""
     law = model.manifest.controller(request.controller)
     scenario = model.manifest.scenario(request.scenario)
     delay = delay_of(law) if request.delay is None else request.delay
@@ -313,12 +315,12 @@ def _simulate(model: Model, request: BoardRequest, **overrides: Any) -> Run:
 
 
 def samples_of(model: Model, request: BoardRequest) -> int:
-    """Return the evaluations of the law from the start of the request's scenario to its end."""
+    """Return the number of law evaluations in the request's scenario."""
     return 1 + math.floor(model.manifest.scenario(request.scenario).duration / _period(model, request) * (1 + 1e-9))
 
 
 def _period(model: Model, request: BoardRequest) -> float:
-    """Return the sample period of the law, s."""
+    """Return the law's sample period, s."""
     if hold := _hold(request):
         return hold
     law, scenario = model.manifest.controller(request.controller), model.manifest.scenario(request.scenario)
@@ -333,7 +335,7 @@ def _hold(request: BoardRequest) -> float | None:
 
 
 def _every(target: str) -> int:
-    """Return the samples between two reads of the memory; each doubles the exchanges of a sample on a real line.
+    """Return the samples between two reads of the memory, each of which doubles the exchanges of a sample.
 
     An error in the memory appears in the inputs of the next sample anyway.
     """
@@ -349,7 +351,7 @@ def _undelayed(model: Model, request: BoardRequest) -> Run | None:
 
 
 def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:
-    """Run law and plant on the target from the start of the run."""
+    """Run law and plant on the target from the run's start."""
     if samples <= 0:
         return None
     law.rewind()
@@ -358,7 +360,7 @@ def _self_test(link: Link, law: BoardLaw, samples: int) -> SelfTest | None:
 
 
 def _journal(request: BoardRequest, layout: Layout, single: Run) -> tuple[Journal | None, Requests | None]:
-    """Open the journal of a run, and the file beside it in which others ask for parameters."""
+    """Open the journal of a run, and the file in which others request parameters."""
     if request.journal is None:
         return None, None
     options = hashlib.sha256(repr(sorted(single.options.items())).encode()).hexdigest()[:16]
@@ -375,7 +377,7 @@ def _journal(request: BoardRequest, layout: Layout, single: Run) -> tuple[Journa
 
 
 def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return the board's memory after the compared samples, and its reference values."""
+    """Return the board's memory after the compared samples, and the reference values."""
     samples = [k for k in sorted(law.z) if k + 1 < len(single.z)]
     if not samples:
         return np.empty(0, np.float32), np.empty(0)
@@ -389,7 +391,7 @@ def _law_symbol(model: Model, request: BoardRequest) -> str:
 
 
 def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
-    """Compare two series as floats.
+    """Return the differences of two series as floats.
 
     Parameters
     ----------
@@ -409,7 +411,7 @@ def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
 
 
 def ulps(values: NDArray[Any], expected: NDArray[Any]) -> NDArray[np.int64]:
-    """Return the number of floats between two series, element by element, over their common length."""
+    """Return the number of floats between elements of two series, over their common length."""
     rows = min(len(values), len(expected))
     one, other = (np.asarray(series[:rows], np.float32) for series in (values, expected))
     apart: NDArray[np.int64] = np.abs(_ordered(one) - _ordered(other))
@@ -417,13 +419,13 @@ def ulps(values: NDArray[Any], expected: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the rank of each float among all floats; all NaN share one, and so do both zeros."""
+    """Return the rank of each float among all floats; all NaN are equal, and so are both zeros."""
     bits = np.where(np.isnan(values), np.float32(np.nan), values).astype(np.float32).view(np.int32).astype(np.int64)
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
 
 
 def ended(outcome: BoardRun) -> bool:
-    """Return True if the run on the board came to its end."""
+    """Return True if the board's run reached its end."""
     return outcome.board.status.complete
 
 

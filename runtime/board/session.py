@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluation of a law on a board, sample by sample, robust to failures of board, line and host."""
+"""Evaluation of a law on a board, sample by sample, with recovery from failures of board, line and host."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from .line.link import Answer, Link, LinkError, RestartError
 from .tuning import Requests
 
 _CHECKPOINT = 25
-"""Samples between two reads of the board's memory; a board that was reset continues from the last one.
+"""Samples between two reads of the board's memory, from which a reset board continues.
 
 A read costs one more exchange in 25; a reset costs at most 24 repeated samples. Half the value: 8 % and 12 samples.
 """
 RESTARTS = 5
-"""A disturbance resets a board once, and once more during recovery; five resets at one sample are a defect."""
+"""Resets allowed at one sample: a disturbance resets a board once, perhaps again in recovery; five mean a defect."""
 
 Reply = TypeVar("Reply")
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Retune = Callable[[Resolved, Mapping[str, float]], Resolved]
-"""Returns parameters with some changed, or raises InputError."""
+"""Function that returns changed parameters, or raises InputError."""
 
 
 class BoardLaw:
-    """The law of a closed loop, evaluated on a board; give it to `simulate` as `law`.
+    """Law of a closed loop, evaluated on a board; give it to `simulate` as `law`.
 
     A board that has lost its memory gets the last known one and the samples since then again, and continues as if
     nothing had happened.
@@ -88,7 +88,7 @@ class BoardLaw:
         self._checkpoint: tuple[int, Floats] = (0, self._start)
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
-        """Evaluate the law at the next sample."""
+        """Return the board's input for the next sample."""
         numbers = np.concatenate([x, r, v] if self._memory else [x, r]).astype(np.float32)
         k = len(self._numbers)
         if k == 0:
@@ -103,7 +103,7 @@ class BoardLaw:
         return u.astype(np.float64), self.z[k].astype(np.float64) if k in self.z else z
 
     def rewind(self) -> None:
-        """Return to the memory at the start of the run."""
+        """Restore the memory at the run's start."""
         self._checkpoint = (0, self._start)
 
     def prepare(self) -> None:
@@ -113,7 +113,7 @@ class BoardLaw:
         self._link.set("z", self._checkpoint[1])
 
     def finish(self) -> None:
-        """Write the final memory into the journal."""
+        """Write the final memory to the journal."""
         k = len(self._numbers)
         if self._journal is not None and self._memory and k > self._journal.length:
             self._journal.append_memory(self._at(k, lambda: self._link.get("z"), restore=False))
@@ -123,7 +123,7 @@ class BoardLaw:
             self._link.set(group, values)
 
     def _tune(self, k: int) -> None:
-        """Apply the parameters requested before sample k: those in the journal, or new requests."""
+        """Apply the parameters requested before sample k, from the journal or new ones."""
         journal = self._journal
         if journal is None or self._requests is None or self._retune is None:
             return
@@ -138,7 +138,7 @@ class BoardLaw:
             journal.append_tuning(Tuning(k, request.values, request.line, refusal))
 
     def _latest(self, k: int) -> Resolved:
-        """Return the parameters of sample k."""
+        """Return the parameters at sample k."""
         return self._parameters[max(at for at in self._parameters if at <= k)]
 
     def _evaluate(self, k: int) -> Floats:
@@ -166,7 +166,7 @@ class BoardLaw:
             self._checkpoint = (k + 1, self.z[k])
 
     def _at(self, k: int, request: Callable[[], Reply], restore: bool) -> Reply:
-        """Send a request in the board's state before sample k; a restarted board is brought back to it first."""
+        """Send a request in the board's state before sample k, which a restarted board gets first."""
         for _ in range(self._restarts):
             try:
                 if restore:
@@ -179,13 +179,13 @@ class BoardLaw:
         raise LinkError(f"the board lost its memory {self._restarts} times at sample {k}: allow more with --restarts N")
 
     def _restore(self, k: int) -> None:
-        """Bring the board to its state before sample k."""
+        """Restore the board's state before sample k."""
         self.prepare()
         for past in range(self._checkpoint[0], k):
             self._step(past)
 
     def _step(self, k: int) -> Answer:
-        """Evaluate sample k, after setting the parameters that apply from it on."""
+        """Evaluate sample k, after setting its new parameters."""
         if k in self._parameters and k > 0:
             self._set(self._parameters[k])
         return self._link.step(self._numbers[k])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Upper bound on the stack of an image, from its instructions alone, for any compiler and any run.
+"""Upper bound on an image's stack, from its instructions only, for any compiler and run.
 
 A function takes the sum of its decrements of the stack pointer, each counted once. A program takes its deepest chain of
 calls, and one fault at its end. Anything without a bound (recursion, a frame of variable size) is an error, not a
@@ -18,7 +18,7 @@ from .image.instructions import UnboundedError, instructions
 
 _START, _FAULT = "Reset_Handler", "Default_Handler"
 _EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
-"""Bytes that the processor stacks on a fault: registers, FPU registers, and padding to a multiple of 8."""
+"""Bytes that a fault puts on the stack: registers, FPU registers, padding to a multiple of 8."""
 _PUSHES = ("push", "vpush", "stmdb", "vstmdb")
 _BRANCH = re.compile(r"(b|bl|cbn?z|b(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le))")
 _TARGET = re.compile(r"#(0x[0-9a-f]+)$")
@@ -31,7 +31,7 @@ _RAISES = ("add", "addw", "pop", "vpop", "ldm", "vldm", "vldmia")
 
 @dataclass(frozen=True)
 class StackBound:
-    """The largest depth of the stack.
+    """Largest depth of the stack with its chain of calls.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class _Function:
 
 
 def stack_bound(elf: Elf, cpu: str) -> StackBound:
-    """Return the largest depth of the stack of an image.
+    """Return the largest depth of an image's stack.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def stack_bound(elf: Elf, cpu: str) -> StackBound:
 
 
 def deepest(elf: Elf, name: str) -> tuple[tuple[str, int], ...]:
-    """Return the chain of calls from a function with the most stack, with the bytes that each takes.
+    """Return a function's chain of calls with the largest stack, and each one's bytes.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def deepest(elf: Elf, name: str) -> tuple[tuple[str, int], ...]:
 
 
 class _Graph:
-    """Call graph. A call through a register may reach every function whose address is stored in the image."""
+    """Call graph. A call through a register may reach any function whose address the image stores."""
 
     def __init__(self, elf: Elf) -> None:
         self._elf = elf
@@ -96,7 +96,7 @@ class _Graph:
         self._chains: dict[str, tuple[tuple[str, int], ...]] = {}
 
     def deepest(self, name: str, callers: tuple[str, ...] = ()) -> tuple[tuple[str, int], ...]:
-        """Return the chain of calls from a function with the most stack."""
+        """Return a function's chain of calls with the largest stack."""
         if name in callers:
             raise UnboundedError(f"the program is recursive: {' calls '.join((*callers[callers.index(name) :], name))}")
         if name not in self._chains:
@@ -140,7 +140,7 @@ class _Graph:
         return _Function(frame, frozenset(calls), False)
 
     def _owner(self, address: int, caller: str) -> str:
-        """Return the function at an address; the calling function for a jump within it."""
+        """Return the function at an address; for a jump within a function, that function."""
         if any(a <= address < a + n for a, n in self._elf.functions[caller]):
             return caller
         if address in self._names:
@@ -173,7 +173,7 @@ def _descent(name: str, at: int, mnemonic: str, operands: str) -> int:
 
 
 def _refuse(name: str, at: int, mnemonic: str, operands: str) -> NoReturn:
-    raise UnboundedError(f"{name} has a frame of variable size: {mnemonic} {operands} at {at:#010x}")
+    raise UnboundedError(f"{name} has a stack frame of variable size: {mnemonic} {operands} at {at:#010x}")
 
 
 def _through_register(mnemonic: str, operands: str) -> bool:

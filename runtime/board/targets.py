@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines to boards: a process, Unicorn, QEMU, a serial port."""
+"""Lines to boards: process, Unicorn, QEMU, serial port."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from .image.elf import read_elf
 from .line.link import LinkError, Port
 
 TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
-"""Targets that need no hardware; anything else is the name of a serial port."""
+"""Targets without hardware; any other name is a serial port."""
 _CHUNK = 4096
-"""Bytes of one read, above any frame; the rest is left for the next read."""
+"""Bytes per read: more than any frame."""
 _GATHER = 0.0005
-"""Seconds for QEMU to pass on the rest of an answer, which it does byte by byte. A shorter time splits reads, which
-only costs time; a longer one delays every exchange."""
+"""Seconds to wait for the rest of an answer from QEMU, which comes byte by byte. A shorter time splits reads; a
+longer one delays every exchange."""
 _REASONS = {
     errno.ENOENT: "there is no such port",
     errno.EACCES: "no permission: on Linux join the group of the port, often dialout, and log in again",
@@ -38,13 +38,13 @@ _REASONS = {
     errno.ENOTTY: "it is not a serial port",
 }
 _LAST = 2.0
-"""Seconds for a process to end: it saves nothing, so it may be killed afterwards."""
+"""Seconds for a process to end before it is killed; it has nothing to save."""
 _START_TRIES, _START_PAUSE = 1000, 0.01
-"""Ten seconds for QEMU to open its line; the end of its process is noticed at once, so only a slow machine waits."""
+"""Attempts and pauses, ten seconds, for QEMU to open its line; the end of its process is noticed at once."""
 
 
 class ProcessPort:
-    """Software in the loop: the firmware as a process, of another processor under an emulator.
+    """Software in the loop: the firmware as a process, emulated for another processor.
 
     A thread reads its bytes, because Windows cannot read a pipe with a timeout.
     """
@@ -64,7 +64,7 @@ class ProcessPort:
         os.write(self._to, data)
 
     def read(self, timeout: float) -> bytes:
-        """Return the received bytes; after the end of the process, nothing at once."""
+        """Return received bytes; after the end of the process, nothing."""
         try:
             return self._incoming.get(timeout=timeout if self._reader.is_alive() else 0.0)
         except queue.Empty:
@@ -82,7 +82,7 @@ class ProcessPort:
 
 
 class MachinePort:
-    """A board under Unicorn; an answer comes at once or never, so nothing waits."""
+    """A board under Unicorn. It answers at once or never, so no read waits."""
 
     def __init__(self, image: Image) -> None:
         try:
@@ -98,15 +98,15 @@ class MachinePort:
         self.machine.write(data)
 
     def read(self, timeout: float) -> bytes:  # noqa: ARG002 - emulated time stands still
-        """Run the board until it sleeps and return what it sent."""
+        """Run the board until it sleeps, and return what it sent."""
         return self.machine.read()
 
     def close(self) -> None:
-        """Do nothing: there is nothing to release."""
+        """Do nothing, as there is nothing to release."""
 
 
 class SocketPort:
-    """A board under QEMU, its serial line on a Unix socket."""
+    """A board under QEMU, with its serial line on a Unix socket."""
 
     def __init__(self, image: Image, options: tuple[str, ...] = ()) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
@@ -122,7 +122,7 @@ class SocketPort:
             raise LinkError(f"{self.name} closed the line") from error
 
     def read(self, timeout: float) -> bytes:
-        """Return what has come."""
+        """Return received bytes."""
         ready, _, _ = select.select([self._line], [], [], timeout)
         if not ready:
             return b""
@@ -137,7 +137,7 @@ class SocketPort:
 
 
 class SerialPort:
-    """A serial port, or anything that pyserial opens: /dev/ttyUSB0, COM3, a pty, socket://host:port."""
+    """A serial port of pyserial: /dev/ttyUSB0, COM3, a pty, socket://host:port."""
 
     def __init__(self, name: str, baud: int = 115200) -> None:
         try:
@@ -162,7 +162,7 @@ class SerialPort:
             raise LinkError(f"{self.name} has closed: {error}") from error
 
     def read(self, timeout: float) -> bytes:
-        """Return what has come."""
+        """Return received bytes."""
         try:
             self._port.timeout = timeout
             first = self._port.read(1)
@@ -176,7 +176,7 @@ class SerialPort:
 
 
 class PtyPort:
-    """A board under QEMU, its serial line on a pseudo-terminal, which the host uses like any serial port."""
+    """A board under QEMU with its serial line on a pseudo-terminal, used like a serial port."""
 
     def __init__(self, image: Image) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
@@ -193,7 +193,7 @@ class PtyPort:
         self._port.write(data)
 
     def read(self, timeout: float) -> bytes:
-        """Return what has come."""
+        """Return received bytes."""
         return self._port.read(timeout)
 
     def close(self) -> None:
@@ -233,7 +233,7 @@ def open_target(target: str, image: Image) -> Port:
 
 
 def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple[str, subprocess.Popen[bytes]]:
-    """Start the emulator with its serial line as given; its messages go to `log`."""
+    """Start QEMU with the given serial line; its messages go to `log`."""
     assert image.board is not None
     program = shutil.which("qemu-system-arm")
     if program is None:
@@ -249,7 +249,7 @@ def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple
 
 
 def _terminal(process: subprocess.Popen[bytes], log: Path) -> str:
-    """Return the name of the pseudo-terminal from the emulator's messages."""
+    """Return the pseudo-terminal's name from QEMU's messages."""
     for _ in range(_START_TRIES):
         if match := re.search(r"redirected to (/dev/\S+)", log.read_text(errors="replace")):
             return match[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tuning of a law while it runs on a board, and repetition of such a run on this machine.
+"""Tuning of a law during a run on a board, and repetition of such runs on this machine.
 
 A request is a line in a file beside the journal; the host that serves the board applies it between two samples.
 """
@@ -30,7 +30,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Request:
-    """A line of the requests file: from sample `at` on, or from the next one, the law has these parameters."""
+    """A line of the requests file: parameters from sample `at` on, or from the next one."""
 
     line: int
     at: int | None
@@ -38,11 +38,11 @@ class Request:
 
 
 _BEGIN = '{"at": '
-"""Start of the file: a file that starts otherwise is the user's, and `close` must not remove it."""
+"""First line of the file. Files without it are the user's, and `close` must not remove them."""
 
 
 class Requests:
-    """The requests file of a run.
+    """Requests file of a run.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Requests:
         self._read()
 
     def due(self, k: int) -> list[Request]:
-        """Return the requests to apply before sample k; none is returned twice."""
+        """Return new requests for sample k; each is returned once."""
         self._read()
         due = [request for request in self._requests if request.at is None or request.at <= k]
         self._taken |= {request.line for request in due}
@@ -73,7 +73,7 @@ class Requests:
         return due
 
     def close(self) -> tuple[Request, ...]:
-        """Remove the file at the end of its run; return the requests for after its last sample."""
+        """Remove the file at the run's end; return requests that came too late."""
         self._read()
         self._path.unlink(missing_ok=True)
         return tuple(self._requests)
@@ -101,7 +101,7 @@ def path_of(journal: Path) -> Path:
 def tune(
     model: Model, controller: str, journal: Path, values: Mapping[str, object], at: int | None = None
 ) -> dict[str, float]:
-    """Request the run that writes a journal to set parameters of its law between two samples.
+    """Request parameters from the run that writes a journal, between two of its samples.
 
     Only the law on the board gets them: the plant is the host's, and parameters with formulas keep their values.
 
@@ -142,7 +142,7 @@ def tune(
 
 
 def _check_open(journal: Path, sizes: Layout, at: int | None) -> None:
-    """Refuse a request that the run can no longer apply, or never will."""
+    """Refuse a request that the run cannot apply any more."""
     entries = read_journal(journal, sizes)
     if entries.complete:
         raise InputError(f"journal = {str(journal)!r}: its run is over; tune during a run")
@@ -167,7 +167,7 @@ def _value(manifest: Manifest, law: Controller, name: str, value: object) -> flo
 
 
 def tuned(firmware: Program, before: Resolved, values: Mapping[str, float]) -> Resolved:
-    """Return parameters with some changed; all others keep their values.
+    """Return parameters with some changed.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def tuned(firmware: Program, before: Resolved, values: Mapping[str, float]) -> R
 
 
 class TunedLaw(HostLaw):
-    """The law on this machine, its parameters changed as on the board; give it to `simulate` as `law`.
+    """The law on this machine with the board's parameter changes; give it to `simulate` as `law`.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ class TunedLaw(HostLaw):
         self._tunings = [tuning for tuning in tunings if not tuning.refusal]
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
-        """Evaluate the law at the next sample."""
+        """Return the law's input for the next sample."""
         if self._k == 0:
             self.begin(z)
         for tuning in self._tunings:
@@ -215,7 +215,7 @@ class TunedLaw(HostLaw):
 
 @dataclass(frozen=True)
 class Replay:
-    """A journal computed again on this machine.
+    """A journal, computed again on this machine.
 
     Attributes
     ----------
@@ -237,7 +237,7 @@ class Replay:
 
 
 def replay(model: Model, controller: str, journal: Path) -> Replay:
-    """Repeat the board's answers in float on this machine, from the journal's inputs; compare them bit by bit.
+    """Repeat the board's answers in float on this machine, from the journal's inputs, and compare bits.
 
     Raises
     ------
@@ -278,7 +278,7 @@ def _same(one: Doubles, other: NDArray[np.float32]) -> bool:
 
 
 class _Again:
-    """Steps a law with the inputs recorded in a journal."""
+    """Law evaluation with the inputs of a journal."""
 
     def __init__(self, law: Callable[..., tuple[Doubles, Doubles]], firmware: Program, z: NDArray[np.float32] | None):
         manifest = firmware.model.manifest

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compilation of C code into loaded libraries: compiler, processor, cache."""
+"""Compilation of C code to loaded libraries: compiler, processor, cache."""

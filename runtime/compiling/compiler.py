@@ -18,12 +18,12 @@ from mehvar.base.errors import InputError, MissingError
 
 _PATH_NAMES = ("cc", "clang", "gcc")
 _VERSION_TIMEOUT = 60.0
-"""Seconds. The first start of zig unpacks itself; other compilers answer at once, or never."""
+"""Seconds to wait for a compiler's version. The first start of zig unpacks files; others answer at once."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the command that starts it, and the first line of its version text.
+    """A C compiler: its start command and the first line of its version.
 
     Parameters
     ----------
@@ -41,19 +41,19 @@ class Compiler:
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Flags that only this compiler needs to behave like the others."""
+        """Flags that make this compiler behave like the others."""
         zig = [Path(word).stem for word in self.command[-2:-1]] in (["ziglang"], ["zig"])
         return ("-mcpu=baseline", "-fno-sanitize=undefined") if zig else ()
 
     @property
     def scheduling(self) -> tuple[str, ...]:
-        """Flags with which gcc orders long straight-line code so that its values stay in registers."""
+        """Flags for gcc that order long straight-line code so that values stay in registers."""
         clang = "clang" in self.version.lower() or self.flags
         return () if clang else ("-fschedule-insns", "-fsched-pressure")
 
 
 def find_compiler() -> Compiler | None:
-    """Return the compiler to use: $CC, then cc, clang, gcc on the path, then the ziglang package; or None.
+    """Return the compiler: $CC, else cc, clang or gcc on the path, else the package ziglang, else None.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def find_compiler() -> Compiler | None:
 
 
 def require_compiler() -> Compiler:
-    """Return the compiler to use, or raise MissingError with instructions to install one."""
+    """Return the compiler, or raise MissingError with instructions to install one."""
     compiler = find_compiler()
     if compiler is None:
         raise MissingError(
@@ -75,7 +75,7 @@ def require_compiler() -> Compiler:
 
 
 def environment(scratch: Path) -> dict[str, str]:
-    """Return the variables to compile with: zig keeps its caches in ours unless the user has set them.
+    """Return environment variables for compiling: zig's caches are put into ours unless the user has set them.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared libraries, compiled once for everything that decides their bytes: sources, flags, compiler, machine."""
+"""Shared libraries, compiled once per sources, flags, compiler and machine."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from .compiler import Compiler, environment, require_compiler
 
 NATIVE = Path(__file__).parents[1] / "native"
 INCLUDE = NATIVE / "include"
-"""Folder of the headers for generated C: `cc -I`."""
+"""Folder of headers for generated C, for `cc -I`."""
 _KIND = "libraries"
 _BESIDE: list[threading.Thread] = []
-"""The thread that compiles the native loop, once begun. Joining it in the child of a fork returns at once, where a lock
-would never be free."""
+"""Thread that compiles the native loop. In the child of a fork, joining it returns at once, where a lock would stay
+locked."""
 _BEGINNING = threading.Lock()
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
 ENDING = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-"""Ending of the names of shared libraries."""
+"""Ending of shared libraries' names."""
 
 # No flag here changes a result: no contraction, no reassociation, NaN and infinity as in IEEE 754.
 FLAGS = (
@@ -46,7 +46,7 @@ FLAGS = (
 
 
 def compiled(name: str, sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ("-O2",)) -> Path:
-    """Return the file of a shared library, which is compiled unless the cache has it.
+    """Return a shared library's file; compile it unless the cache has it.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def compiled(name: str, sources: Mapping[str, str], units: Sequence[str], flags:
 def load_library(
     name: str, sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ("-O2",)
 ) -> ctypes.CDLL:
-    """Load a library that is `compiled` from these; its calls release the interpreter lock.
+    """Load the library that `compiled` makes of these; its calls release Python's lock.
 
     Raises
     ------
@@ -106,20 +106,20 @@ def native_headers() -> dict[str, str]:
 
 
 def native_sources(*patterns: str) -> dict[str, str]:
-    """Return C files of `native` by file name: a compilation has them side by side."""
+    """Return C files of `native` by file name, as a compilation has them in one folder."""
     paths = [path for pattern in patterns for path in sorted(NATIVE.glob(pattern))]
     return {path.name: path.read_text(encoding="utf-8") for path in paths}
 
 
 def load_native() -> ctypes.CDLL:
-    """Load the loop of a single run, the methods, the noise and the array map, which know no model."""
+    """Load the native loop of single runs, the methods, the noise and the array map; they depend on no model."""
     for thread in _BESIDE:
         thread.join()
     return _native()
 
 
 def begin_native() -> None:
-    """Compile or load the native loop in the background; `load_native` raises its errors."""
+    """Compile or load the native loop in the background; its errors come from `load_native`."""
 
     def begin() -> None:
         with suppress(BuildError, InputError, OSError):
@@ -133,7 +133,7 @@ def begin_native() -> None:
 
 
 def _free() -> None:
-    """Free the lock in the child of a fork, where the thread that held it is not."""
+    """Release the lock in the child of a fork, which lacks the thread that held it."""
     if _BEGINNING.locked():
         _BEGINNING.release()
 
@@ -149,7 +149,7 @@ def _native() -> ctypes.CDLL:
 
 
 def _compile(folder: Path, file: str, sources: Mapping[str, str], command: Sequence[str], compiler: Compiler) -> None:
-    """Compile in a temporary folder inside that of the library, and move only the result out."""
+    """Compile in a temporary folder next to the library, and move only the result."""
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         for name, text in sources.items():
             (Path(scratch) / name).parent.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vector width of this processor in doubles, and the compiler flags for it."""
+"""Vector width of this processor in doubles, with the compiler flags for it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _WIDTHS = (
     (8, ("avx512f", "avx512dq", "avx512vl", "avx512bw", "avx2", "fma")),
     (4, ("avx2", "fma")),
 )
-"""Lanes, and the instructions they need; the widest that this processor has is used.
+"""Lanes and their instruction sets; the widest supported one is used.
 
 More lanes than fill a register were slower (decision 0013).
 """
@@ -19,21 +19,21 @@ More lanes than fill a register were slower (decision 0013).
 
 @functools.cache
 def widest() -> int:
-    """Return the number of doubles in the widest registers that are known to be there: 8, 4 or 2."""
+    """Return the doubles of the widest registers known to exist: 8, 4 or 2."""
     instructions = _instructions()
     return next((lanes for lanes, needed in _WIDTHS if instructions.issuperset(needed)), 2)
 
 
 @functools.cache
 def vector_flags() -> tuple[str, ...]:
-    """Return compiler flags for instructions that this processor has; none for an unknown one."""
+    """Return compiler flags for this processor's instructions; none for an unknown one."""
     names = dict(_WIDTHS).get(widest(), ())
     wide = ("-mprefer-vector-width=512",) if widest() == 8 else ()
     return (*(f"-m{name}" for name in names), *wide)
 
 
 def _instructions() -> frozenset[str]:
-    """Return the processor features that the operating system reports; empty where they are unknown."""
+    """Return the processor's features as reported by the operating system; empty if unknown."""
     if platform.machine().lower() not in ("x86_64", "amd64"):
         return frozenset()
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structures and numbers read from the headers in `native`: `ctypes` structures and Python numbers."""
+"""`ctypes` structures and Python numbers from the headers in `native`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FIELDS = re.compile(r"(?:const )?(?:volatile )?(\w+) ([^;]+);")
 
 
 def structures(*headers: str) -> dict[str, Any]:
-    """Return the structures of headers by their C names; a header may use those of the ones before it.
+    """Return the structures of headers by C name; a header may use those of previous ones.
 
     Pointers become `c_void_p`. A structure has numbers, pointers and other structures as fields, and no arrays.
     """
@@ -43,5 +43,5 @@ def _fields(body: str, types: dict[str, Any]) -> list[tuple[str, Any]]:
 
 
 def numbers(header: str) -> dict[str, float]:
-    """Return the macros of a header that are one number, by name."""
+    """Return a header's numeric macros by name."""
     return {name: float(value) for name, value in _NUMBER.findall((NATIVE / header).read_text(encoding="utf-8"))}

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A generated folder ready for use: its manifest, functions, parameters."""
+"""A generated model ready for use: manifest, functions, parameters."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated functions in CasADi's own C, behind the calling convention of ours."""
+"""Generated functions in CasADi's own C, adapted to our calling convention."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .generated import generated_text
 
 
 def casadi_manifest(manifest: Manifest) -> Manifest:
-    """Return a manifest whose functions are in CasADi's file, without those that a batch calls in two parts.
+    """Return a manifest of the functions in CasADi's file, which has no split ones.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def casadi_manifest(manifest: Manifest) -> Manifest:
 
 
 class CasadiBackend(CBackend):
-    """CasADi's C: one library for all functions, Jacobians too, in double and in one lane.
+    """CasADi's C: one library with all functions and Jacobians, in double and one lane.
 
     Elementary functions are those of the C library; `fmin` and `fmax` drop a NaN that ours pass on.
 
@@ -49,7 +49,7 @@ class CasadiBackend(CBackend):
         self._library(self._manifest.functions["rhs"].file)
 
     def address(self, name: str, real: Real = "double") -> int:
-        """Return the address of a C function on doubles, for the native loop."""
+        """Return a C function's address for the native loop, on doubles."""
         library = self._library(self._manifest.functions[name].file, real)
         return ctypes.cast(getattr(library, f"direct_{identifier(name)}"), ctypes.c_void_p).value or 0
 
@@ -62,7 +62,7 @@ class CasadiBackend(CBackend):
 
 
 def _calls_text(model: str, file: str, functions: Iterable[Function]) -> str:
-    """Return C code that gives each of CasADi's functions our two signatures; scalar graphs need no work space."""
+    """Return C code that adapts CasADi's functions to our two signatures; scalar graphs need no work space."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
         name, symbol = identifier(function.name), f"{identifier(model)}_{identifier(function.name)}"

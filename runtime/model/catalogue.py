@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Catalogue of the generated models by name."""
+"""Generated models by name."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from mehvar.base.versions import project_root
 
 
 def shipped_models() -> dict[str, Path]:
-    """Return the folders of the models that come with the `generated` package, by name."""
+    """Return the folders of mehvar's models by name."""
     return {name: folder for root in _shipped_roots() for name, folder in _models_in(root).items()}
 
 
 def project_models() -> dict[str, Path]:
-    """Return the generated folders of the project that one stands in, by name; none of mehvar's own checkout."""
+    """Return the generated folders of the current project by name; empty in mehvar's own checkout."""
     models = {name: folder for root in _project_roots(Path.cwd()) for name, folder in _models_in(root).items()}
     shipped = shipped_models()
     return {name: folder for name, folder in models.items() if not _is_same(folder, shipped.get(name))}
 
 
 def known_models() -> dict[str, Path]:
-    """Return the folders of all models by name; a project's model hides one of mehvar with the same name."""
+    """Return the folders of all models by name; a project's model hides one of mehvar."""
     return shipped_models() | project_models()
 
 
@@ -54,7 +54,7 @@ def _models_in(root: Path) -> dict[str, Path]:
 
 
 def _model_in(roots: Iterable[Path], name: str) -> Path | None:
-    """Return the entry of `_models_in` for a name, without reading the others."""
+    """Return one model's entry of `_models_in` without reading the others."""
     folders = [root / name for root in roots if os.path.isfile(root / name / FILE)]  # noqa: PTH113 - as in find_folder
     return folders[-1] if folders and folders[-1].name == name else None
 
@@ -64,7 +64,7 @@ def _is_same(folder: Path, other: Path | None) -> bool:
 
 
 def find_folder(model: str | os.PathLike[str], beside: Path | None = None) -> Path:
-    """Return the folder of a model, given by a known name or as the folder itself; a name comes first.
+    """Return a model's folder, from a known name or a path; names have priority.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def find_folder(model: str | os.PathLike[str], beside: Path | None = None) -> Pa
 
 
 def is_installed(model: str, digest: str) -> bool:
-    """Return True if the model of this name here has this hash."""
+    """Return True if the installed model of this name has this hash."""
     return model in known_models() and find_model(model).hash == digest
 
 

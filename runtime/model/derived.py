@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that a generated folder omits: derived from the sources beside it at first use, and kept in the cache.
+"""Files that generated folders omit: derived from the model's sources at first use, and cached.
 
 A derivation runs in its own process, by the command that a user would type, so that running a model imports no
 derivation code.
@@ -25,7 +25,7 @@ _NEEDED = ("sympy", "casadi")
 
 
 def holder(manifest: Manifest, name: str) -> Manifest:
-    """Return the manifest of the folder that has a file: the model's own, or one in the cache, made now if needed.
+    """Return the manifest of the folder with a file: the model's own, or one in the cache, derived if needed.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def holder(manifest: Manifest, name: str) -> Manifest:
 
 
 def _made(manifest: Manifest, name: str, entry: str, what: str) -> Path:
-    """Return the folder of an entry of the cache, derived now if there is none."""
+    """Return the folder of a cache entry; derive a missing one."""
     root = _root(manifest, name)
     for package in _NEEDED:
         if not installed(package):
@@ -65,13 +65,13 @@ def _made(manifest: Manifest, name: str, entry: str, what: str) -> Path:
 
 
 def _tree(manifest: Manifest) -> bool:
-    """Return whether a folder stands in a tree, with its sources beside it."""
+    """Return True if a folder belongs to a project, with its sources."""
     own = manifest.folder.absolute()
     return own.parent.name == "generated" and (own.parent.parent / "models" / manifest.model).is_dir()
 
 
 def _root(manifest: Manifest, name: str) -> Path:
-    """Return the folder with models/ that a generated folder was derived from, unchanged since."""
+    """Return the folder with the unchanged models/ of a generated folder."""
     own, model = manifest.folder.absolute(), manifest.model
     shipped = shipped_models().get(model)
     folders = [own, *([shipped] if shipped and read_manifest(shipped).text == manifest.text else [])]
@@ -81,7 +81,7 @@ def _root(manifest: Manifest, name: str) -> Path:
             _check_unchanged(manifest, root, name)
             return root
     raise InputError(
-        f"{own} lacks {name}, and models/{model} is not beside it to derive it. "
+        f"{own} lacks {name}, and models/{model}, from which it could be derived, is missing. "
         f"Write every file with: mehvar generate {model} --out DIR (--emit casadi for CasADi's C)"
     )
 
@@ -109,7 +109,7 @@ def _fill(root: Path, manifest: Manifest, folder: Path, what: str) -> None:
 
 
 def run_python(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run Python with this mehvar in a tree; only such a process may import the tree's models."""
+    """Run Python with this mehvar in a project; only a new process may import its models."""
     path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
     return subprocess.run(
         [sys.executable, "-P", *arguments],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The derived equations of a generated folder in LaTeX, from its page `equations.md`: nothing is derived."""
+"""Equations of a generated folder in LaTeX, read from `equations.md`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .generated import generated_text
 
 _SECTION = re.compile(r"^### Rates of the states$(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 _FORMULA = re.compile(r"^\|[^|]*\| \$`(.*?)`\$ \||^```math\n(.*?)\n```$", re.MULTILINE | re.DOTALL)
-"""A row of a table, or a formula that is too wide for one."""
+"""Pattern of a formula, in a table's row or on its own."""
 
 
 def rates(manifest: Manifest) -> list[str]:

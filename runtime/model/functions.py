@@ -27,12 +27,13 @@ BackendName = Literal["c", "python", "casadi"]
 Real = Literal["double", "float"]
 
 _MAX_AXES = 32
-"""Axis limit of `mv_map` (MV_MAX_ARRAYS in map.c), whose counters are on the stack; NumPy 1 has the same limit."""
+"""Largest number of axes in `mv_map` (MV_MAX_ARRAYS in map.c), whose counters are on the stack; NumPy 1 has the same
+limit."""
 _POINTER = ctypes.c_void_p
 
 
 class Backend(Protocol):
-    """Evaluates generated functions over arrays whose leading axes have been checked."""
+    """Evaluator of generated functions over arrays with checked leading axes."""
 
     name: BackendName
 
@@ -40,14 +41,14 @@ class Backend(Protocol):
         """Load everything but the Jacobians."""
 
     def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
-        """Return each result with the leading axes `shape`."""
+        """Return all results with leading axes `shape`."""
 
     def point(self, function: Function) -> Callable[[tuple[Any, ...]], Any]:
-        """Return an evaluator for a single point of plain arrays, which returns None for any other arguments."""
+        """Return an evaluator for single points of plain arrays; it returns None for other arguments."""
 
 
 class GeneratedFunction:
-    """One generated function: leading axes of the arguments broadcast.
+    """A generated function whose arguments broadcast over leading axes.
 
     A vector argument has the shape (..., n), a scalar one (...). One result comes as an array, several as a
     tuple. NaN in gives NaN out.
@@ -79,11 +80,11 @@ class GeneratedFunction:
 
     @property
     def function(self) -> Function:
-        """The manifest's entry: arguments and results."""
+        """Entry in the manifest: arguments and results."""
         return self._function
 
     def __call__(self, *arguments: ArrayLike) -> Any:
-        """Evaluate; raises InputError when the number, shape or type of an argument is wrong."""
+        """Evaluate the function; raise InputError for a wrong number, shape or type of arguments."""
         at_point = self._point(arguments)
         if at_point is not None:
             return at_point
@@ -92,7 +93,7 @@ class GeneratedFunction:
         return results[0][()] if len(results) == 1 else tuple(result[()] for result in results)
 
     def argument(self, name: str, value: ArrayLike) -> FloatArray:
-        """Return one argument at a single point as an array of doubles; raises InputError if it is none."""
+        """Return an argument at a single point as an array of doubles; raise InputError for others."""
         spec = next(spec for spec in self._function.arguments if spec.name == name)
         array = _as_array(self._function, spec, value)
         if array.shape != spec.shape:
@@ -116,7 +117,7 @@ class GeneratedFunction:
 
 
 class Functions(Mapping[str, GeneratedFunction]):
-    """Every generated function of a model, by the manifest's name; `a-b` and `a_b` are the same."""
+    """Generated functions of a model by the manifest's names; `a-b` and `a_b` are equivalent."""
 
     def __init__(self, backend: Backend, manifest: Manifest) -> None:
         self._model = manifest.model
@@ -142,7 +143,7 @@ class Functions(Mapping[str, GeneratedFunction]):
 
 
 class CBackend:
-    """Compiled functions; each C file of the model becomes a library on first use."""
+    """Compiled functions; each C file becomes a library at first use."""
 
     name: BackendName = "c"
 
@@ -152,12 +153,12 @@ class CBackend:
         self._map: Any = None
 
     def prepare(self) -> None:
-        """Compile or load the integrators and the model, without Jacobians and functions for batches."""
+        """Compile or load integrators and model, without Jacobians and batch functions."""
         self._native_map()
         self._library(f"{self._manifest.model}.c")
 
     def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
-        """Run one C loop over all leading indices, without copies of contiguous arguments."""
+        """Run one C loop over all leading indices; contiguous arguments are not copied."""
         axes = len(shape)
         results = [np.empty(shape + own) for own in function.shapes]
         strides: list[int] = []
@@ -188,13 +189,13 @@ class CBackend:
         return entry
 
     def address(self, name: str, real: Real = "double") -> int:
-        """Return the address of a C function on doubles, for the native loop; `real` is its internal number type."""
+        """Return a C function's address for the native loop, on doubles; `real` is its internal number type."""
         function = self._manifest.functions[name]
         symbol = _symbol(self._manifest, function) if real == "double" else f"narrow_{identifier(name)}"
         return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
 
     def narrow(self, name: str, *arguments: FloatArray) -> FloatArray:
-        """Evaluate a function of one result in float, as a board does."""
+        """Evaluate a function with one result in float, as boards do."""
         function = next(f for f in self._manifest.functions.values() if identifier(f.name) == identifier(name))
         (spec,) = function.results
         arrays = [_as_array(function, spec, value) for spec, value in zip(function.arguments, arguments, strict=True)]
@@ -233,7 +234,7 @@ class CBackend:
 
 
 class PythonBackend:
-    """The generated NumPy modules, each imported on first use."""
+    """Generated NumPy modules, imported at first use."""
 
     name: BackendName = "python"
 
@@ -246,7 +247,7 @@ class PythonBackend:
         self.raw("rhs")
 
     def evaluate(self, function: Function, arguments: list[FloatArray], shape: tuple[int, ...]) -> list[FloatArray]:
-        """Call the module, and broadcast its results to the full shape."""
+        """Call the module and broadcast its results to the full shape."""
         wide = [np.broadcast_to(a, shape + s.shape) for s, a in zip(function.arguments, arguments, strict=True)]
         with np.errstate(all="ignore"):
             out = self.raw(function.name)(*wide)
@@ -257,11 +258,11 @@ class PythonBackend:
         ]
 
     def point(self, function: Function) -> Callable[[tuple[Any, ...]], None]:  # noqa: ARG002
-        """Return a function that leaves every point to `evaluate`: NumPy costs the same for a single point."""
+        """Return an evaluator that refers all points to `evaluate`: NumPy gains nothing for single points."""
         return lambda _: None
 
     def raw(self, name: str) -> Callable[..., Any]:
-        """Return the module's own function, unchecked."""
+        """Return the module's own, unchecked function."""
         by_identifier = {identifier(other): f for other, f in self._manifest.functions.items()}
         file = self._manifest.module_of(by_identifier[identifier(name)])
         if file not in self._modules:
@@ -292,7 +293,7 @@ def _symbol(manifest: Manifest, function: Function) -> str:
 
 
 def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
-    """Return C code that includes a generated file and gives its functions one common signature."""
+    """Return C code that includes a generated file and gives its functions a common signature."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
         arguments = [f"a[{i}]" for i in range(len(function.arguments))]
@@ -305,7 +306,7 @@ def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str
 
 
 def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
-    """Return C code that includes a generated file in float and gives its functions arguments in double."""
+    """Return C code that includes a generated file in float, with arguments in double."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
         arguments, results = function.arguments, function.results
@@ -321,7 +322,7 @@ def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> st
 
 
 def _as_array(function: Function, spec: Array, value: ArrayLike) -> FloatArray:
-    """Return a float array with the trailing shape of an argument, its last axis contiguous."""
+    """Return a float array with an argument's trailing shape and a contiguous last axis."""
     numbers = _numbers(function, spec, value)
     if numbers.dtype.kind not in "biuf":
         raise InputError(f"{function.name}: {spec.name} must hold real numbers, got {numbers.dtype}")
@@ -335,7 +336,7 @@ def _as_array(function: Function, spec: Array, value: ArrayLike) -> FloatArray:
 
 
 def unmasked(values: object) -> NDArray[Any]:
-    """Return an argument as an array; masked elements, whose numbers NumPy would take, are NaN."""
+    """Return an argument as an array, with NaN in place of masked elements."""
     if isinstance(values, np.ma.MaskedArray):
         return np.asarray(np.ma.filled(values.astype(np.float64), np.nan))
     return np.asarray(values)

@@ -13,7 +13,7 @@ from .derived import holder
 
 
 def generated_text(manifest: Manifest, name: str) -> str:
-    """Return the text of a generated file, which is made now if folder and cache lack it.
+    """Return the text of a generated file, derived if folder and cache lack it.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def generated_text(manifest: Manifest, name: str) -> str:
 
 
 def check_unedited(manifest: Manifest) -> None:
-    """Refuse a folder with edited generated files; missing files are allowed.
+    """Refuse a folder with edited generated files; files may be missing.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def check_unedited(manifest: Manifest) -> None:
 
 
 def tell_stale(manifest: Manifest) -> None:
-    """Warn when a model's own sources beside its folder have changed since generation.
+    """Warn if a model's sources have changed since generation.
 
     New sources and changes of the tool are not reported; `mehvar generate --check` checks everything a derivation read.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of names, positions and sizes in the generated C and Python against the manifest.
+"""Check of names, positions and sizes in generated C and Python against the manifest.
 
 A run allocates its arrays by the manifest: code with other sizes would write beyond them, and code with another order
 would mix up states.
@@ -23,7 +23,7 @@ _CONSTANT = re.compile(r"(\w+) = (\d+)")
 
 
 def check_header(manifest: Manifest) -> None:
-    """Refuse a header whose constants or hash differ from the manifest's.
+    """Refuse a header whose constants or hash differ from the manifest.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def check_header(manifest: Manifest) -> None:
 
 
 def check_module(manifest: Manifest, module: ModuleType, path: Path) -> None:
-    """Refuse a generated Python module whose names, sizes or hash differ from the manifest's, as `check_header` does.
+    """Refuse a generated Python module whose names, sizes or hash differ from the manifest.
 
     A module of an older version may have more functions.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linear systems around a point, exact: of the plant, and of the plant under a law."""
+"""Exact linear systems around a point, of the plant and of closed loops."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from mehvar.base.names import identifier
 from .functions import FloatArray, Functions, GeneratedFunction
 
 _STEP = 1e-4
-"""Difference from which the slope of a sensor is taken: with numbers of size one, errors of 1e-12 in what is linear."""
+"""Step of differences for a sensor's slope: errors of 1e-12 for linear sensors with numbers of size one."""
 _SLOPE = 1e-6
-"""Allowed difference of that slope from one: far below any scale factor that a data sheet gives."""
+"""Allowed deviation of that slope from one: far below any sensor's scale error."""
 _COUNTER = "held_for"
-"""Memory of a law that commands at some samples only, from codegen; zero at a command."""
+"""Counter in the memory of a law that skips samples, added by codegen; zero at a command."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LinearSystem:
-    """The matrices of a linear system, with the names of their rows and columns; unpacks as (A, B, C, D).
+    """Matrices of a linear system with names of rows and columns; unpacks as (A, B, C, D).
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class LinearSystem:
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Eigenvalues of A: 1/s, of a sampled loop without unit, within the unit circle where it is stable.
+        """Eigenvalues of A, in 1/s; of a sampled loop, without unit and inside of the unit circle if stable.
 
         Not a number where A is not finite.
         """
@@ -93,7 +93,7 @@ def linearize_plant(
     r: ArrayLike,
     outputs: Sequence[str] | None,
 ) -> LinearSystem:
-    """Return the plant's system around x, u; see `Model.linearize`."""
+    """Return the plant's linear system around x, u; see `Model.linearize`."""
     A, B, C, D, _ = _plant(manifest, functions, x, u, p, r, outputs)
     states = _names(manifest.states)
     return LinearSystem(A, B, C, D, states, _names(manifest.inputs), states if outputs is None else tuple(outputs))
@@ -111,7 +111,7 @@ def linearize_loop(
     z: ArrayLike | None,
     outputs: Sequence[str] | None,
 ) -> LinearSystem:
-    """Return the system of the plant under a law, driven by the reference; see `Model.linearize`."""
+    """Return the closed loop's linear system, driven by the reference; see `Model.linearize`."""
     _check_delays(manifest, controller, p)
     acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
     A, B, C, D, E = _plant(manifest, functions, x, acting, p, r, outputs)
@@ -140,7 +140,7 @@ def cut_loop(
     c: ArrayLike,
     z: ArrayLike | None,
 ) -> LinearSystem:
-    """Return the loop of `linearize_loop` cut where the law acts on the plant.
+    """Return the loop of `linearize_loop`, cut between law and plant.
 
     Its inputs are those that act, its outputs those that the law answers with: A + B C is the closed loop.
     """
@@ -162,7 +162,7 @@ def cut_loop(
 
 
 def slopes(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, FloatArray]:
-    """Return the Jacobians of a function's results, one below the other, from its derivative along a direction.
+    """Return the Jacobians of a function's results, stacked, from its directional derivative.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def slopes(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, Fl
 
 
 def jacobians(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, FloatArray]:
-    """Return the matrices of a generated Jacobian by the argument that each is with respect to."""
+    """Return a generated Jacobian's matrices by argument."""
     values = derivative(*arguments)
     results = derivative.function.results
     matrices = values if isinstance(values, tuple) else (values,)
@@ -202,7 +202,7 @@ def jacobians(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str,
 
 
 def output_rows(manifest: Manifest, outputs: Sequence[str]) -> list[int]:
-    """Return the places of outputs among the states and, after them, the outputs of a model.
+    """Return the positions of outputs in the vector of states and outputs.
 
     Raises
     ------
@@ -227,7 +227,7 @@ def _plant(
     r: ArrayLike,
     outputs: Sequence[str] | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return A, B, C, D, and the derivative of the outputs with respect to the reference."""
+    """Return A, B, C, D, and the outputs' derivatives by the reference."""
     refuse(manifest, Place.LINEARIZE)
     nx, nu, nr = len(manifest.states), len(manifest.inputs), len(manifest.references)
     A, B = functions["jac_x"](x, u, p), functions["jac_u"](x, u, p)
@@ -252,7 +252,7 @@ def _answer(
     c: ArrayLike,
     z: ArrayLike | None,
 ) -> tuple[FloatArray, dict[str, FloatArray], dict[str, FloatArray]]:
-    """Return the input that acts under a law, its slopes and those of the law's next memory."""
+    """Return the acting input under a law, with the derivatives of input and next memory."""
     law, nu = identifier(controller.name), len(manifest.inputs)
     memory = _memory(manifest, functions, controller, x, u, p, r, c, z)
     seen, slope_seen = _seen(manifest, functions, controller, x, p)
@@ -269,7 +269,7 @@ def _answer(
 def _seen(
     manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
 ) -> tuple[ArrayLike, FloatArray | None]:
-    """Return the vector that a law receives, without noise, and its slope in the state where the two differ."""
+    """Return the vector that a law receives, without noise, and its derivative by the state if they differ."""
     if not manifest.measured and not (controller.period and "measure" in functions):
         return x, None
     point = x, np.zeros(len(manifest.noise)), p
@@ -281,26 +281,26 @@ def _seen(
 
 
 def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: FloatArray, p: ArrayLike) -> None:
-    """Refuse a sensor of the states that does more than add to them: it is generated without derivatives."""
+    """Refuse a state sensor that does more than add to the state: generated sensors have no derivatives."""
     states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (x, p))
     step = _STEP * np.eye(len(manifest.states))
     above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
     if not np.allclose((above - below) / (2 * _STEP), np.eye(len(manifest.states)), rtol=0, atol=_SLOPE):
         raise InputError(
-            f"{manifest.model} has a sensor that changes the states: name what it measures (seen) for a linear system"
+            f"{manifest.model} has a sensor whose measurements have no names: declare them (seen) for a linear system"
         )
 
 
 def _check_delays(manifest: Manifest, controller: Controller, p: ArrayLike) -> None:
-    """Refuse inputs that act later than they are commanded."""
+    """Refuse delayed inputs."""
     names = [q.name for q in manifest.parameters]
     for given, name in manifest.delays.items() if controller.period else ():
         if np.any(np.asarray(p, dtype=np.float64)[..., names.index(name)] > 0):
-            raise InputError(f"{given} acts {name} samples later: {name} must be 0 for a linear system")
+            raise InputError(f"the input {given} is delayed by {name} samples: set {name} = 0 for a linear system")
 
 
 def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
-    """Refuse a law that commands at some samples only: after a command its counter of samples goes on."""
+    """Refuse a law that skips samples: its counter changes after a command."""
     names = _names(controller.memory)
     if _COUNTER not in names:
         return
@@ -308,7 +308,9 @@ def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequ
     place, commanding = names.index(_COUNTER), np.array(z, dtype=np.float64)
     commanding[..., place] = 0
     if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
-        raise InputError(f"the law {controller.name} commands once in several samples: a linear system has each")
+        raise InputError(
+            f"the law {controller.name} commands only at some samples; a linear system needs a command at each"
+        )
 
 
 def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatArray | None:
@@ -336,7 +338,7 @@ def _memory(
     c: ArrayLike,
     z: ArrayLike | None,
 ) -> tuple[ArrayLike, ...]:
-    """Return the input applied before the sample and the memory; of a law without memory neither may be given."""
+    """Return the previously applied input and the memory; refuse both for a law without memory."""
     if not controller.memory:
         for name, value in (("u", u), ("z", z)):
             if value is not None:
@@ -353,7 +355,7 @@ def _memory(
 def _acting(
     functions: Functions, x: ArrayLike, command: FloatArray, p: ArrayLike, slope: dict[str, FloatArray]
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Return the input that acts and its slopes, from the command and its slopes."""
+    """Return the acting input and its derivatives from those of the command."""
     if "actuate" not in functions:
         return command, slope
     actuator = slopes(functions["actuate_jvp"], x, command, p)
@@ -364,14 +366,14 @@ def _acting(
 def _by_state_and_reference(
     manifest: Manifest, controller: Controller, slope: dict[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Put the slopes with respect to state, applied input and memory side by side; a model may have no reference."""
+    """Join the derivatives by state, applied input and memory; a model may have no reference."""
     parts = ("x", "v", "z") if controller.period else ("x", "z")
     by_state = np.concatenate([slope[name] for name in (parts if controller.memory else ("x",))], axis=-1)
     return by_state, slope["r"] if manifest.references else np.zeros((*by_state.shape[:-1], 0))
 
 
 def _held(A: FloatArray, B: FloatArray, period: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the map of a linear system over a period in which its input is held."""
+    """Return the map of a linear system over a period with constant input."""
     from scipy.linalg import expm  # the import takes 0.1 s, which a plant without a law does not need
 
     nx, n = A.shape[-1], A.shape[-1] + B.shape[-1]
@@ -382,7 +384,7 @@ def _held(A: FloatArray, B: FloatArray, period: FloatArray) -> tuple[FloatArray,
 
 
 def _widened(matrix: FloatArray, by_state: FloatArray) -> FloatArray:
-    """Return a matrix with columns of zeros for the states that a law adds."""
+    """Return a matrix with columns of zeros for the law's additional states."""
     missing = by_state.shape[-1] - matrix.shape[-1]
     return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], missing))], axis=-1)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model ready for use: names, parameter and state vectors, right-hand side, Jacobians, functions."""
+"""A model ready for use: vectors by name, right-hand side, Jacobians, functions."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Model:
         self.evaluator = backend
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Pickle as a folder and a backend: compiled code belongs to one process."""
+        """Pickle the folder and backend, as compiled code belongs to one process."""
         return _reloaded, (str(self.manifest.folder.absolute()), self.backend, self.manifest.hash)
 
     def __repr__(self) -> str:
@@ -93,16 +93,16 @@ class Model:
 
     @property
     def name(self) -> str:
-        """The model's name."""
+        """Name of the model."""
         return self.manifest.model
 
     @property
     def backend(self) -> BackendName:
-        """Name of the evaluator: "c", "python" or "casadi"."""
+        """Evaluator: "c", "python" or "casadi"."""
         return self.evaluator.name
 
     def parameters(self, **values: ArrayLike) -> NamedVector:
-        """Return the plant's parameter vector p, defaults filled in; it answers to names too, as in `p.mass`.
+        """Return the plant's parameter vector p with defaults; elements also have names, as in `p.mass`.
 
         A vector or a matrix of parameters may be given whole, as in `K=[[1.0, 0.0], [0.0, 2.0]]`.
 
@@ -119,7 +119,7 @@ class Model:
         return named(vector(self.manifest.parameters, settings), self.parameter_names)
 
     def law_parameters(self, controller: str, **values: ArrayLike) -> FloatArray:
-        """Return the parameter vector c of a law, defaults filled in.
+        """Return the parameter vector c of a law with defaults.
 
         Raises
         ------
@@ -129,7 +129,7 @@ class Model:
         return law_vector(self.functions, self.manifest.controller(controller), values)
 
     def state(self, **values: float) -> NamedVector:
-        """Return the state vector x, which answers to names too; states that are not given are zero.
+        """Return the state vector x, with named elements; states that are not given are zero.
 
         Raises
         ------
@@ -162,7 +162,7 @@ class Model:
         outputs: Sequence[str] | None = None,
         r: ArrayLike | None = None,
     ) -> FloatArray:
-        """Return the derivatives of the rates with respect to the parameters, shape (..., nx, np).
+        """Return d rhs / d p, shape (..., nx, np).
 
         Parameters
         ----------
@@ -275,7 +275,7 @@ class Model:
         return casadi_function(function, evaluator.raw(function.name))
 
     def to_jax(self) -> Translation:
-        """Return the generated functions on JAX's arrays, as attributes: `rhs(x, u, p)`, `jac_x`, `jac_u` and the rest.
+        """Return the generated functions for JAX arrays, as attributes `rhs(x, u, p)`, `jac_x`, `jac_u`, ...
 
         For numbers in double, set `jax_enable_x64` first.
 
@@ -289,7 +289,7 @@ class Model:
         return jax_functions(self.manifest)
 
     def to_numba(self) -> Translation:
-        """Return the generated functions as Numba compiles them, as attributes: `rhs(x, u, p)`, `jac_x`, `jac_u`, ...
+        """Return the generated functions compiled by Numba, as attributes `rhs(x, u, p)`, `jac_x`, `jac_u`, ...
 
         They take vectors of doubles at one point, without leading axes, and may be called from other compiled code.
 
@@ -308,7 +308,7 @@ class Model:
         p: ArrayLike | None = None,
         scenario: str | None = None,
     ) -> InitialValueProblem:
-        """Return the plant in the form of the arguments of `scipy.integrate.solve_ivp`.
+        """Return the plant as arguments for `scipy.integrate.solve_ivp`.
 
         Parameters
         ----------
@@ -365,7 +365,7 @@ class Model:
         c: ArrayLike | None = None,
         z: ArrayLike | None = None,
     ) -> Any:
-        """Return the result of `linearize` as a `control.StateSpace` with labelled states, inputs and outputs.
+        """Return the result of `linearize` as a labelled `control.StateSpace`.
 
         Parameters
         ----------
@@ -390,7 +390,7 @@ class Model:
         c: ArrayLike | None = None,
         part: Literal["plant", "law", "loop"] | None = None,
     ) -> Any:
-        """Return the plant, a law or their closed loop as a `control.NonlinearIOSystem` with labelled signals.
+        """Return plant, law or closed loop as a labelled `control.NonlinearIOSystem`.
 
         Parameters
         ----------
@@ -429,7 +429,7 @@ class Model:
 
 
 def _reloaded(folder: str, backend: BackendName, digest: str) -> Model:
-    """Load a model that another process pickled, or raise InputError when the folder holds another model now."""
+    """Load a model pickled by another process; raise InputError if its folder now has another one."""
     model = load(folder, backend)
     if model.manifest.hash != digest:
         raise InputError(f"{folder} has changed since the model was pickled: its hash is {model.manifest.hash[:12]}")
@@ -476,7 +476,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
 
 
 def shared_model(model: str | os.PathLike[str], backend: BackendName | None = None) -> Model:
-    """Return a loaded model as `load` does, the same one while nothing in its folder or about the compiler changes."""
+    """Return a loaded model as `load` does; the same object while folder and compiler are unchanged."""
     compiler = find_compiler()
     if backend not in (None, "c") or compiler is None:
         return load(model, backend)

@@ -14,7 +14,7 @@ from mehvar.base.errors import unknown_name
 
 
 class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):
-    """A vector with named elements: `p.mass`, `p["mass"]`, both to read and to write.
+    """A vector with named elements for reading and writing: `p.mass`, `p["mass"]`.
 
     An element with the name of an array attribute, such as `T`, needs the brackets. Results of computing, slicing or
     pickling are plain arrays.
@@ -65,7 +65,7 @@ def named(values: ArrayLike, names: tuple[str, ...]) -> NamedVector:
 
 @functools.cache
 def _vector_type(names: tuple[str, ...]) -> type[NamedVector]:
-    """Return the class of vectors with these names, a property for each: they complete."""
+    """Return the class of vectors with these names as properties, so that editors complete them."""
     free = [name for name in names if not hasattr(NamedVector, name)]
     fields: dict[str, Any] = {name: property(_getter(name), _setter(name)) for name in free}
     return type("NamedVector", (NamedVector,), {**fields, "names": names, "__slots__": ()})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameter vectors from the values of user, scenario and tables, with the origin of every value."""
+"""Parameter vectors from user, scenario and tables, with the origin of each value."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .functions import FloatArray, Functions, unmasked
 
 
 class Setting(NamedTuple):
-    """A value and where it came from, as in "--set" or "scenario paper"."""
+    """A value and its origin, as in "--set" or "scenario paper"."""
 
     value: object
     origin: str
@@ -73,7 +73,7 @@ def number(name: str, value: object, origin: str = "") -> float:
 
 
 def checked(parameter: Parameter, setting: Setting) -> float:
-    """Return the value of a parameter, or raise InputError when its bounds do not allow it."""
+    """Return a parameter's value, or raise InputError if it is out of bounds."""
     value = number(parameter.name, setting.value, setting.origin)
     if not parameter.allows(value):
         raise bad_value(
@@ -83,7 +83,7 @@ def checked(parameter: Parameter, setting: Setting) -> float:
 
 
 def vector(parameters: Sequence[Parameter], settings: Mapping[str, Setting]) -> FloatArray:
-    """Return parameter values in order: the given value, else the default.
+    """Return parameter values in order: given ones, else defaults.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def vector(parameters: Sequence[Parameter], settings: Mapping[str, Setting]) -> 
 
 
 def law_vector(functions: Functions, controller: Controller, values: Mapping[str, object]) -> FloatArray:
-    """Return the parameter vector c of a law: the given value, else the default or its formula.
+    """Return the parameter vector c of a law: given values, else defaults or formulas.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def all_parameters(manifest: Manifest, controller: Controller) -> tuple[Paramete
 
 
 def elements(values: Mapping[str, Any], names: Collection[str], origin: str = "") -> dict[str, Any]:
-    """Return values in which an array stands as its elements, `K_1_2` for the second number of the first row of `K`.
+    """Return values with arrays split into elements: `K_1_2` is in row 1, column 2 of `K`.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[
 def named_values(
     quantities: Sequence[str], kind: str, values: Mapping[str, object], origin: str = ""
 ) -> dict[str, float]:
-    """Return finite floats by name, or raise InputError for an unknown name."""
+    """Return finite floats by name, or raise InputError for unknown names."""
     for name in values:
         if name not in quantities:
             raise unknown_name(kind, name, quantities, origin)
@@ -166,7 +166,7 @@ def named_values(
 
 
 def say(message: str, values: Mapping[str, float]) -> str:
-    """Fill the `{name}` places of a manifest's message; places without a value stay as they are."""
+    """Fill the `{name}` placeholders of a manifest's message; those without a value stay."""
     try:
         return message.format_map({name: _Number(value) for name, value in values.items()})
     except (KeyError, ValueError, IndexError):
@@ -182,7 +182,7 @@ def resolve(
     origin: str,
     options: Iterable[str] = (),
 ) -> Resolved:
-    """Decide every parameter of a run.
+    """Determine every parameter of a run.
 
     The user's value comes first, then the scenario's for this law, then the scenario's, then the default or
     formula. A name that two groups share is set in both.
@@ -222,7 +222,7 @@ def resolve(
 def check_values(
     manifest: Manifest, controller: Controller, values: Mapping[str, object], origin: str, options: Iterable[str] = ()
 ) -> None:
-    """Refuse every value that is not allowed by itself: an unknown name, not a number, out of bounds.
+    """Refuse invalid single values: unknown names, not numbers, out of bounds.
 
     The arguments are those of `resolve`, which calls this before it checks combinations of values.
 
@@ -264,7 +264,7 @@ def _default(parameter: Parameter) -> Setting:
 
 
 def _formulas(functions: Functions, controller: Controller, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the law parameters that are not given and have a formula as default.
+    """Return the law parameters that are not given and have formulas as defaults.
 
     A formula may use another one: each pass evaluates at least one more.
     """
@@ -303,7 +303,7 @@ def _check(messages: Sequence[str], margins: FloatArray, resolved: Resolved) -> 
 
 
 def advice(functions: Functions, controller: Controller, resolved: Resolved) -> tuple[str, ...]:
-    """Return the warnings of a law: parameters that it accepts but does not recommend."""
+    """Return the warnings of a law about accepted but unwise parameters."""
     if not controller.warnings:
         return ()
     margins = functions[f"{identifier(controller.name)}_warnings"](resolved.p, resolved.c, resolved.s)
@@ -318,13 +318,13 @@ def advice(functions: Functions, controller: Controller, resolved: Resolved) -> 
 
 
 def _degrees_hint(parameter: Parameter, value: float) -> str:
-    """Return a hint when an angle is out of bounds but would be in them if it was meant in degrees."""
+    """Return a hint if an angle out of bounds would be valid in degrees."""
     radians = math.radians(value)
     return f"; {value:g} degrees are {radians:.6g} rad" if parameter.unit == "rad" and parameter.allows(radians) else ""
 
 
 def _origins(message: str, resolved: Resolved) -> str:
-    """Say where the values that a message shows came from."""
+    """Return the origins of the values in a message."""
     names = [field for _, field, _, _ in string.Formatter().parse(message) if field in resolved.origins]
     text = ", ".join(f"{name} from {resolved.origins[name]}" for name in dict.fromkeys(names) if name)
     return f" ({text})" if text else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calls of one C function at one point, without the cost of broadcasting."""
+"""Calls of a C function at single points, without the cost of broadcasting."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DOUBLE = np.dtype(np.float64)
 
 
 class _Buffers:
-    """Arrays for the arguments and results of one call, at addresses that are known before it."""
+    """Arrays for arguments and results of a call, at fixed addresses."""
 
     def __init__(self, function: Function) -> None:
         self.arguments = [np.empty(spec.shape) for spec in function.arguments]
@@ -24,7 +24,7 @@ class _Buffers:
 
 
 class Point:
-    """Calls a C function on doubles of exactly its shapes.
+    """A C function on doubles of exactly its shapes.
 
     Reading the address of a NumPy array costs more than copying a state, so arguments are copied to arrays with known
     addresses. Each call uses its own buffers while it lasts, so that several threads may call at once.
@@ -44,7 +44,7 @@ class Point:
         self._free: list[_Buffers] = []
 
     def __call__(self, arguments: tuple[Any, ...]) -> Any:
-        """Return the result or results; None if an argument is neither a double nor an array of its shape."""
+        """Return the results; None if an argument is neither a double nor an array of its shape."""
         if len(arguments) != len(self._shapes):
             return None
         for value, shape in zip(arguments, self._shapes, strict=True):

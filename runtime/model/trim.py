@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trim points of a plant: states and inputs at which rates vanish."""
+"""Trim points of a plant: states and inputs at which the rates vanish."""
 
 from __future__ import annotations
 
@@ -19,22 +19,21 @@ from .model import Model, load
 from .parameters import number
 
 _TOLERANCE = 1e-12
-"""Tolerance of residual, step and gradient, relative to the scales of the unknowns. Newton's steps halve the missing
-digits, so half or twice this value costs or saves at most one step."""
+"""Tolerance of residual, step and gradient, relative to the scales of the unknowns. Newton's method doubles the
+correct digits at each step, so half or twice this value changes at most one step."""
 _STEADY = 1e-8
-"""Tolerance of a rate, relative to its change when each unknown changes by its own size or by one. A steady state
-leaves rounding error, some 1e-16, and half of the digits at a double zero. Own value; a tenth or ten times changes
-nothing."""
+"""Tolerance of a rate, relative to its change when each unknown changes by its own size or one. A steady state
+leaves rounding of 1e-16, and half of the digits at a double zero. A tenth or ten times changes no verdict."""
 _ROUNDING = 1e-12
-"""Bound for rates that no unknown changes: their rounding error."""
+"""Bound on rates that no unknown changes: their rounding error."""
 _PROBE = 6e-6
-"""Relative step of a coordinate for slopes of the projection: the cube root of a double's rounding, the optimum for
-central differences. They only guide the search; ten times more or less costs it a step."""
+"""Relative step of a coordinate for slopes of the projection: the cube root of double rounding, optimal for central
+differences. They only guide the search; ten times more or less costs one step."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trim:
-    """A trimmed point; unpacks as (x, u, residual).
+    """A trim point; unpacks as (x, u, residual).
 
     Attributes
     ----------
@@ -65,7 +64,7 @@ class Trim:
 
 
 class TrimError(MehvarError, ValueError):
-    """There is no steady state, or the search does not find it; `point` is the `Trim` where the rates are least."""
+    """The search for a steady state failed; `point` is the `Trim` with the smallest rates."""
 
     def __init__(self, message: str, point: Trim) -> None:
         super().__init__(message)
@@ -197,7 +196,7 @@ def trim(
 
 
 def _gap(model: Model, p: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return the way from a state to its projection, for coordinates that are states; empty without a projection."""
+    """Return the difference between a state and its projection; empty without a projection."""
     if "project" not in model.manifest.functions or "to_coordinates" in model.manifest.functions:
         return lambda _: np.empty(0)
     project, more = model.functions["project"], (p,) if model.manifest.projects_by_parameters else ()

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One closed loop: options, problem, integration, results."""
+"""A closed-loop run: options, problem, integration, results."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Addresses of the functions that the native loop calls; those of Python are called back.
+"""Addresses of functions for the native loop; Python functions become callbacks.
 
 Compiled functions are called directly. Functions of the NumPy module, and the loop under a continuous law in Python,
 get an address by `ctypes`. C cannot pass on an exception, so the first one is kept, every later result is not a number,
@@ -25,21 +25,21 @@ Shape = tuple[int, ...]
 _LAWS = ("law", "law_memory")
 """Functions that may compute in float."""
 _OF_PLANT = ("outputs", "limits", "resets", "mass", "diffuse", "project")
-"""Functions of the plant that a loop under a continuous law in Python calls as they are."""
+"""Plant functions that a loop under a continuous Python law calls unchanged."""
 _DIFFERENCE = 1.5e-8
-"""Step of a forward difference relative to a state, or to one: the root of the spacing of doubles. The Jacobian of an
-implicit method need not be exact; ten times the step or a tenth costs digits of it."""
+"""Step of a forward difference relative to a state, at least one: the root of double spacing. The Jacobian of an
+implicit method may be inexact; ten times or a tenth costs digits."""
 
 
 class Callbacks:
-    """Functions of Python at addresses, alive as long as this object, and the first exception of any."""
+    """Python functions at addresses, valid during this object's life, with the first exception of any."""
 
     def __init__(self) -> None:
         self._alive: list[Any] = []
         self._error: BaseException | None = None
 
     def check(self) -> None:
-        """Raise the exception of a function."""
+        """Raise the first exception of a callback, if any."""
         if self._error is not None:
             raise self._error
 
@@ -75,7 +75,7 @@ class Callbacks:
 
 
 def addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
-    """Return the functions of a loop by the address fields of mv_model, native/single/single.h."""
+    """Return the functions of a loop by address field of mv_model, native/single/single.h."""
     manifest, law = problem.model.manifest, problem.controller
     if problem.continuous_own:
         calls = loop_calls(manifest, law, problem.suffix, True)
@@ -96,7 +96,7 @@ def _address(problem: Problem, field: str, function: Function, callbacks: Callba
 
 
 def _own_addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
-    """Return the functions of the loop under a continuous law in Python, whose last reference is the time."""
+    """Return the functions of a loop under a continuous Python law; time is appended to the reference."""
     loop, manifest = _OwnLoop(problem), problem.model.manifest
     p, c, s = (vector.shape for vector in (problem.p, problem.c, problem.s))
     x, u, r = ((len(group),) for group in (manifest.states, manifest.inputs, (*manifest.references, "t")))
@@ -113,7 +113,7 @@ def _own_addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
 
 
 class _OwnLoop:
-    """The loop under a continuous law in Python, as functions of state and reference."""
+    """Loop under a continuous Python law, as functions of state and reference."""
 
     def __init__(self, problem: Problem) -> None:
         assert problem.own is not None
@@ -125,7 +125,7 @@ class _OwnLoop:
 
     @property
     def acts(self) -> bool:
-        """True where an actuator makes the input of the command."""
+        """True if an actuator lies between command and input."""
         return self._actuate is not None
 
     def reference(self, t: float, p: FloatArray, s: FloatArray) -> FloatArray:
@@ -143,7 +143,7 @@ class _OwnLoop:
         return np.asarray(self._guards(x, self.observed(x, r, p, c)[1], p))
 
     def jacobians(self, x: FloatArray, r: FloatArray, p: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of the slope by state and reference, by forward differences."""
+        """Return the derivatives of the slope by state and reference, from forward differences."""
         from scipy.optimize import approx_fprime
 
         def steps(at: FloatArray) -> FloatArray:
@@ -154,7 +154,7 @@ class _OwnLoop:
 
 
 def _reader(shape: Shape) -> Callable[[int], Any]:
-    """Return a function that reads an array of this shape, or a number for the shape (), at an address."""
+    """Return a reader of arrays of this shape at an address; of numbers for shape ()."""
     size = int(np.prod(shape))
     if not size:
         return lambda _: np.empty(shape)

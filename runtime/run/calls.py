@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated functions that a closed loop calls, by their names in native/step/calls.h."""
+"""Generated functions in a closed loop, by their names in native/step/calls.h."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from mehvar.base.names import identifier
 from .options import EXPLICIT, IMPLICIT, INTEGRATORS, METHODS, STIFF, STOCHASTIC, Integrator, Method
 
 _AROUND = ("start", "to_coordinates", "from_coordinates")
-"""Functions called before and after a loop, not in it."""
+"""Functions called before and after a loop, but not in it."""
 
 
 def loop_calls(
     manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Integrator = EXPLICIT
 ) -> dict[str, Function]:
-    """Return the functions for the calls of a loop, without calls for which the model has no function.
+    """Return the functions of a loop's calls, without calls that the model has no function for.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _arguments(function: Function) -> str:
 def check_loop(
     manifest: Manifest, law: Controller, method: Method, hold: float | None, sampled: bool, origin: str
 ) -> None:
-    """Refuse a method, or a way to sample, that does not take a feature of the model or its law.
+    """Refuse a method or sampling that does not support a feature of model or law.
 
     Parameters
     ----------
@@ -111,19 +111,19 @@ def check_loop(
 
 
 def place_of(method: Method) -> Place:
-    """Return the column of a method in the table of capabilities."""
+    """Return a method's column in the table of capabilities."""
     return Place.IMPLICIT if method in IMPLICIT else Place.STOCHASTIC if method in STOCHASTIC else Place.EXPLICIT
 
 
 def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tuple[Event, ...]:
-    """Return the events of a loop: the system's, and for a continuous law its surfaces."""
+    """Return the events of a loop: the system's and, for a continuous law, its surfaces."""
     return manifest.events if sampled else (*manifest.events, *controller.events)
 
 
 def jacobian_name(
     manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Method = STIFF
 ) -> str:
-    """Return the name of the Jacobian of a loop for a linearly implicit method.
+    """Return the name of a loop's Jacobian for linearly implicit methods.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def jacobian_name(
 
 
 def model_fields(calls: Mapping[str, Function], manifest: Manifest, controller: Controller) -> dict[str, Function]:
-    """Return the functions of a loop by the address fields of mv_model, native/single/single.h."""
+    """Return the functions of a loop by address field of mv_model, native/single/single.h."""
     renamed = {"law": "law_memory"} if controller.memory else {}
     if "actuate" in manifest.functions:
         renamed["observe"] = "observe_command"

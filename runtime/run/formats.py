@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Result files in NetCDF, CSV, Parquet, Arrow or MATLAB format, chosen by the file's ending."""
+"""Result files in NetCDF, CSV, Parquet, Arrow or MATLAB format, by the file's ending."""
 
 from __future__ import annotations
 
@@ -26,20 +26,21 @@ if TYPE_CHECKING:
 
 _DIGEST = "content_sha256"
 _SEAL = b"\nmehvar sha256 "
-"""Mark before the hash of all bytes of a file, at its end, where HDF5 does not read: damage can make HDF5 loop."""
+"""Mark before the hash of all bytes, at the file's end, which HDF5 does not read. Damage can make HDF5 loop, so the
+hash is checked first."""
 _END = {b"\0": slice(40, 48), b"\1": slice(44, 52), b"\2": slice(28, 36), b"\3": slice(28, 36)}
-"""Positions of the end-of-file address in HDF5 files, by the version of the superblock (the first block)."""
+"""Positions of the end-of-file address in HDF5 files, by version of the superblock."""
 _MATLAB_HEADER = 116
 """Bytes of free text at the start of a MAT-file."""
 _MATLAB_BYTES = 2**31
-"""Bytes that no variable of version 5 reaches."""
+"""Size limit of a variable in version 5, in bytes."""
 _MATLAB_NAME = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
 _NUMBERS = "biuf"
 """NumPy kinds of real numbers."""
 
 
 def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a result; the file is written completely or not at all, and replaces an old one only then.
+    """Write a result file. The file is complete or absent, and replaces an old one only when complete.
 
     Parameters
     ----------
@@ -110,7 +111,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
 
 
 def checked_format(path: str | os.PathLike[str]) -> str:
-    """Return the ending of a result file in lower case.
+    """Return a result file's ending in lower case; refuse unknown ones.
 
     Raises
     ------
@@ -143,7 +144,7 @@ def _netcdf(dataset: xarray.Dataset) -> bytes:
 
 
 def _whole(content: bytes) -> bool:
-    """Return True if a file matches its seal; a file of another program, which ends without one, counts as intact."""
+    """Return True if a file matches its hash; files of other programs, without one, count as intact."""
     field = _END.get(content[8:9])
     if field is None or len(content) <= int.from_bytes(content[field], "little"):
         return True
@@ -152,7 +153,7 @@ def _whole(content: bytes) -> bool:
 
 
 def _digest(dataset: xarray.Dataset) -> str:
-    """Return a hash of all values, names, dimensions, units and attributes, regardless of their order.
+    """Return a hash of all values, names, dimensions, units and attributes, in any order.
 
     HDF5's checksums cover the values of a series, but not their position in the file.
     """
@@ -168,7 +169,7 @@ def _digest(dataset: xarray.Dataset) -> str:
 
 
 def _about(attributes: Mapping[Any, Any]) -> str:
-    """Return attributes as text, the same for Python and NumPy numbers."""
+    """Return attributes as text, equal for Python and NumPy numbers."""
     return repr(sorted((str(name), np.asarray(value).tolist()) for name, value in attributes.items()))
 
 
@@ -193,7 +194,7 @@ def _arrow_table(dataset: xarray.Dataset) -> pyarrow.Table:
 
 
 def columnar(table: pyarrow.Table, ending: str) -> bytes:
-    """Return a table as a Parquet file, or for `.arrow` as an Arrow IPC file, which is version 2 of Feather."""
+    """Return a table as a Parquet file; for `.arrow` as Arrow IPC, version 2 of Feather."""
     from pyarrow import ipc, parquet
 
     content = io.BytesIO()
@@ -206,7 +207,7 @@ def columnar(table: pyarrow.Table, ending: str) -> bytes:
 
 
 def matlab_values(dataset: xarray.Dataset) -> dict[str, Any]:
-    """Return what a MAT-file of a run holds by name."""
+    """Return the contents of a run's MAT-file by name."""
     series = _series(dataset)
     columns = {**_columns(series), **_metrics(dataset)}
     about = {
@@ -222,7 +223,7 @@ def matlab_values(dataset: xarray.Dataset) -> dict[str, Any]:
 
 
 def matlab5(values: Mapping[str, Any]) -> bytes:
-    """Return a MAT-file of version 5, or raise InputError for what that cannot hold."""
+    """Return a MAT-file of version 5; raise InputError for contents that it cannot hold."""
     from scipy.io import savemat
 
     for name, value in values.items():
@@ -246,7 +247,7 @@ ENDINGS = tuple(_FORMATS)
 
 
 def _series(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Return the variables along time, or raise InputError for a dataset that is not a table."""
+    """Return the variables along time; raise InputError if there are others."""
     wide = [str(name) for name, array in dataset.data_vars.items() if array.dims not in ((), ("t",))]
     if wide or set(dataset.coords) != {"t"}:
         raise InputError("only a single run can be a table: save this dataset as .nc, or select one run")
@@ -265,7 +266,7 @@ def _metrics(dataset: xarray.Dataset) -> dict[str, xarray.DataArray]:
 
 
 def _metrics_text(dataset: xarray.Dataset) -> str:
-    """Return the metrics as JSON, with text for numbers that are not finite, as JSON has no infinity."""
+    """Return the metrics as JSON, with infinity and NaN as texts."""
     values = {name: (float(array), array.attrs.get("units", "")) for name, array in _metrics(dataset).items()}
     return json.dumps(
         {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed loops: the native loop drives the functions of a model, compiled ones or those of the NumPy module."""
+"""Closed loops: the native loop calls functions of a model, compiled or from the NumPy module."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _DOUBLES, _INTEGERS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_i
 
 
 def run(problem: Problem, interrupted: Callable[[], None]) -> Trajectory:
-    """Integrate a closed loop; the interpreter lock is released while it runs.
+    """Integrate a closed loop without Python's lock.
 
     A sampled law in Python runs between two calls of the native loop. A continuous one, and the functions of the NumPy
     module, are called back. An exception of any of them, or of a signal handler, ends the run.
@@ -102,7 +102,7 @@ def _events(journal: Any) -> tuple[tuple[float, int], ...]:
 
 
 class _Callback:
-    """A law outside C: arrays of its arguments at a sample, and of its answer."""
+    """A law outside of C: arrays of its arguments and result at a sample."""
 
     def __init__(self, law: Law, single: Any) -> None:
         model = single.model
@@ -121,7 +121,7 @@ class _Callback:
 def _drive(
     library: ctypes.CDLL, single: Any, problem: Problem, law: _Callback | None, check: Callable[[], None]
 ) -> None:
-    """Call the native loop in chunks of samples; in between, serve interrupts, a law outside C and the progress."""
+    """Call the native loop in chunks of samples; in between, handle interrupts, external laws and progress."""
     work = np.empty(library.mv_work_size(ctypes.byref(single)), np.uint8)
     library.mv_start(ctypes.byref(single), work.ctypes.data)
     check()
@@ -143,7 +143,7 @@ def _drive(
 
 
 def _answered(law: _Callback | None, problem: Problem, tick: int, until: int) -> int:
-    """Evaluate a law outside C if it is due at a tick; return the tick up to which the loop may continue."""
+    """Evaluate an external law that is due at a tick; return the tick until which the loop may run."""
     if law is None or problem.hold_every is None:
         return until
     if tick % problem.hold_every == 0:
@@ -152,7 +152,7 @@ def _answered(law: _Callback | None, problem: Problem, tick: int, until: int) ->
 
 
 def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any]]:
-    """Return the structure of a run and the arrays that it points to."""
+    """Return the C structure of a run, and the arrays that it refers to."""
     manifest = problem.model.manifest
     sampled = problem.hold_every is not None
     timed = problem.continuous_own

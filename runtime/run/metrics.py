@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     import xarray
 
 COUNT = "events"
-"""The kind of metric that counts events instead of evaluating series."""
+"""Kind of metric that counts events and reads no series."""
 
 
 def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
-    """Return all metrics that a model defines, by name.
+    """Return all metrics of a model by name.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
 
 
 def cut_of(run: Run | xarray.Dataset) -> float:
-    """Return the instant at which a run ended early, s; infinity if it did not."""
+    """Return the time of an early end, s; infinity without one."""
     if isinstance(run, Run):
         return math.inf if run.status is Status.DONE else run.t_stop
     status = run.attrs.get("status", Status.DONE.text)
@@ -70,7 +70,7 @@ def cut_of(run: Run | xarray.Dataset) -> float:
 
 
 def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) -> dict[str, Metric]:
-    """Return the metrics of runs under a law: all of them, or for a law in Python those whose variables exist."""
+    """Return the metrics of runs under a law; for a Python law, those whose variables exist."""
     if law is None or law in manifest.controllers:
         return dict(manifest.metrics)
     reports = {q.name for one in manifest.controllers.values() for q in (*one.memory, *one.outputs)}
@@ -83,7 +83,7 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
 
 
 def is_open(metric: Metric, cut: float) -> bool:
-    """Return True for a metric that an early end of the run leaves undetermined.
+    """Return True for a metric that an early end leaves undetermined.
 
     Extremes, sums and counts are known up to the end of a run, and so is its final value. Whether a signal has settled,
     and a value at a later instant, are not.
@@ -93,7 +93,7 @@ def is_open(metric: Metric, cut: float) -> bool:
 
 
 def undetermined(metrics: Mapping[str, Metric], end: float, dt: float, cut: float = math.inf) -> dict[str, str]:
-    """Return the reason for each undetermined metric: no sample in its window, or no end of it.
+    """Return the reason for each undetermined metric: a window without samples, or without its end.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def undetermined(metrics: Mapping[str, Metric], end: float, dt: float, cut: floa
 
 
 def grouped(notes: Mapping[str, str]) -> list[str]:
-    """Return notes about metrics, one line for each reason."""
+    """Return notes about metrics, one line per reason."""
     names: dict[str, list[str]] = {}
     for name, note in notes.items():
         names.setdefault(note, []).append(name)
@@ -124,11 +124,11 @@ def grouped(notes: Mapping[str, str]) -> list[str]:
 
 
 _ROUNDING = 1e-12
-"""Relative rounding of instants: a window that ends at a sample includes it. Windows are longer than this."""
+"""Relative rounding of instants: a window that ends at a sample includes it."""
 
 
 def event_number(metric: Metric, name: str, events: Sequence[Event]) -> int:
-    """Return the number of the loop's event that a metric counts, or raise InputError."""
+    """Return the number of the event that a metric counts, or raise InputError."""
     names = [event.name for event in events]
     if name not in names:
         raise unknown_name(f"event in metric {metric.name}", name, names)
@@ -142,7 +142,7 @@ def evaluate(
     counts: Mapping[str, int] | None = None,
     cut: float = math.inf,
 ) -> float:
-    """Return a metric from series by name, the run's event counts, and the instant of an early end."""
+    """Return a metric from named series, event counts, and the time of an early end."""
     if metric.kind == COUNT:
         return float(sum((counts or {}).get(name, 0) for name in metric.of))
     if metric.kind not in _KINDS:
@@ -164,7 +164,7 @@ def _variables(of: str) -> list[str]:
 
 
 def _signal(metric: Metric, of: str, series: Mapping[str, FloatArray]) -> FloatArray:
-    """Return a variable, or the difference of two."""
+    """Return a variable or the difference of two."""
     names = _variables(of)
     for name in names:
         if name not in series:
@@ -179,7 +179,7 @@ def _settling(t: FloatArray, values: FloatArray, band: float) -> float:
 
 
 def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], band: float) -> float:
-    """Return the instant at which linear interpolation after the last sample outside the band enters it."""
+    """Return the time at which a signal enters the band, interpolated after its last sample outside."""
     if outside.size == 0:
         return float(t[0])
     last = outside[-1]
@@ -191,7 +191,7 @@ def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], 
 
 
 def _sum(values: FloatArray) -> float:
-    """Add up along time and then over the rows, in the order of a batch, for the same bits."""
+    """Sum over time, then over rows, in the order of a batch, for bit-identical results."""
     rows = np.add.accumulate(values, axis=1)[:, -1:]
     return float(np.add.accumulate(rows, axis=0)[-1, 0]) if rows.size else 0.0
 

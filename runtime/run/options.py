@@ -28,13 +28,13 @@ Need = Literal["fixed", "adaptive", "sampled", "noise"]
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)  # numbered as in the native integrator
 METHODS: tuple[Method, ...] = get_args(Method)
 AUTO: Method = "auto"
-"""Use `EXPLICIT`; repeat a run that turns out stiff from the start with `STIFF`."""
+"""Method that starts with `EXPLICIT` and repeats a stiff run from the start with `STIFF`."""
 EXPLICIT: Integrator = "dop853"
 STIFF: Integrator = "rodas5p"
 IMPLICIT: tuple[Integrator, ...] = ("rodas5p",)
 """Methods that use the Jacobian of the loop."""
 STOCHASTIC: tuple[Integrator, ...] = ("euler", "platen")
-"""Methods for process noise: of strong order 1/2, and 1 where the noise commutes."""
+"""Methods for process noise, of strong order 1/2, and 1 for commuting noise."""
 FIXED: tuple[Integrator, ...] = ("rk4", *STOCHASTIC)
 """Methods with a fixed step."""
 SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding error
@@ -46,7 +46,7 @@ _NEEDS: Mapping[Need, str] = {
     "sampled": "the law is sampled, by its own period or by `hold`",
     "noise": "the law is sampled and the model has measurement noise or random steps, or it has process noise",
 }
-"""Conditions on a loop for an option to have an effect."""
+"""Conditions on a loop under which an option has an effect."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Option:
 
     @property
     def allowed(self) -> str:
-        """Allowed values, in words."""
+        """Allowed values in words."""
         if self.words:
             return either(self.words)
         kind, digits = ("a whole number", ".0f") if self.kind == "count" else ("a number", ".3g")
@@ -97,12 +97,12 @@ class Option:
 
     @property
     def meaning(self) -> str:
-        """The text, and the condition for the option."""
+        """Meaning, and the condition under which the option applies."""
         return f"{self.text}; only where {_NEEDS[self.needs]}" if self.needs else self.text
 
     @property
     def help(self) -> str:
-        """The meaning with words or unit, and the default."""
+        """Meaning with allowed words or unit, and default."""
         kind = f": {either(self.words)}" if self.words else f", {self.unit}" if self.unit else ""
         otherwise = self.otherwise or ("" if self.default in (None, MISSING) else f"{self.default}")
         return f"{self.meaning}{kind}{f'; default: {otherwise}' if otherwise else ''}."
@@ -138,22 +138,22 @@ class Option:
 
 
 def number_row(text: str, unit: str = "", **more: Any) -> dict[str, Option]:
-    """Return the metadata of a field that is a number."""
+    """Return the metadata of a number field."""
     return {"option": Option("number", text, unit, **more)}
 
 
 def count_row(text: str, least: int = 0, **more: Any) -> dict[str, Option]:
-    """Return the metadata of a field that is a whole number."""
+    """Return the metadata of a whole number field."""
     return {"option": Option("count", text, least=least, below=_COUNT_BELOW, **more)}
 
 
 def word_row(text: str, words: tuple[str, ...], **more: Any) -> dict[str, Option]:
-    """Return the metadata of a field that is one of several words."""
+    """Return the metadata of a field with a choice of words."""
     return {"option": Option("word", text, words=words, **more)}
 
 
 def rows(table: type) -> dict[str, Option]:
-    """Return the options among the fields of a dataclass; a required one has the default `MISSING`."""
+    """Return the options among a dataclass's fields; required ones have the default `MISSING`."""
     return {
         f.name: replace(row := f.metadata["option"], name=row.name or f.name, default=f.default)
         for f in fields(table)
@@ -162,7 +162,7 @@ def rows(table: type) -> dict[str, Option]:
 
 
 def _count(value: object, number: float) -> int:
-    """Return a whole number exactly; as a float above 2^53 it would lose digits."""
+    """Return a whole number exactly; a float above 2^53 would lose digits."""
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -175,7 +175,7 @@ _IN_BATCH: dict[Place, str] = {"run": "left out: only a batch has it", "board": 
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """Checked options of a run; the fields describe them.
+    """Checked options of a run.
 
     Raises
     ------
@@ -206,7 +206,7 @@ class RunOptions:
     hold: float | None = field(
         default=None,
         metadata=number_row(
-            "Sample period of the law, which holds its input in between; a multiple of `dt_out`, or a whole part of it",
+            "Sample period of the law, which holds its input in between; a multiple of `dt_out`, or a whole fraction",
             "s",
             otherwise="the law's period, or else none",
             above=0.0,
@@ -297,7 +297,7 @@ OPTIONS = rows(RunOptions)
 
 
 def read_options(settings: Mapping[str, object], place: Place, origin: str) -> tuple[RunOptions, dict[str, object]]:
-    """Return the options among settings, checked, and the other settings: choices of the model, and parameters.
+    """Return the options among settings, checked, and all other settings: choices and parameters.
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ def read_options(settings: Mapping[str, object], place: Place, origin: str) -> t
 
 
 def check_effects(given: Mapping[str, object], method: Method, sampled: bool, noisy: bool, origin: str) -> None:
-    """Refuse an option that would have no effect.
+    """Refuse options without effect.
 
     Parameters
     ----------
@@ -351,7 +351,7 @@ def check_effects(given: Mapping[str, object], method: Method, sampled: bool, no
 def split_settings(
     settings: Mapping[str, object], choices: Collection[str], place: Place, origin: str
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the parameters among settings, and options with choices, as `Campaign` and `simulate` take them.
+    """Return parameters and options among settings, separately, as `Campaign` and `simulate` need them.
 
     Parameters
     ----------
@@ -374,7 +374,7 @@ def split_settings(
 
 
 def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str) -> dict[str, Any]:
-    """Return parameters given in a mapping and by name, merged.
+    """Return parameters from a mapping and keywords, merged.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A closed loop as the common input of all backends, its construction from a call, and the backends' output."""
+"""A closed loop as common input of all backends, its construction from arguments, and the output."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from .ticks import ticks_of
 Progress = Callable[[float, float], None]
 
 _AT_SAMPLES = frozenset(("actuate", "jump", "measure"))
-"""Functions of a plant that act once a sample."""
+"""Plant functions that act once per sample."""
 STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
 
 class Status(IntEnum):
-    """End of a run, numbered as in native/step/schedule.h; batches use 5 for runs that never began."""
+    """Kinds of ends of a run, numbered as in native/step/schedule.h; batches use 5 for runs without a start."""
 
     DONE = 0
     NOT_FINITE = 1
@@ -57,17 +57,17 @@ class Status(IntEnum):
 
     @property
     def complete(self) -> bool:
-        """True where the run reached its end: the end time, or an event that ends runs regularly."""
+        """True if the run reached its end: the end time, or an event that counts as a regular end."""
         return self in COMPLETE
 
     @property
     def by_event(self) -> bool:
-        """True where an event ended the run."""
+        """True if an event ended the run."""
         return self in (Status.EVENT, Status.FAILURE)
 
 
 COMPLETE = (Status.DONE, Status.EVENT)
-"""Statuses of runs that reached their end."""
+"""Statuses of complete runs."""
 
 
 @dataclass(frozen=True)
@@ -152,18 +152,18 @@ class Problem:
 
     @property
     def continuous_own(self) -> bool:
-        """True for a law in Python that is evaluated for every slope."""
+        """True for a continuous Python law, which every slope evaluates."""
         return self.own is not None and self.hold_every is None
 
     @property
     def charted(self) -> bool:
-        """True where the regular coordinates are integrated; a law in Python returns the input of the state's chart."""
+        """True if regular coordinates are integrated; a Python law returns inputs of the state's chart."""
         return self.hold_every is None and self.own is None and "to_coordinates" in self.model.manifest.functions
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Recorded samples, one row each, and how the run ended.
+    """Recorded samples, one per row, and the end of the run.
 
     `z` is the law's memory at the sample, before its evaluation. `violated` is the index of the limit behind
     Status.LIMIT, and `x_stop` the state there. `error` is the largest error of a step over its tolerance. `t_stiff`
@@ -200,7 +200,7 @@ def problem_of(
     origin: str,
     own: OwnLaw | None = None,
 ) -> Problem:
-    """Return the problem for options, scenario and parameters, or raise InputError.
+    """Return the problem from options, scenario and parameters, or raise InputError.
 
     `given` has the options from the user, each of which must have an effect; `own` is the law if it is in Python.
     """
@@ -223,7 +223,7 @@ def problem_of(
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)
-    late = input_delays(model.manifest, resolved.p, len(ticks), hold_every, origin)
+    delays = input_delays(model.manifest, resolved.p, len(ticks), hold_every, origin)
     return Problem(
         model=model,
         controller=law,
@@ -243,7 +243,7 @@ def problem_of(
         record_every=record_every,
         hold_every=hold_every,
         delay=options.delay,
-        input_delays=late,
+        input_delays=delays,
         method=first_integrator(options.method),
         stiff_test=options.method == AUTO,
         rtol=options.rtol,
@@ -257,7 +257,7 @@ def problem_of(
 
 
 def of_scenario(options: RunOptions, scenario: Scenario, origin: str) -> Origin:
-    """Return the origin of options; those that are not given come from the scenario."""
+    """Return the origin of options: values that are not given come from the scenario."""
     return Origin(origin, {n: f"scenario {scenario.name}" for n in ("t_end", "dt_out") if getattr(options, n) is None})
 
 
@@ -279,21 +279,21 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
 
 
 def check_delay(delay: int, ticks: int, hold_every: int | None, origin: str) -> None:
-    """Refuse a delay that lasts to the end of a run, so that no input acts."""
+    """Refuse a delay as long as the run, in which no input acts."""
     periods = 0 if hold_every is None else -(-(ticks - 1) // hold_every)
     if delay and delay >= periods:
         raise bad_value("delay", delay, f"less than {periods}, the periods that this run has", origin)
 
 
 def check_hold(hold: float | None, law: Controller, period: float | None, origin: str) -> None:
-    """Refuse to sample a law at another period than the one it computes with."""
+    """Refuse to sample a law at another period than its own."""
     if hold is not None and period is not None and hold != period:
         allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
         raise bad_value("hold", hold, allowed, origin)
 
 
 def check_sampled_parts(manifest: Manifest, values: Mapping[str, float], hold: float | None, origin: str) -> None:
-    """Refuse to sample a plant whose sensor or actuator computes with another period, as the size of its noise."""
+    """Refuse a sampling period that differs from the one that the plant's sensor or actuator uses."""
     if hold is None:
         return
     for name, at_samples in sampled_parameters(manifest).items():
@@ -303,14 +303,14 @@ def check_sampled_parts(manifest: Manifest, values: Mapping[str, float], hold: f
 
 
 def sampled_parameters(manifest: Manifest) -> dict[str, str]:
-    """Return the parameters that are a law's period and that sensor or actuator use, with these users."""
+    """Return the parameters that are a law's period and used by sensor or actuator, with their users."""
     periods = {law.period for law in manifest.controllers.values()}
     readers = {q.name: sorted(_AT_SAMPLES.intersection(q.readers)) for q in manifest.parameters if q.name in periods}
     return {name: " and ".join(functions) for name, functions in readers.items() if functions}
 
 
 def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str) -> tuple[int, ...]:
-    """Return the greatest delay of each input in runs with parameters p, shape (np,) or (n, np); none without delays.
+    """Return the largest delay of each input for parameters p, shape (np,) or (n, np); none without delays.
 
     Raises
     ------
@@ -329,14 +329,14 @@ def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int 
 
 
 def evaluations_of(ticks: int, hold_every: int | None) -> int:
-    """Return the number of evaluations of a sampled law in a run with this many ticks."""
+    """Return the evaluations of a sampled law in a run with this number of ticks."""
     return 0 if hold_every is None else (ticks - 1) // hold_every + 1
 
 
 def initial_corrections(
     model: Model, law: Controller, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray
 ) -> FloatArray:
-    """Return Newton's correction of each algebraic state at the start, shape (..., states); zero for other states.
+    """Return Newton's correction of each algebraic state at the start, shape (..., states); zero elsewhere.
 
     Other states are kept. The loop is that of a continuous law of the model.
     """
@@ -357,7 +357,7 @@ def initial_corrections(
 
 
 def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
-    """Return True for each state that satisfies its equation at the start within the run's tolerances."""
+    """Return True for each state that fulfils its initial equation within tolerance."""
     allowed: NDArray[np.bool_] = np.abs(corrections) <= options.atol + options.rtol * np.abs(x0)
     return allowed
 
@@ -365,7 +365,7 @@ def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> 
 def _check_consistent(
     model: Model, law: Controller, resolved: Resolved, x0: FloatArray, options: RunOptions, origin: str
 ) -> None:
-    """Refuse algebraic states that do not satisfy their equations at the start of the run."""
+    """Refuse algebraic states that violate their equations at the start."""
     if law.name not in model.manifest.controllers:
         return
     corrections = initial_corrections(model, law, resolved.p, resolved.c, resolved.s, x0)
@@ -383,14 +383,14 @@ def _check_consistent(
 
 
 _NEWTON_STEPS = 50
-"""Newton steps from a distant start. Newton's method gains one bit a step at a double root and more elsewhere, so it
-reaches the precision of a double within these steps or never; half as many would miss double roots."""
+"""Newton steps from a distant start. At a double root each step gains one bit, elsewhere more, so it converges to
+double precision within these steps or never; half as many would miss double roots."""
 
 
 def _solved(
     model: Model, law: Controller, resolved: Resolved, x0: FloatArray, corrections: FloatArray, options: RunOptions
 ) -> FloatArray | None:
-    """Return the start with solved algebraic states; None if Newton's method does not converge."""
+    """Return the start with solved algebraic states; None without convergence."""
     x = x0
     with np.errstate(all="ignore"):
         for _ in range(_NEWTON_STEPS):
@@ -402,7 +402,7 @@ def _solved(
 
 
 def start_memory(model: Model, law: Controller, values: Resolved | Problem, x0: FloatArray, real: Real) -> FloatArray:
-    """Return a law's memory before its first sample, or at the start; in float it has the bits of a board."""
+    """Return a law's initial memory, in float with the bits of a board."""
     if not law.memory:
         return np.empty(0)
     name, r = f"{identifier(law.name)}_start", model.functions["reference"](0.0, values.p, values.s)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check that a run uses the parameters it is given."""
+"""Check that a run uses its given parameters."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def check_read(
     states: Collection[str],
     origin: str,
 ) -> None:
-    """Refuse a parameter without effect: its readers do not run, or the values it decides are given too.
+    """Refuse a parameter without effect: no function reads it, or the values it determines are given too.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def check_read(
 
 
 def _functions(manifest: Manifest, law: Controller, suffix: str, sampled: bool) -> set[str]:
-    """Return the functions whose results a run shows or uses."""
+    """Return the functions whose results a run uses or shows."""
     generated, name = law.name in manifest.controllers, identifier(law.name)
     calls = {identifier(f.name) for f in loop_calls(manifest, law, suffix, sampled or not generated).values()}
     if generated or law.name == OPEN_LOOP:
@@ -67,7 +67,7 @@ def _functions(manifest: Manifest, law: Controller, suffix: str, sampled: bool) 
 
 
 class _Reading:
-    """Parameters that reach the functions of a run in which some elements are given instead of computed."""
+    """Parameters that affect a run's functions if some elements are given."""
 
     def __init__(self, manifest: Manifest, law: Controller, functions: set[str], given: set[str]) -> None:
         self._law, self._functions, self._given = law, functions, given
@@ -93,7 +93,7 @@ class _Reading:
         return f"nothing in a run under {self._law.name} reads it{', only ' + ', '.join(others) if others else ''}"
 
     def _decided(self, name: str) -> dict[str, bool]:
-        """Return the states and parameters that depend on a parameter, with True for starts of states."""
+        """Return the states and parameters that depend on a parameter; True marks initial states."""
         places = {_INITIAL: True, f"{identifier(self._law.name)}_defaults": False}
         pairs = (reader.split(".") for reader in self._readers[name] if "." in reader)
         return {element: places[function] for function, element in pairs if function in places}

@@ -57,7 +57,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
 
 
 _Texts = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
-"""Names with their attributes, as a hashable value."""
+"""Names with attributes as a hashable value."""
 
 
 def _texts(attributes: Mapping[str, Mapping[str, str]]) -> _Texts:
@@ -66,7 +66,7 @@ def _texts(attributes: Mapping[str, Mapping[str, str]]) -> _Texts:
 
 @functools.lru_cache(maxsize=8)  # for several models at once; aligning 50 variables with their index costs 1 ms
 def _form(instants: bytes, series: _Texts, numbers: _Texts) -> xarray.Dataset:
-    """Return a result without its numbers: the common part of runs of a law at the same instants."""
+    """Return a result without numbers: the common part of runs of a law at equal instants."""
     import xarray
 
     t = np.frombuffer(instants)
@@ -85,13 +85,13 @@ def _notes(run: Run, known: Mapping[str, Metric]) -> dict[str, str]:
 
 
 def attributes_of(metric: Metric, note: str | None) -> dict[str, str]:
-    """Return the attributes of a metric in a result; a note says why it has no number."""
+    """Return a metric's attributes in a result, with a note if it has no value."""
     about = {"units": metric.unit, "long_name": metric.description}
     return about if note is None else {**about, "note": note}
 
 
 def hidden_names(manifest: Manifest) -> list[str]:
-    """Return the names in a model's results that are attributes of `xarray.Dataset` too.
+    """Return the result names that are also attributes of `xarray.Dataset`.
 
     `run.NAME` is then the attribute; `run["NAME"]` is always the variable.
     """
@@ -102,7 +102,7 @@ def hidden_names(manifest: Manifest) -> list[str]:
 
 
 def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, str]]:
-    """Return unit and long name of every series."""
+    """Return unit and description of each series."""
     quantities = (*manifest.states, *manifest.outputs, *law.memory, *law.outputs)
     texts = [
         *((q.name, q.unit, q.description) for q in quantities),
@@ -144,5 +144,5 @@ def _attributes(run: Run) -> dict[str, str | float]:
 
 @functools.cache
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that results depend on."""
+    """Return the versions of Python and of packages that affect results."""
     return installed(*_PACKAGES)

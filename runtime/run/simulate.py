@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One closed-loop run of a model under a control law."""
+"""A closed-loop run of a model under a control law."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class Run:
     run_seconds: float
 
     def variables(self) -> dict[str, FloatArray]:
-        """Return every series by its name in a result file."""
+        """Return all series by their names in a result file."""
         manifest = self.manifest
         columns = {q.name: self.x[:, i] for i, q in enumerate(manifest.states)}
         columns |= {f"u_{q.name}": self.u[:, i] for i, q in enumerate(manifest.inputs)}
@@ -135,7 +135,7 @@ class Run:
 
     @property
     def checksum(self) -> str:
-        """CRC-32 of all numbers of the run: t, x, u, u_cmd, y and z one after the other, as little-endian doubles.
+        """CRC-32 of all numbers of the run: t, x, u, u_cmd, y, z in turn, as little-endian doubles.
 
         Runs with the same checksum have the same bits, except for one chance in 2^32. All NaN count as equal.
         """
@@ -145,7 +145,7 @@ class Run:
         return f"{total:08x}"
 
     def stiffness(self) -> list[str]:
-        """Return where `method="auto"` found the run stiff, and its action."""
+        """Return when `method="auto"` found the run stiff, and what it did."""
         if math.isnan(self.t_stiff):
             return []
         return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
@@ -309,7 +309,7 @@ def simulate(
 
 
 def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> FloatArray:
-    """Return the reports of the law at each sample."""
+    """Return the law's reports at each sample."""
     model, law = problem.model, problem.controller
     if not law.outputs:
         return np.empty((len(trajectory.t), 0))
@@ -320,7 +320,7 @@ def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> Fl
 
 
 def _integrate(problem: Problem) -> Trajectory:
-    """Integrate a loop; repeat it from the start with another method if it turns out stiff."""
+    """Integrate a loop; repeat a stiff one from the start with another method."""
     trajectory = _attempt(problem)
     if math.isnan(trajectory.t_stiff):
         return trajectory
@@ -346,7 +346,7 @@ def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
 def _start(
     model: Model, scenario: Scenario, resolved: Resolved, initial: Mapping[str, object], origin: str
 ) -> FloatArray:
-    """Return the initial state, which must be finite and within the limits."""
+    """Return the initial state; refuse one that is not finite or violates a limit."""
     values = named_values(model.state_names, f"state of {model.name} in initial", initial, origin)
     x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
     for name, value in values.items():
@@ -371,7 +371,7 @@ def _start(
 
 
 def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str:
-    """Return the end of a run in words."""
+    """Return the reason for the end of a run in words."""
     model, at = problem.model, f"at t = {trajectory.t_stop:.6g} s"
     if trajectory.status is Status.DONE:
         return "end time reached"
@@ -395,7 +395,7 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
 
 
 def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
-    """Return the event that ended a run, in words."""
+    """Return the event that ended a run in words."""
     last = [problem.events[k] for t, k in trajectory.events if t == trajectory.t_stop]
     ends = [event for event in last if event.ends]
     event = next((event for event in ends if event.ends == "failure"), ends[0])
@@ -408,7 +408,7 @@ def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
 def _changed_values(
     manifest: Manifest, law: Controller, case: Scenario, given: Mapping[str, object], resolved: Resolved
 ) -> dict[str, float]:
-    """Return the given parameters that differ from the scenario's."""
+    """Return the given parameters that differ from the scenario."""
     parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
     defaults = {q.name: q.default for q in parameters}
     plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
@@ -416,14 +416,14 @@ def _changed_values(
 
 
 def _changed_options(case: Scenario, options: RunOptions) -> dict[str, float | str]:
-    """Return the options that differ from defaults and scenario, except for backend and step limit."""
+    """Return options that differ from defaults and scenario, except backend and step limit."""
     plain = {"t_end": case.duration, "dt_out": case.step}
     others = ("backend", "max_steps")
     return {name: v for name, v in options.changes().items() if name not in others and v != plain.get(name)}
 
 
 def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Dataset | None) -> dict[str, float | str]:
-    """Return inputs for a title: numbers, and "given" for all others."""
+    """Return inputs for a title: numbers, else "given"."""
     if not inputs:
         return {}
     values = {name: inputs[name] for name in names if name in inputs}

@@ -18,26 +18,26 @@ from mehvar.base.errors import InputError, bad_value, whence
 from ..model.functions import FloatArray
 
 _MULTIPLE = 1e-9
-"""Relative tolerance of whole multiples, for numbers with nine or more digits; half or twice this value affects only
-such numbers. Decimals and simple fractions are either exact multiples or far from one."""
+"""Relative tolerance of whole multiples, for numbers with nine or more digits; only those depend on it. Decimals and
+simple fractions are exact multiples or far from them."""
 _DENOMINATOR = 10**6
-"""Largest denominator of a simple fraction: microseconds, and steps such as 1/3, 1/60 and 1/44100 s. Such fractions are
-1e-12 apart, so below some thousand seconds none lies within the rounding error of another; with twice the
-denominator, half as far."""
+"""Largest denominator of a simple fraction: microseconds, and steps such as 1/3, 1/60 and 1/44100 s. Such fractions
+are 1e-12 apart, so below some thousand seconds rounding cannot confuse them; with twice the denominator, half as
+far."""
 _SPACINGS = 4
-"""Allowed error of a double, in spacings: sums and products of a few decimals, such as 0.1 + 0.2, count as the intended
-fraction. Half as many exclude products of three; with twice as many no fraction is mistaken below 500 s."""
+"""Allowed error of a double in spacings, so that sums and products such as 0.1 + 0.2 count as the intended fraction.
+Half as many exclude products of three; twice as many confuse no fractions below 500 s."""
 _EXACT = 2**53  # whole numbers up to it are doubles
 _FINEST = 10_000
-"""Largest number of parts of a sampling step for inputs over time. Measured instants have no common step except their
-last digit. Half or twice this value only affects grids in between."""
+"""Largest number of parts of a sampling step for inputs over time. Measured instants share no step except their last
+digit. Half or twice only affects grids in between."""
 _MOST_TICKS = 20_000_000
 _MOST_SAMPLES = 5_000_000
 
 
 @functools.lru_cache(maxsize=4096)  # for a handful of values per run, and the instants of inputs over time
 def fraction(value: float) -> Fraction:
-    """Return the simple fraction that rounds to a number, or else its decimal digits."""
+    """Return the simple fraction that rounds to a number, else its decimal digits."""
     simple = Fraction(value).limit_denominator(_DENOMINATOR)
     if abs(float(simple) - value) <= _SPACINGS * math.ulp(value):
         return simple
@@ -53,7 +53,7 @@ def multiples(step: Fraction, count: int) -> FloatArray:
 
 
 def times_in(longer: float, shorter: float) -> int | None:
-    """Return the number of times one span fits into another; None when it is not a positive whole number."""
+    """Return the ratio of two time spans; None if it is not a positive whole number."""
     ratio = longer / shorter
     if not 0.5 < ratio < _EXACT or abs(ratio - round(ratio)) > _MULTIPLE * ratio:
         return None
@@ -61,7 +61,7 @@ def times_in(longer: float, shorter: float) -> int | None:
 
 
 def grid(end: float, step: Fraction) -> FloatArray:
-    """Return the multiples of a step from 0 up to an end; a multiple equal to the end up to rounding is the end."""
+    """Return the multiples of a step from 0 to an end; one that equals the end up to rounding becomes it."""
     last = fraction(end)
     count = math.floor(last / step + Fraction(_MULTIPLE))
     instants = multiples(step, count + 1)
@@ -80,7 +80,7 @@ def rows_of(every: float, end: float, dt: float, origin: str) -> FloatArray:
 
 
 def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
-    """Return the instants at which a run stops, with the end; ticks per recorded sample; ticks per hold."""
+    """Return the instants at which a run stops, with its end; ticks per recorded sample; ticks per hold."""
     shortest = dt if hold is None else min(dt, hold)
     if end / shortest > _MOST_TICKS:
         raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {shortest:g} s", origin)
@@ -103,7 +103,7 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
 
 
 def common_step(dt: float, instants: FloatArray, origin: str) -> float:
-    """Return the longest span of which the sampling step and all instants are multiples.
+    """Return the longest span that divides the sampling step and all instants.
 
     Raises
     ------

@@ -68,9 +68,9 @@ EVERY = Group("c", (*C.quantities, Parameter("often", "1", "samples", default=5.
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"delays": {"torque": "lag"}, **LATE}, "torque acts lag samples later"),
-        (law(parameters=EVERY, every="often"), "pd commands once in several samples"),
-        ({"sensor": SCALED}, "a sensor that changes the states"),
+        ({"delays": {"torque": "lag"}, **LATE}, "the input torque is delayed by lag samples"),
+        (law(parameters=EVERY, every="often"), "pd commands only at some samples"),
+        ({"sensor": SCALED}, "a sensor whose measurements have no names"),
     ],
     ids=("delay", "every", "sensor"),
 )

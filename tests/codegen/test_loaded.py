@@ -76,7 +76,7 @@ def test_an_edit_of_what_was_loaded_is_stale(tree, name):
 
 def test_a_lost_helper_is_stale(tree):
     (tree.root / "lib" / "deeper.py").unlink()
-    assert check(tree, "wheel").reasons == ("lib/deeper.py is gone",)
+    assert check(tree, "wheel").reasons == ("lib/deeper.py was removed",)
 
 
 @pytest.mark.parametrize("library", ["sympy", "casadi"])
@@ -184,7 +184,7 @@ def asked(derived, tmp_path_factory):
 
 ANSWERS = {
     "wings/second.csv": "wings/ changed", "names/second.csv": "names/ changed", "leaves/second.csv": "leaves/ changed",
-    "extra.csv": "extra.csv is new", "flag": "flag is new", "switch": "switch is gone",
+    "extra.csv": "extra.csv is new", "flag": "flag is new", "switch": "switch was removed",
 }  # fmt: skip
 
 

@@ -62,6 +62,8 @@ def test_the_search_finds_pages_before_source_files(site: Path) -> None:
     assert {weight for place, weight in weights.items() if not place.startswith("repo/")} == {1}
     about = [entry["location"] for entry in entries if "monte carlo" in entry["text"].lower()]
     assert any(place.startswith("tutorials/batch") for place in about)
+    titled = [entry["location"] for entry in entries if "monte carlo" in entry["title"].lower()]
+    assert titled == ["tutorials/batch.html"]  # the search weighs titles most
 
 
 def test_no_page_loads_anything_from_elsewhere(site: Path) -> None:

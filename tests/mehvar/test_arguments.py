@@ -82,12 +82,20 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
         {"model": PENDULUM, "controller": "pd", "free": ["k_p"], "cost": "0 * final(angle)", "n": 2, "seed": 1,
          "vary": {"m": "normal(1, 0.1)"}, "parameters": {"l": 1.1}, "t_end": 0.05},
     ),
+    "steer": (
+        mehvar.steer,
+        {"model": "satellite", "to": {"roll": 0.0, "wx": 0.0}, "t_end": 2.0, "n": 4, "limits": {"Tx": 1e3},
+         "scenario": "paper", "parameters": {"I_x": 2.1}, "initial": {"roll": 0.1}},
+    ),
     "load": (mehvar.load, {"model": PENDULUM, "backend": "python"}),
     "build": (mehvar.build, {"system": CRAFT, "backend": "python"}),
     "open_result": (mehvar.open_result, {"path": "none.nc"}),
     "save": (mehvar.save, {"dataset": None, "path": "a.csv"}),
     "diff": (mehvar.diff, {"model": "triangle", "old": GENERATED, "new": GENERATED, "structures": ()}),
-    "estimated": (mehvar.estimated, {"system": swing(), "law": "pd", "start": START, "noise": {"rate": 0.01}}),
+    "estimated": (
+        mehvar.estimated,
+        {"system": swing(), "law": "pd", "start": START, "noise": {"rate": 0.01}, "kind": "extended"},
+    ),
     "kirchhoff": (mehvar.kirchhoff, {"energy": X * Y, "velocity": sp.Matrix(sp.symbols("v1:4")),
                                      "rate": sp.Matrix(sp.symbols("w1:4")), "rates": {X: Y}}),
     "lagrange": (
@@ -229,6 +237,8 @@ def test_every_public_name_is_called():
         "Trim",
         "TrimError",
         "Fit",
+        "Steering",
+        "SteeringError",
         "Tuning",
     }
 
@@ -247,7 +257,7 @@ def method(name: str) -> Callable[..., object]:
     return getattr(getattr(mehvar, part), own)
 
 
-SLOW = ("batch", "build", "diff", "export_fmu", "fit", "tune")
+SLOW = ("batch", "build", "diff", "export_fmu", "fit", "steer", "tune")
 """Functions of which the suite gives an argument every fourth value, each argument others; soak gives all."""
 
 

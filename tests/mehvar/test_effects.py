@@ -143,6 +143,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "confidence": (REQUIRE, (*REQUIRE, "--confidence", "0.6")),
         "out": (REQUIRE, (*REQUIRE, "--out", "other.zarr")),
         "resume": (REQUIRE, (*REQUIRE, "--resume")),
+        "rare": (REQUIRE, (*REQUIRE, "--rare")),
         "page": (REQUIRE, (*REQUIRE, "--page", "a.html")),
         "as_json": (REQUIRE, (*REQUIRE, "--json")),
     },

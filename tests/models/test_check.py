@@ -88,7 +88,7 @@ def test_names_that_would_be_one_constant_in_c_are_refused():
 
 def test_words_of_the_command_line_name_no_model_and_no_law():
     law = dataclasses.replace(triangle().controllers[0], name="none")
-    with pytest.raises(ModelError, match="the law is called 'none', the word for a run without a law: rename it"):
+    with pytest.raises(ModelError, match="the law is called 'none', which stands for a run without a law: rename it"):
         check(dataclasses.replace(triangle(), controllers=(law,)))
     with pytest.raises(ModelError, match="the model is called 'work'"):
         check(dataclasses.replace(triangle(), name="work"))
@@ -259,7 +259,7 @@ REFUSED = [
      r"update of law 'late' would be ignored: the law is without memory"),
     ("shown of a limit", CART, ("limits", 0, "shown"), lambda v: (STATE.symbol,), r"shown would be ignored"),
     ("message", CART, ("limits", 0, "message"), lambda v: "{speedy}", r"limits '\{speedy\}' cannot be filled in"),
-    ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"cannot stand beside a regular"),
+    ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"cannot be combined with a regular"),
     ("a rate in another unit", CART, ("rhs", 0), lambda v: STATE.symbol,
      r"rhs, row 1 of 2 \(place\): place is in m, and must be in m/s"),
     ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol,
@@ -267,7 +267,7 @@ REFUSED = [
     ("a sine of a length", CART, ("rhs", 0), lambda v: v * sp.sin(STATE.symbol),
      r"sin is of a number, and place is in m"),
     ("a stated unit", CART, ("steps", 0, "unit"), lambda v: "J",
-     r"definition 'spring' at .*edits.py:\d+: .* has the unit kg m/s\^2, but declares J"),
+     r"definition 'spring' at .*edits.py:\d+: .* has the unit kg m/s\^2, and declares J"),
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
     ("a state in degrees", CART, ("states", "quantities", 0, "unit"), lambda v: "deg",
      r"\(place\): unit = 'deg': must be in rad; only a parameter that sympy.rad"),
@@ -320,7 +320,7 @@ REFUSED = [
     ("a difference of three", CART, ("metrics", 0, "of"), lambda v: ("place - place - place",),
      r"must be a variable or the difference of two"),
     ("a metric of two units", CART, ("metrics", 0, "of"), lambda v: ("place", "speed"),
-     r"variables in m and m/s do not go together"),
+     r"variables in m and m/s cannot be combined"),
     ("a metric in another unit", CART, ("metrics", 0, "unit"), lambda v: "s", r"unit = 's': must be m, for max_abs"),
     ("a settling time in metres", CART, ("metrics",), lambda v: (dataclasses.replace(settling(1.0), unit="m"),),
      r"unit = 'm': must be s, for settling"),
@@ -331,8 +331,9 @@ REFUSED = [
      lambda v: (dataclasses.replace(v[0], default="leak"), dataclasses.replace(v[1], default="gain")),
      r"the defaults of gain, leak are formulas in terms of themselves"),
     ("a limit that never holds", CART, ("limits", 0, "margin"), lambda v: sp.S.NegativeOne,
-     r"margin 1 of limits, row 1 of 1: -1 depends on nothing"),
-    ("a constraint that always holds", CART, ("constraints", 0, "margin"), lambda v: sp.S.One, r"depends on nothing"),
+     r"margin 1 of limits, row 1 of 1: -1 does not depend on any symbol"),
+    ("a constraint that always holds", CART, ("constraints", 0, "margin"), lambda v: sp.S.One,
+     r"does not depend on any symbol"),
     ("noise that nothing reads", CART, ("sensor", "measured", 0), lambda v: CART.states.place + CART.parameters.sigma,
      r"noise 'hiss' would be ignored"),
     ("a command that does not act", CART, ("actuator", "applied", 0), lambda v: CART.parameters.top,

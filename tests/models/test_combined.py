@@ -168,11 +168,11 @@ def test_process_noise_beside(tmp_path, name, method):
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        ({"diffusion": SHAKEN}, r"events \(hit, top\) cannot stand beside process noise"),
-        ({"mass": sp.diag(1, 0, 1)}, r"events \(hit, top\) cannot stand beside algebraic states"),
+        ({"diffusion": SHAKEN}, r"events \(hit, top\) cannot be combined with process noise"),
+        ({"mass": sp.diag(1, 0, 1)}, r"events \(hit, top\) cannot be combined with algebraic states"),
         (
             {"controllers": (law("smooth", memory=Group("z", (quantity("sum", "m"),)), start=(X.a,), rates=(X.v,)),)},
-            r"events \(hit, top\) cannot stand beside a continuous law with states of its own",
+            r"events \(hit, top\) cannot be combined with a continuous law with states of its own",
         ),
     ],
 )

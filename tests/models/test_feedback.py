@@ -149,7 +149,8 @@ def test_what_would_be_ignored_is_refused():
         assert "tests/models/" in str(refusal.value)
     seen = dataclasses.replace(system.sensor, measured=turner().states.symbols[:1])
     with pytest.raises(
-        ModelError, match=r"measured quantities under a continuous law \(inward\) cannot stand beside a regular chart"
+        ModelError,
+        match=r"measured quantities under a continuous law \(inward\) cannot be combined with a regular chart",
     ):
         check(dataclasses.replace(turner(), sensor=seen))
 

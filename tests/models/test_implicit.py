@@ -302,12 +302,12 @@ def test_what_is_refused_of_a_mass(mass, message):
 
 def test_rates_that_are_said_twice_are_refused():
     system = motor()
-    refused(dataclasses.replace(cart(), mass=sp.eye(2)), r"choices \(.*\) cannot stand beside a mass matrix")
-    refused(dataclasses.replace(turner(), mass=sp.eye(2)), "a regular chart cannot stand beside a mass matrix")
+    refused(dataclasses.replace(cart(), mass=sp.eye(2)), r"choices \(.*\) cannot be combined with a mass matrix")
+    refused(dataclasses.replace(turner(), mass=sp.eye(2)), "a regular chart cannot be combined with a mass matrix")
     rate = sp.Symbol("w_rate", real=True)
     refused(
         dataclasses.replace(system, rates={"w": rate}, residual=(rate,)),
-        "rates and residual cannot stand beside a mass matrix",
+        "rates and residual cannot be combined with a mass matrix",
     )
 
 

@@ -177,7 +177,7 @@ def test_what_is_no_noise_is_refused():
     own = Group("w", (quantity("W", "s^(1/2)"),))
     radial = Diffusion(own, (chart.states.radius * own.W, sp.S.Zero))
     assert isinstance(chart.coordinates, Coordinates)
-    with pytest.raises(ModelError, match="process noise cannot stand beside a regular chart"):
+    with pytest.raises(ModelError, match="process noise cannot be combined with a regular chart"):
         check(dataclasses.replace(chart, diffusion=radial))
     walk = walker()
     with pytest.raises(ModelError, match="no law has a period"):

@@ -63,14 +63,14 @@ def test_a_good_table_is_read_in_order(tmp_path):
             for value in ("true", "1979-05-27", "[true]", "{ a = 1 }")
         ),
         (('bounds = "(0, inf)"', 'bounds = "0..1"'), "bounds '0..1' are not an interval"),
-        (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "are empty"),
+        (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "contain no number"),
         (('bounds = "(0, inf)"', 'bounds = "(0, 1_0)"'), "bounds '\\(0, 1_0\\)' are not an interval"),
         (("[plant]", "[plant"), "is not valid TOML: Expected"),
         (('bounds = "[0, 5]"', 'bounds = "[0, 5'), r"parameters.toml:5: is not valid TOML"),
         (("[sliding]", "[plant]"), r"parameters.toml:4: is not valid TOML: Cannot declare"),
         (("[sliding]", "mass = 1\n[sliding]"), r"parameters.toml:4: is not valid TOML: Cannot overwrite"),
         (("default = 2", "default = 2, default = 3"), r"parameters.toml:3: is not valid TOML: Duplicate"),
-        (("[plant]", "gain = 3\n[plant]"), "'gain' stands outside a group"),
+        (("[plant]", "gain = 3\n[plant]"), "'gain' is outside of a group"),
     ],
 )
 def test_a_bad_table_is_refused(tmp_path, change, message):
@@ -213,7 +213,7 @@ def test_a_scenario_or_metric_that_the_system_has_not_is_refused(tmp_path, text,
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("duration = 35.0", "duration = inf", r":3: scenario 'paper': duration = inf: must be above zero, and finite"),
+        ("duration = 35.0", "duration = inf", r":3: scenario 'paper': duration = inf: must be finite and above zero"),
         ("band = 0.01", "band = -1.0", r":73: metric 'T_theta': band = -1: must be above zero"),
         ("band = 0.01", "band = nan", r":73: metric 'T_theta': band = nan: must be above zero"),
         ("band = 0.001", "band = inf", r":79: metric 'flips': band = inf: must be zero or above"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Causes that explain several changes, such as a quantity that counts twice in an energy and its derivatives.
+"""Common causes of several changes, such as a factor in an energy and in its derivatives.
 
 A derivation writes its steps out, so one edited line changes many texts. If the first changed text is the old one with
 a multiple of one quantity, every other text is tested with the same multiple, and those that it explains follow.
@@ -26,20 +26,20 @@ from .groups import any_axis
 
 MOTION = "equations of motion"
 _POINTS = 3
-"""Points of the field, as many as for any equality; see `codegen.equal.judge`."""
+"""Number of points of the field, as for any equality; see `codegen.equal.judge`."""
 _MOST_SETS = 32
-"""Sets of factors that are tried for a sum: two of each of five terms. Half as many leave the fifth term one."""
+"""Largest number of factor sets tried for a sum, two for each of five terms. Half would omit the fifth term."""
 _SCALABLE = ("parameter", "shown", "scenario", "law")
-"""Roles, or their first words, of quantities that may be scaled: a state or an input is no number of the model."""
+"""Roles, or their first words, of quantities that may be scaled; states and inputs are not numbers of the model."""
 
 
 _QUARTERS = {("sin", "cos"): 1, ("cos", "sin"): -1}
-"""Quarters of a turn by which replacing one function by the other shifts an angle."""
+"""Quarter turns by which the exchange of one function for another shifts an angle."""
 
 
 @dataclass(frozen=True)
 class Cause:
-    """A changed text, and the changes that it explains.
+    """A changed text and the changes that it explains.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Cause:
 
 
 def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
-    """Return causes that explain several of the changed texts, which are in the order of the derivation."""
+    """Return common causes of changed texts, which are in derivation order."""
     left, result = list(changed), []
     while left:
         cause = _cause(versions, left[0], left[1:])
@@ -68,7 +68,7 @@ def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
 
 
 def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | None:
-    """Return the multiple of one quantity, of one per member of a family, or of a sum, that explains most texts."""
+    """Return the scaled quantity, or sum, that explains most of the texts; equal parts count as one quantity."""
     best: Cause | None = None
     quantities = _quantities(versions, source)
     sums = ((source.name, members) for members in _of_terms(versions, source, quantities))
@@ -84,7 +84,7 @@ def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | 
 
 
 def turns(changed: Sequence[Item], edits: Callable[[Item], Sequence[Change]], pool: Pool) -> list[Cause]:
-    """Return causes in which a sine became a cosine, or the reverse, with the texts that follow from it.
+    """Return causes in which a sine became a cosine or the reverse, with the changes that follow.
 
     Terms derived from a term with that angle change accordingly: both functions are turned by a quarter.
     """
@@ -103,7 +103,7 @@ def turns(changed: Sequence[Item], edits: Callable[[Item], Sequence[Change]], po
 
 
 def _turn(pool: Pool, edits: Sequence[Change]) -> tuple[int, int, tuple[str, str]] | None:
-    """Return the angle, the direction and the first functions of edits that all turn one angle by a quarter."""
+    """Return angle, direction and first functions of edits that all shift one angle by a quarter turn."""
     seen = [_quarter(pool, edit) for edit in edits]
     if not seen or None in seen or len({row[:2] for row in seen if row}) > 1:
         return None
@@ -123,7 +123,7 @@ def _quarter(pool: Pool, edit: Change) -> tuple[int, int, tuple[str, str]] | Non
 
 
 def _beyond_its_axes(source: Item, followers: Sequence[Item]) -> bool:
-    """Return True if more is explained than the other axes of one vector, which form a group of their own."""
+    """Return True if a cause explains more than the other axes of one vector, which form their own group."""
     return any(any_axis(item.name) != any_axis(source.name) for item in followers)
 
 
@@ -134,7 +134,7 @@ def _multiple(factor: Fraction, name: str) -> str:
 
 
 def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
-    """Return the quantities in a text by generic name; those of a family's members are grouped."""
+    """Return the quantities in a text by generic name, with those of equal parts grouped."""
     symbols = {symbol.name: symbol for document in (versions.new, versions.old) for symbol in document.symbols}
     generic = {name: f"{symbol.family}_i" if symbol.family else name for name, symbol in symbols.items()}
     free = {name for name in versions.free_old.free(versions.partner[item.key].root) if name in symbols}
@@ -143,7 +143,7 @@ def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
 
 
 def _of_terms(versions: Versions, item: Item, quantities: Mapping[str, frozenset[str]]) -> list[frozenset[str]]:
-    """Return sets of quantities with a factor of each term of a sum: their multiples are a multiple of the sum."""
+    """Return sets with one factor of each term of a sum: scaling a set scales the sum."""
     pool, root = versions.pool, versions.partner[item.key].root
     parts = [root, *pool.operands(root)] if pool.nodes[root][0] == "mul" else [root]
     total = next((part for part in parts if pool.nodes[part][0] == "add"), None)
@@ -157,7 +157,7 @@ def _of_terms(versions: Versions, item: Item, quantities: Mapping[str, frozenset
 
 
 class _Scaled:
-    """Old texts with multiples in place of some names."""
+    """Old texts with scaled quantities."""
 
     def __init__(self, versions: Versions, names: frozenset[str]) -> None:
         self._versions = versions
@@ -168,7 +168,7 @@ class _Scaled:
         return naming(self._versions.pool, self._names)
 
     def factor(self, item: Item) -> Fraction | None:
-        """Return the multiple, other than one, that turns the old text into the new one; None without one."""
+        """Return the factor, other than one, that turns the old text into the new one; None without one."""
         try:
             none, once, new = self._old(item, Fraction(0)), self._old(item, Fraction(1)), self._new(item)
             ratio = tuple(
@@ -181,7 +181,7 @@ class _Scaled:
         return factor if factor not in (None, 0, 1) and self.explains(item, factor) else None
 
     def explains(self, item: Item, factor: Fraction) -> bool:
-        """Return True if a multiple turns the old text into the new one."""
+        """Return True if some factor turns the old text into the new one."""
         if not self._is_followed(item):
             return False
         try:
@@ -190,7 +190,7 @@ class _Scaled:
             return False
 
     def _is_followed(self, item: Item) -> bool:
-        """Return True if the text names the quantities, but not inside an angle or exponent."""
+        """Return True if the text contains the quantities outside of angles and exponents."""
         pool, stack = self._versions.pool, [self._versions.partner[item.key].root, item.root]
         seen = set(stack) & self._naming
         stack = list(seen)
@@ -221,7 +221,7 @@ class _Scaled:
 
 
 def solving(versions: Versions, changed: Sequence[Item]) -> list[Item]:
-    """Return the changed texts that only solve equations of motion that changed too."""
+    """Return the changed texts that only solve changed equations of motion."""
     if not any(item.row.kind == "motion" for item in changed):
         return []
     others = [item for item in versions.news if item.row.kind not in ("rhs", "definition")]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Families with more members on one side: the rows of the new members, and texts that only add their terms."""
+"""More equal parts on one side: rows of the new parts, and texts that only gain their terms."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..versions import Item, Versions
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z_0-9]*")
 _SUMS = frozenset(("add", "and", "or", "min", "max"))
-"""Operations over the members of a family: a longer family has more operands."""
+"""Operations over equal parts; more parts add operands."""
 
 
 @dataclass(frozen=True)
 class Extension:
-    """Family members that only one side has.
+    """Equal parts, such as pendulums, that one side lacks.
 
     Attributes
     ----------
@@ -34,17 +34,17 @@ class Extension:
 
     @property
     def says(self) -> str:
-        """Description of the change of the families."""
+        """Description of the change in the number of equal parts."""
         word = "extended" if self.new > self.old else "shortened"
         return f"family {word}, {self.old} -> {self.new} members"
 
     def holds(self, text: str) -> bool:
-        """Return True if a name, or a message, refers to one of these members."""
+        """Return True if a name or message refers to one of the added parts."""
         return any(word in self.names for word in _NAME.findall(text))
 
 
 def extension(old: Document, new: Document) -> Extension | None:
-    """Return the extension; None if families have the same members, or differ in more than one way."""
+    """Return the added parts; None if both sides have the same parts or differ in several ways."""
     before, after = _members(old), _members(new)
     moved = [family for family in after if family in before and before[family] != after[family]]
     pairs = {(frozenset(before[family]), frozenset(after[family])) for family in moved}
@@ -68,7 +68,7 @@ def _members(document: Document) -> dict[str, set[int]]:
 
 
 class Extended:
-    """Test pairs of texts for equality except for added terms of the members."""
+    """Tests of pairs of texts for equality up to the terms of added parts."""
 
     def __init__(self, versions: Versions, extension: Extension) -> None:
         self._pool: Pool = versions.pool
@@ -76,7 +76,7 @@ class Extended:
         self._extra = naming(versions.pool, extension.names)
 
     def __call__(self, old: Item, new: Item) -> bool:
-        """Return True if a text equals the other after terms of the members are added to its sums."""
+        """Return True if a text equals the other after terms of added parts are inserted into its sums."""
         few, many = (old.root, new.root) if self._longer_is_new else (new.root, old.root)
         return few != many and self._extends(few, many)
 
@@ -95,7 +95,7 @@ class Extended:
         return self._pool.operands(node) if self._pool.nodes[node][0] == kind else (node,)
 
     def _rest(self, few: Sequence[int], many: Sequence[int], is_sum: bool) -> bool:
-        """Compare operands: each of the shorter text must have a partner, and the rest must belong to the members."""
+        """Compare operands: each in the shorter text needs a partner, and the others must belong to added parts."""
         left = [node for node in many if node not in few]
         for node in few:
             if node in many:
@@ -108,7 +108,7 @@ class Extended:
 
 
 def naming(pool: Pool, names: Iterable[str]) -> frozenset[int]:
-    """Return the nodes that contain one of these names, directly or below."""
+    """Return the nodes that contain one of these names, directly or indirectly."""
     wanted, below = set(names), set()
     for node, (operation, *operands) in enumerate(pool.nodes):
         if operation == "sym":

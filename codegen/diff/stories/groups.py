@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of related rows: the same edit for every member of a family, a convention whose users compensate."""
+"""Groups of related rows: an edit common to equal parts, or a convention with compensating users."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from .extension import Extension
 _AXIS = re.compile(
     r"(?<![A-Za-z0-9])[xyz](?![A-Za-z0-9])|(?<=_)[xyz123](?![A-Za-z0-9])|(?<=[a-z_])[xyz](?![A-Za-z0-9_])"
 )
-"""An axis as a word, as in "torque about x", or at the end of a name, as in I_y or wx."""
+"""Pattern of an axis: a word, as in "torque about x", or an end of a name, as in I_y or wx."""
 _SIGN = re.compile(r"(?<![\w)])-(?=\d)")
-"""Sign of a number. It varies between axes: factors leave sums in one fixed order, terms of cross products are
-cyclic."""
+"""Pattern of a number's sign, which varies between axes as terms of cross products are cyclic."""
 
 
 def groups(
@@ -26,7 +25,7 @@ def groups(
     extension: Extension | None = None,
     told: Sequence[Story] = (),
 ) -> tuple[Story, ...]:
-    """Return the groups among judged rows, including those of causes, whose followers need no other group."""
+    """Return the groups among judged rows, including those of causes."""
     own = tuple(equation for equation in equations if not (equation.extended or equation.cause))
     return (
         *_extended(equations, extension),
@@ -66,7 +65,7 @@ def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[S
 
 
 def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
-    """Return groups of rows for the axes of a vector, or entries of a matrix, with the same edits except for signs."""
+    """Return groups of rows, one per vector or matrix, whose entries have the same edits except for signs."""
     stories: dict[tuple[object, ...], list[EquationChange]] = {}
     for equation in equations:
         if equation.verdict is Fate.CHANGED and equation.edits and equation.kind != "equation":
@@ -83,7 +82,7 @@ def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
 
 
 def any_axis(text: str) -> str:
-    """Return a text without its signs, and with one letter for every axis."""
+    """Return a text without signs and with one letter for every axis."""
     return _AXIS.sub("_", _unsigned(text))
 
 
@@ -102,7 +101,7 @@ def _titles(members: Sequence[EquationChange]) -> str:
 
 
 def _indexed(versions: Versions) -> Mapping[str, str]:
-    """Return the generic names of quantities that exist once per member of a family."""
+    """Return the generic names of quantities that exist once per equal part."""
     names: dict[str, str] = {}
     for document in (versions.old, versions.new):
         names |= {symbol.name: f"{symbol.family}_i" for symbol in document.symbols if symbol.family}
@@ -115,7 +114,7 @@ def _generic(text: str, indexed: Mapping[str, str]) -> str:
 
 
 def _conventions(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
-    """Return definitions that changed while the rows that use them are equal."""
+    """Return changed definitions whose users have equal values."""
     uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
     conventions = []
     for equation in equations:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs by narrowing intervals that signs of several expressions exclude each other.
+"""Proofs by interval narrowing that signs of several expressions exclude each other.
 
 Every interval is rounded outward, so an empty interval is a proof. Finding none proves nothing.
 """
@@ -16,7 +16,7 @@ from ..pool import Pool, fraction
 Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)
 _ROUNDS = 8
-"""Rounds of narrowing: each moves a sign one operation up or down, so their number limits the depth of a proof."""
+"""Rounds of narrowing. Each moves a sign one operation up or down, so their number limits a proof's depth."""
 _HALF_TURN = (0.0, math.nextafter(math.pi, 4.0))
 _QUARTERS = (-math.nextafter(math.pi / 2, 2.0), math.nextafter(math.pi / 2, 2.0))
 RANGES: dict[str, Interval] = {
@@ -24,34 +24,34 @@ RANGES: dict[str, Interval] = {
     "cosh": (1.0, math.inf), "acosh": (0.0, math.inf), "acos": _HALF_TURN, "atan2": (-_HALF_TURN[1], _HALF_TURN[1]),
     "atan": _QUARTERS, "asin": _QUARTERS,
 }  # fmt: skip
-"""Ranges of functions, rounded outward."""
+"""Ranges of functions, rounded outwards."""
 QUARTERS = {"acos": (0, 2), "asin": (-1, 1), "atan": (-1, 1), "atan2": (-2, 2)}
-"""Ranges of arcs in quarters of a turn, which are exact."""
+"""Ranges of arcs in quarter turns, which are exact."""
 CONSTANTS: dict[str, Interval] = {
     name: (math.nextafter(value, 0.0), math.nextafter(value, 4.0)) for name, value in (("pi", math.pi), ("E", math.e))
 }
 _ODD = frozenset(("sinh", "tanh", "asinh", "atanh", "atan", "asin", "sign"))
-"""Functions with the sign of their operand."""
+"""Odd functions, which have the sign of their operand."""
 _RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
     "exp": (math.exp, ALL), "log": (math.log, (0.0, math.inf)), "atan": (math.atan, ALL), "tanh": (math.tanh, ALL),
     "asin": (math.asin, (-1.0, 1.0)), "acos": (math.acos, (-1.0, 1.0)), "sinh": (math.sinh, ALL),
     "asinh": (math.asinh, ALL), "acosh": (math.acosh, (1.0, math.inf)), "atanh": (math.atanh, (-1.0, 1.0)),
 }  # fmt: skip
-"""Monotonic functions, all rising except one, with their domains."""
+"""Monotonic functions with their domains; all increase except one."""
 _UNDONE = {"exp": "log", "log": "exp", "sinh": "asinh", "asinh": "sinh", "atanh": "tanh"}
 _CLOSE = 4
-"""Units in the last place by which a function of the system's library is rounded outward; the best ones err by one."""
+"""Units in the last place by which a library function is rounded outwards; good ones err by one."""
 _EXACT = 4
-"""Largest exponent for which the need of rounding is tested; higher powers give long numbers."""
+"""Largest exponent for which the need of rounding is tested, as higher powers are long numbers."""
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
 class _EmptyError(Exception):
-    """An interval without numbers."""
+    """An empty interval."""
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Return True if nodes cannot have these signs at once with names inside their bounds.
+    """Return True if nodes cannot have these signs at once within the bounds of their names.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def _both(a: Interval, b: Interval) -> Interval:
 
 
 def _out(low: float, high: float) -> Interval:
-    """Round outward; NaN becomes no bound."""
+    """Round outwards; NaN becomes an infinite bound."""
     low = -math.inf if math.isnan(low) else math.nextafter(low, -math.inf)
     high = math.inf if math.isnan(high) else math.nextafter(high, math.inf)
     return low, high
@@ -144,7 +144,7 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
 
 
 def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
-    """Bound the ratio of a part of a sum to the sum, such as a component of a unit vector; its factors do not."""
+    """Return bounds on the ratio of a part of a sum to the sum, such as a unit vector's component."""
     factors = pool.operands(node)
     for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
         base, exponent = _root_of(pool, other)
@@ -164,7 +164,7 @@ def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
 
 
 def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:
-    """Return the intervals of operands that follow from the value of a node."""
+    """Return the operands' intervals that follow from a node's value."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     low, high = box[node]
@@ -217,7 +217,7 @@ def _sum(parts: Sequence[Interval]) -> Interval:
 
 
 def _total(values: Sequence[float]) -> Interval:
-    """Return a sum, rounded outward only if it is inexact: one minus one is zero, and signs depend on it."""
+    """Return a sum, rounded outwards only if inexact: signs depend on one minus one being zero."""
     total = math.fsum(values)
     return (total, total) if sum(map(Fraction, values)) == Fraction(total) else _out(total, total)
 
@@ -250,7 +250,7 @@ def _inverse(a: Interval) -> Interval:
 
 
 def _rounded(operation: str, operand: Interval) -> Interval:
-    """Return the range of the whole numbers below, or above, the values of an interval."""
+    """Return the range of the whole numbers next to an interval's values, below or above."""
     low, high = operand
     function = math.floor if operation == "floor" else math.ceil
     return (
@@ -260,7 +260,7 @@ def _rounded(operation: str, operand: Interval) -> Interval:
 
 
 def _whole(a: Interval) -> Interval:
-    """Return the whole numbers of an interval."""
+    """Return the whole numbers in an interval."""
     low, high = (float(f(v)) if math.isfinite(v) else v for f, v in zip((math.ceil, math.floor), a, strict=True))
     if low > high:
         raise _EmptyError
@@ -279,7 +279,7 @@ def _risen(operation: str, operand: Interval) -> Interval:
 
 
 def _at(function: Callable[[float], float], value: float) -> float:
-    """Return the value or the limit of a function; values too large for a double are infinite."""
+    """Return a function's value or limit; values above a double's range are infinite."""
     try:
         return function(value)
     except OverflowError:
@@ -317,7 +317,7 @@ def _power(base: Interval, exponent: Fraction | None) -> Interval:
 
 
 def _raised(value: float, count: int) -> Interval:
-    """Return a power of a number, rounded outward only if it is inexact."""
+    """Return a power of a number, rounded outwards only if inexact."""
     try:
         power = math.pow(value, count)
     except OverflowError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs that signs of several expressions exclude each other because a sum of the expressions is a number.
+"""Proofs that signs exclude each other because a sum of the expressions is a number.
 
 Terms count as unknowns of their own, and unknowns are eliminated one by one, exactly.
 """
@@ -15,21 +15,21 @@ from ..pool import Pool
 from .intervals import CONSTANTS, QUARTERS, RANGES, Bounds
 
 Form = dict[int, Fraction]
-"""Coefficients of nodes; the constant is stored under `_ONE`."""
+"""Coefficients of nodes, with the constant under `_ONE`."""
 Row = tuple[Form, bool]
-"""A form that is positive or, where the flag is False, not negative."""
+"""A form that is positive or, if the flag is False, at least zero."""
 Whole = tuple[dict[int, int], bool]
-"""A row with whole coefficients, which are added many times faster than fractions."""
+"""A row with whole coefficients, which add much faster than fractions."""
 _ONE = -1
 _MOST = 300
-"""Limit on inequalities at once: their number may square with each unknown. Fewer prove less; more take longer where
-there is nothing to prove."""
+"""Largest number of inequalities, which may square with each unknown. Fewer prove less; more cost time without a
+proof."""
 _CASES = 4
-"""Limit on maxima, minima and absolute values that are split into cases: sixteen cases of two each."""
+"""Largest number of maxima, minima and absolute values split into cases: sixteen of two cases."""
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Return True if nodes cannot have these signs at once; False if no proof is found."""
+    """Return True if nodes are proved not to have these signs at once."""
     rows: list[Row] = []
     for node, sign in atoms:
         form = _form(pool, node)
@@ -42,7 +42,7 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
 
 
 def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
-    """Return True if inequalities contradict each other in all cases of the maxima, minima and absolute values."""
+    """Return True if inequalities contradict each other in all cases of maxima, minima and absolute values."""
     cased = (node for node in nodes if node != _ONE and pool.nodes[node][0] in ("max", "min", "abs"))
     chosen = list(cased)[:_CASES]
     equal = ([_sum([{node: Fraction(1)}, _scaled(form, Fraction(-1))]) for node, form in zip(chosen, case, strict=True)]
@@ -54,13 +54,13 @@ def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
 
 
 def _cases(pool: Pool, node: int) -> list[Form]:
-    """Return the forms that a node may have."""
+    """Return the possible forms of a node."""
     forms = [_form(pool, operand) for operand in pool.operands(node)]
     return [*forms, _scaled(forms[0], Fraction(-1))] if pool.nodes[node][0] == "abs" else forms
 
 
 def _is_contradiction(fractions: Sequence[Row]) -> bool:
-    """Return True if no numbers satisfy the inequalities; False also if there are too many of them."""
+    """Return True if inequalities have no solution; False also if there are too many."""
     rows = [(_whole(form), strict) for form, strict in fractions]
     while len(rows := _tightest(rows)) <= _MOST:
         if any(_is_false(row) for row in rows):
@@ -78,7 +78,7 @@ def _whole(form: Form) -> dict[int, int]:
 
 
 def _tightest(rows: Sequence[Whole]) -> list[Whole]:
-    """Return the tightest row for each form, up to a factor."""
+    """Return the tightest row of each form, up to a factor."""
     best: dict[frozenset[tuple[int, int]], tuple[Fraction, bool]] = {}
     for form, strict in rows:
         common = math.gcd(*(value for node, value in form.items() if node != _ONE)) or 1
@@ -96,7 +96,7 @@ def _tightest(rows: Sequence[Whole]) -> list[Whole]:
 
 
 def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
-    """Return the known inequalities of a term: its bounds, or its relation to its operands."""
+    """Return the known inequalities of a term: bounds, or relations to its operands."""
     operation, *rest = pool.nodes[node]
     itself = {node: Fraction(1)}
     if operation == "sym":
@@ -128,7 +128,7 @@ def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
 
 
 def _form(pool: Pool, node: int) -> Form:
-    """Write a node as a sum of terms with numbers."""
+    """Return a node as a sum of terms with numbers."""
     operands = pool.operands(node)
     value = pool.constant(node)
     if value is not None:
@@ -167,7 +167,7 @@ def _count(rows: Sequence[Whole], node: int) -> int:
 
 
 def _without(rows: Sequence[Whole], node: int) -> list[Whole]:
-    """Eliminate an unknown: every lower bound of it is below every upper one."""
+    """Eliminate an unknown: each of its lower bounds is below each upper one."""
     kept = [row for row in rows if node not in row[0]]
     lower = [row for row in rows if row[0].get(node, 0) > 0]
     upper = [row for row in rows if row[0].get(node, 0) < 0]

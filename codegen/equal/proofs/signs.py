@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signs of parts that follow from the sign of an expression.
+"""Signs of parts that follow from an expression's sign.
 
 A product is positive where an even number of its factors is negative, `sqrt(Q) - k` where `k` is negative or `Q - k^2`
 is positive, a minimum where each of its operands is. So one condition on one side and several on the other become the
@@ -18,14 +18,14 @@ from ..pool import Pool
 from .intervals import QUARTERS, Bounds, impossible
 
 _FACTORS = 4
-"""Limit on factors of a product whose signs are split: eight alternatives."""
+"""Largest number of factors of a product whose signs are split: eight alternatives."""
 
 _INVERSE = {"log": "exp", "acos": "cos", "asin": "sin", "atan": "tan"}
-"""Inverses of monotonic functions, of which `acos` alone falls."""
+"""Inverses of monotonic functions; only `acos` decreases."""
 
 
 class Signs:
-    """Split signs of expressions into those of their parts.
+    """Splits signs of expressions into signs of their parts.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Signs:
         return self._memo[atom]
 
     def parts(self, node: int) -> set[int]:
-        """Return the nodes whose signs determine that of a node."""
+        """Return the nodes whose signs determine a node's sign."""
         alternatives = [*(self((node, 1)) or ()), *(self((node, -1)) or ())]
         return {part for alternative in alternatives for part, _ in alternative}
 
@@ -109,7 +109,7 @@ class Signs:
         return self._of_squares(terms, sign) or [((node, sign),)]
 
     def _limit(self, operation: str, value: int) -> int | None:
-        """Return the operand at which a function has a value; None if the value may be outside its range."""
+        """Return the operand at which a function has a value; None if its range may not contain it."""
         for quarters, beyond in zip(QUARTERS.get(operation, ()), (-1, 1), strict=False):
             end = self.pool.many("mul", [self.pool.intern("const", "pi"), self.pool.number(Fraction(quarters, 2))])
             if not impossible(self.pool, [(difference(self.pool, value, end), beyond)], self._bounds):
@@ -117,7 +117,7 @@ class Signs:
         return self.pool.intern(_INVERSE[operation], value)
 
     def _shared(self, terms: Sequence[int]) -> tuple[int, Fraction] | None:
-        """Return a power that divides all terms, or that some are divided by; None if there is none."""
+        """Return a power that divides all terms, or by which some are divided; None without one."""
         powers = [self._powers(term) for term in terms]
         for base in dict.fromkeys(base for of_term in powers for base in of_term):
             least = min(of_term.get(base, Fraction(0)) for of_term in powers)
@@ -126,13 +126,13 @@ class Signs:
         return None
 
     def _multiplied(self, term: int, base: int, exponent: Fraction) -> int:
-        """Return the product of a term and a power, with one power of each base."""
+        """Return the product of a term and a power, with one power per base."""
         powers = self._powers(term)
         powers[base] = powers.get(base, Fraction(0)) + exponent
         return self.pool.many("mul", [self.pool.power(*power) for power in powers.items()])
 
     def _powers(self, term: int) -> dict[int, Fraction]:
-        """Return the exponents of a product, by base."""
+        """Return a product's exponents by base."""
         powers: dict[int, Fraction] = {}
         for base, exponent in map(self._base, self._factors(term)):
             powers[base] = powers.get(base, Fraction(0)) + exponent
@@ -142,13 +142,13 @@ class Signs:
         return self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
 
     def _base(self, node: int) -> tuple[int, Fraction]:
-        """Return the base and the exponent of a power with a constant exponent; of other nodes, one."""
+        """Return base and exponent of a power with constant exponent; exponent one for other nodes."""
         operation, *operands = self.pool.nodes[node]
         exponent = self.pool.constant(operands[1]) if operation == "pow" else None
         return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
 
     def _of_root(self, term: int, number: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
-        """Split the sign of P + c f sqrt(Q): where P and c f differ in sign, the larger size decides."""
+        """Split the sign of P + c f sqrt(Q): if P and c f differ in sign, the larger size decides."""
         roots = [part for part in self._factors(term) if self._base(part)[1] == Fraction(1, 2)]
         others = [part for part in self._factors(term) if part not in roots]
         factor = self.pool.many("mul", [*others, self.pool.number(number)])
@@ -173,7 +173,7 @@ class Signs:
         return self((product, sign * plus))
 
     def _root(self, term: int) -> tuple[int, int] | None:
-        """Return the base of a term that is a square, and the term's sign; None if it is no square."""
+        """Return base and sign of a term that is a square; None for other terms."""
         factor, rest = self._split(term)
         size = _rational_root(abs(factor))
         if size is None:
@@ -187,7 +187,7 @@ class Signs:
         return self._times(self.pool.power(base, exponent / 2), size), sign
 
     def _split(self, term: int) -> tuple[Fraction, int]:
-        """Return the numeric factor of a term and the rest."""
+        """Return a term's numeric factor and the rest."""
         value = self.pool.constant(term)
         if value is not None:
             return value, self.pool.number(1)
@@ -196,7 +196,7 @@ class Signs:
         return number, self.pool.many("mul", [factor for factor in factors if self.pool.constant(factor) is None])
 
     def _times(self, node: int, factor: Fraction) -> int:
-        """Return a multiple of a node, for a sum multiplied term by term, so that equal terms of two sums combine."""
+        """Return a multiple of a node, term by term for a sum, so that equal terms combine."""
         own, rest = self._split(node)
         if self.pool.nodes[rest][0] == "add":
             return self.pool.many("add", [self._times(term, factor * own) for term in self.pool.operands(rest)])
@@ -219,7 +219,7 @@ class Signs:
         return value is not None and value.denominator == 1 and value % 2 == 1
 
     def _is_positive(self, node: int) -> bool:
-        """Return True if the form of a node shows that it is positive almost everywhere."""
+        """Return True if a node's form shows that it is positive almost everywhere."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             low = self._bounds.get(operands[0], (None, None))[0]

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board`: a law on a microcontroller, emulated or real; one command a module."""
+"""`mehvar board`: a law on a real or emulated microcontroller; one module per command."""

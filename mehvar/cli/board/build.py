@@ -63,7 +63,7 @@ def command(
 
 
 def export(image: Image, out: Path, maker: str) -> None:
-    """Write sources, a CMake and a Make fragment, and the image into a folder that a vendor's project can take."""
+    """Write sources, CMake and Make fragments and the image into a folder for use in a vendor's project."""
     model = image.program.model.manifest.model
     texts = sources(image.program, image.board)
     laws = [name for name in ("law.c", f"{model}.c") if name in texts]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board emit`: a law as a package for the build system or framework of another project.
+"""`mehvar board emit`: a law as a package for another project's build system or framework.
 
 Each package has the same folder `src`, and the files that its build system reads. Settings that change bits are in the
 sources, because not every build system gives a library its own flags. Headers have none: they would change the code of
@@ -35,11 +35,11 @@ def command(
             "--range", metavar="NAME=LEAST:MOST", help="Range of a measurement or reference; repeat as needed."
         ),
     ] = None,
-    link: Annotated[bool, typer.Option("--link", help="The law behind its line to `mehvar board run`.")] = False,
+    link: Annotated[bool, typer.Option("--link", help="Add the serial line to `mehvar board run`.")] = False,
     inline: Inline = False,
     tunable: Tunable = None,
 ) -> None:
-    """Write a package for a build system or framework: a law as functions on a state that is yours."""
+    """Write a law as a package for a build system or framework: C functions on a state that the caller owns."""
     if kind not in KINDS:
         raise unknown_name("build system", kind, KINDS, "--for")
     if link and kind in FRAMEWORKS:
@@ -59,7 +59,7 @@ def command(
 
 
 def _ranges(texts: list[str] | None, manifest: Manifest) -> dict[str, tuple[float, float]]:
-    """Return the least and the greatest allowed value of quantities by name, as in `roll=-70deg:70deg`."""
+    """Return allowed ranges by quantity, from texts as in `roll=-70deg:70deg`."""
     units = {q.name: q.unit for q in (*manifest.seen, *manifest.references)}
     ranges = {}
     for name, text in read_settings(texts, "--range").items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board evidence`: evidence for a law in an image, from equation to address."""
+"""`mehvar board evidence`: evidence about a law in an image, from equations to addresses."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def command(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the page.")] = Path("board-evidence"),
 ) -> int:
-    """Compile, run, disturb, write; return the exit status of the run."""
+    """Compile the law, run and disturb it, write the evidence; return the exit status."""
     maker = f"mehvar board evidence {model} {controller}"
     check_folder(out, maker, EVIDENCE_NAMES)
     if elf is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board flash`: the commands that bring a firmware onto an STM32 board."""
+"""`mehvar board flash`: commands that write a firmware to an STM32 board."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def command(
     tunable: Tunable = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only print the commands.")] = False,
 ) -> int:
-    """Flash a board with the first tool that is installed, or print the commands; return the exit status."""
+    """Flash a board with the first installed tool, or print the commands; return the exit status."""
     image = build_image(
         compiled(model),
         BoardRequest(controller, "port", board, compiler, scenario, tunable=tunable_of(inline, tunable)),
@@ -49,7 +49,7 @@ def command(
 
 
 def flash_commands(image: Image) -> list[list[str]]:
-    """Return the commands that would flash an STM32 board, one for each tool."""
+    """Return the commands of each tool that can flash an STM32 board."""
     path = str(image.path)
     return [
         ["openocd", "-f", "board/st_nucleo_f4.cfg", "-c", f"program {path} verify reset exit"],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The closed loop that the commands build, run and report: its arguments, the request, the outcome."""
+"""Closed loop with a law on a board: arguments, request and result that several commands share."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Board = Annotated[
     str | None,
     typer.Option("--board", metavar="B", help=_BOARDS),
 ]
-Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="gcc when installed, else zig.")]
+Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="Compiler; default: gcc if installed, else zig.")]
 Scenario = Annotated[
     str | None,
     typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
@@ -40,15 +40,15 @@ Target = Annotated[
 Samples = Annotated[int, typer.Option(parser=whole, metavar="N", help="Evaluations of the law.")]
 Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
 
-Inline = Annotated[bool, typer.Option("--inline-parameters", help="Fold the parameters into the law's text.")]
+Inline = Annotated[bool, typer.Option("--inline-parameters", help="Compile the parameters in as constants.")]
 Tunable = Annotated[
     str | None,
-    typer.Option("--tunable", metavar="NAME,...", help="With --inline-parameters: those that can still be set."),
+    typer.Option("--tunable", metavar="NAME,...", help="With --inline-parameters: parameters that stay settable."),
 ]
 
 
 def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
-    """Return the parameters that can still be set when the others are constants; None when no parameter is.
+    """Return the parameters that stay tunable if all others are compiled in; None if none is.
 
     Raises
     ------
@@ -63,19 +63,19 @@ def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
 
 
 def compiled(model: str) -> Model:
-    """Return a model on the C backend, so that a board and its reference run the same C."""
+    """Return a model with compiled C functions, so that board and reference run the same C."""
     return load(model, backend="c")
 
 
 def with_settings(model: Model, request: BoardRequest, settings: Sequence[str] | None) -> BoardRequest:
-    """Return the request with the settings of `--set` in it."""
+    """Add the values of `--set` to the request."""
     values = read_values(settings, model.manifest)
     parameters, options = split_settings(values, model.manifest.choices, "board", "--set")
     return replace(request, parameters=parameters, options=options)
 
 
 def outcome_of(model: Model, request: BoardRequest) -> BoardRun:
-    """Run a closed loop on a board.
+    """Run a closed loop with its law on a board.
 
     Raises
     ------

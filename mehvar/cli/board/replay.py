@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board replay`: a board's answers repeated on this machine and compared bit by bit."""
+"""`mehvar board replay`: repetition of a board's answers on this machine, with a bit-by-bit comparison."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mehvar.terminal import print_table
 
 
 def command(model: ModelName, controller: Law, journal: Journal) -> int:
-    """Replay, print, and return the exit status: 1 when an answer or the memory has other bits, 3 without an end."""
+    """Replay and print; return 1 if an answer or the memory differs, 3 if the journal is incomplete."""
     result = replay(compiled(model), controller, journal)
     place = "same bits" if result.first is None else f"other bits from sample {result.first} on"
     typer.echo(

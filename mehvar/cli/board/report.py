@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board report`: a run as `board run` makes it, as HTML and JSON."""
+"""`mehvar board report`: HTML and JSON report of a run on a board."""
 
 from __future__ import annotations
 

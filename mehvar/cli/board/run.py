@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board run`: a closed loop with the law on a board, compared with the law on this machine."""
+"""`mehvar board run`: closed loop with the law on a board, compared with the same law on this machine."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def command(
         typer.Option(metavar="FILE", help="Record the answers; a stopped run continues from it."),
     ] = None,
 ) -> int:
-    """Run, print, and return the exit status: 1 when board and host differ, 3 when the run ended early."""
+    """Run and print; return 1 if board and host differ, 3 if the run ended early."""
     if form not in FORMATS:
         raise bad_value("format", form, either(FORMATS), "--format")
     if journal is not None:

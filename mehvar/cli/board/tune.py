@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board tune`: a parameter of a law that runs on a board, set between two samples."""
+"""`mehvar board tune`: change of a law's parameter on a board, between two samples of a run."""
 
 from __future__ import annotations
 
@@ -22,10 +22,12 @@ def command(
     settings: SettingTexts = None,
     at: Annotated[
         int | None,
-        typer.Option("--at", parser=whole, metavar="K", help="The first sample with them; default: the next one."),
+        typer.Option(
+            "--at", parser=whole, metavar="K", help="First sample with the new values; default: the next one."
+        ),
     ] = None,
 ) -> None:
-    """Ask the run that writes the journal."""
+    """Send the change to the running process that writes the journal."""
     loaded, running = compiled(model), journal.is_file()
     numbers = tune(loaded, controller, journal, read_values(settings, loaded.manifest), at)
     texts = ", ".join(f"{name} = {value:g}" for name, value in numbers.items())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar convert`: a result or a batch in another program's format."""
+"""`mehvar convert`: a result or a batch in another file format."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def command(
         ),
     ] = None,
 ) -> None:
-    """Write a table, or everything."""
+    """Write a table of the selected values, or the complete contents."""
     with working(f"converting {source}"):
         conversion = convert(source, format_of(out) if to is None else to, out, read_settings(about, "--attitude"))
     for path in conversion.paths:

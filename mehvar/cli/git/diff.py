@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar git-diff`: how git shows a changed equations.json as an external diff."""
+"""`mehvar git-diff`: display of a changed equations.json in git, as an external diff."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NOWHERE = "/dev/null"
 def command(
     arguments: Annotated[list[str], typer.Argument(help="Arguments that git passes to an external diff.")],
 ) -> None:
-    """Compare the two versions that git names."""
+    """Compare the two versions that git passes."""
     external_diff(arguments)
 
 
@@ -40,7 +40,7 @@ def external_diff(arguments: Sequence[str]) -> None:
         return
     old, new = arguments[1], arguments[4]
     if _NOWHERE in (old, new):
-        typer.echo("  is new" if old == _NOWHERE else "  is gone")
+        typer.echo("  is new" if old == _NOWHERE else "  was removed")
         return
     try:
         before, after = read_equations(Path(old)), read_equations(Path(new))

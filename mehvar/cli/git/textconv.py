@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar git-textconv`: an equations.json as text for git to compare."""
+"""`mehvar git-textconv`: equations.json as text that git can compare."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def command(file: Annotated[Path, typer.Argument(help="An equations.json.")]) ->
 
 
 def textconv(file: Path) -> str:
-    """Return an equations.json as text for git to compare: names, titles, and one term a line.
+    """Return an equations.json as text for git: names, titles, and one term per line.
 
     One of another schema, or damaged, is returned as it is.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar require`: whether requirements hold, by the runs of a store or of a campaign."""
+"""`mehvar require`: verdicts on requirements from a store or a campaign."""
 
 from __future__ import annotations
 
@@ -34,13 +34,15 @@ def command(
     confidence: Annotated[
         float | None, typer.Option(metavar="C", help="Confidence of each bound; default: 0.95.")
     ] = None,
-    rare: Annotated[bool, typer.Option("--rare", help="Seek rare failures by splitting; needs a campaign.")] = False,
+    rare: Annotated[
+        bool, typer.Option("--rare", help="Search for rare failures by splitting; needs a campaign.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(metavar="STORE.zarr", help="The store of a campaign.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue the store.")] = False,
     page: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Save a page for a review.")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Decide, print; return 0 where every requirement holds and 1 otherwise.
+    """Decide requirements and print the verdicts; return 0 if all hold, else 1.
 
     Raises
     ------
@@ -107,10 +109,13 @@ def _rare(
     path: Path, requirements: dict[str, str], confidence: float | None, out: Path | None, resume: bool
 ) -> Verdicts:
     if path.suffix != ".toml":
-        raise InputError(f"--rare needs a campaign file: the runs of {path} are drawn already")
+        raise InputError(f"--rare draws new runs, and {path} is a finished batch: give a campaign file")
     if out is not None or resume:
         raise InputError("--rare keeps no runs: leave out --out and --resume")
     file = read_campaign(path)
+    for name in ("out", "success", "until"):
+        if (value := getattr(file, name)) is not None:
+            raise bad_value(name, str(value), "left out with --rare: the runs are not kept", str(path))
     with progress(f"{path} seeks failures") as advance:
         return RareVerdicts(
             file.model,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar stats`: statistics of a store, for people."""
+"""`mehvar stats`: statistics of a batch store."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def command(
         checked_suffix(plot)
         check_file(plot)
     elif of:
-        raise InputError("--of names what --plot draws: add --plot FILE.png")
+        raise InputError("--of selects variables for the picture: add --plot FILE.png")
     store = open_store(path)
     if as_json:
         print_json(asdict(summarise(store, success)) | {"sensitivities": [asdict(s) for s in sensitivities(store)]})
@@ -87,7 +87,7 @@ def print_statistics(store: Store, success: str | None = None) -> None:
 
 
 def _print_metrics(statistics: Statistics) -> None:
-    """Print three tables that fit a page: moments and quantiles, intervals of these, extreme runs."""
+    """Print tables that fit a page: moments and quantiles, intervals, runs with extreme values."""
     rows, quantiles = statistics.rows, {q: f"{100 * q:g} %" for q in (0.05, 0.5, 0.95)}
     incomplete = any(row.finite < statistics.stored for row in rows)
     print_table(
@@ -118,7 +118,7 @@ def _print_metrics(statistics: Statistics) -> None:
 
 
 def _estimate(statistics: Statistics) -> str:
-    """Return the probability of success and its interval, or the share of runs and why there is no interval."""
+    """Return the success probability with its interval, or the share of runs and the reason for no interval."""
     if statistics.design in NO_INTERVAL:
         return f"share {statistics.probability:.6g}; {NO_INTERVAL[statistics.design]}"
     ends = f"[{statistics.low:.6g}, {statistics.high:.6g}]"
@@ -151,7 +151,7 @@ def _interval(low: float, high: float) -> str:
 
 
 def _print_refusals(store: Store, statistics: Statistics) -> None:
-    """Show why the first impossible runs are impossible."""
+    """Print the reasons of the first impossible runs."""
     number = statistics.statuses.get(STATUS_TEXT[IMPOSSIBLE], 0)
     if not number:
         return

@@ -13,14 +13,14 @@ from mehvar.runtime.batch.store.verification import Verification, verify
 from mehvar.terminal import working
 
 _SHOWN = 20
-"""Lines of damage in a terminal; --json has all."""
+"""Lines about damage that a terminal shows; --json has all."""
 
 
 def command(
     path: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print facts as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
 ) -> int:
-    """Hold every file against the records; return 0 for a whole store and 1 for any other.
+    """Check every file against its checksum; return 0 for an undamaged store, else 1.
 
     Files that no record lists are named; nothing reads them, and the status does not depend on them.
 
@@ -62,7 +62,7 @@ def _print(verification: Verification) -> None:
 
 
 def _numbers(blocks: tuple[int, ...]) -> str:
-    """Return the numbers of blocks, ranges as such: "blocks 0 to 3, 7"."""
+    """Return block numbers as text, with ranges: "blocks 0 to 3, 7"."""
     ranges: list[list[int]] = []
     for block in blocks:
         if ranges and block == ranges[-1][-1] + 1:

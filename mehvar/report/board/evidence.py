@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evidence of a law in an image, as a page in Markdown and as JSON."""
+"""Evidence about a law in an image, as Markdown and JSON."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EVIDENCE_NAMES = ("evidence.md", "evidence.json")
 
 
 def write_evidence(evidence: Evidence, misra: Findings | None, out: Path, maker: str) -> None:
-    """Write evidence.md and evidence.json into a folder, in the name of a command."""
+    """Write evidence.md and evidence.json into a folder, with the command that made them."""
     with filling(out, maker) as folder:
         (folder / "evidence.md").write_text("\n".join(_page(evidence, misra)) + "\n", encoding="utf-8")
         (folder / "evidence.json").write_text(
@@ -31,7 +31,7 @@ def write_evidence(evidence: Evidence, misra: Findings | None, out: Path, maker:
 
 
 def write_inspection(found: Inspection, law: str, out: Path, maker: str) -> None:
-    """Write evidence.md and evidence.json for another project's image into a folder, in the name of a command."""
+    """Write evidence.md and evidence.json about another project's image, with the command that made them."""
     facts = {**vars(found), "path": str(found.path), "functions": [vars(f) for f in found.functions],
              "members": None if found.members is None else [vars(m) for m in found.members]}  # fmt: skip
     with filling(out, maker) as folder:
@@ -72,7 +72,7 @@ def _decided(value: int | None) -> str:
 
 
 def evidence_facts(evidence: Evidence, misra: Findings | None) -> dict[str, Any]:
-    """Return everything as plain values for JSON."""
+    """Return the evidence as plain values for JSON."""
     run = evidence.run
     assert run.elf is not None
     return {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results of a run on a board, as plain numbers for JSON and for the report."""
+"""Numbers of a run on a board, for JSON and for the report."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _difference(difference: Difference) -> dict[str, Any]:
 
 
 def _differences(one: Run, other: Run | None, later: float | None = None) -> dict[str, Any] | None:
-    """Return the largest and the root mean square difference of inputs and states; `later` also shifts by a sample."""
+    """Return largest and root mean square differences of inputs and states; `later` adds a shift of one sample."""
     if other is None:
         return None
     rows = min(len(one.u), len(other.u))
@@ -102,7 +102,7 @@ def _rms(values: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
 
 
 def _ticks(outcome: BoardRun) -> dict[str, Any] | None:
-    """Return the board's own measurement of a step; under an emulator it measures nothing."""
+    """Return the board's measurement of a step in ticks; None under an emulator."""
     if not outcome.ticks or outcome.hello is None:
         return None
     emulated = outcome.request.target in TARGETS and outcome.request.target != "sil"
@@ -122,7 +122,7 @@ def _image(outcome: BoardRun) -> dict[str, Any]:
 
 
 def _bound(outcome: BoardRun) -> dict[str, Any] | None:
-    """Return the deepest that the stack can get, and the chain of calls that takes it there."""
+    """Return the upper bound of the stack with the chain of calls that reaches it."""
     if outcome.bound is None:
         return None
     chain = [{"function": name, "bytes": size} for name, size in outcome.bound.chain]

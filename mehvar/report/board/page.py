@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results of a run on a board, as one HTML page and as JSON."""
+"""HTML page and JSON file about a run on a board."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ REPORT_NAMES = ("index.html", "board.json", "figures")
 
 
 def write_report(outcome: BoardRun, out: Path, maker: str) -> None:
-    """Write index.html, board.json and figures/ into a folder, in the name of a command."""
+    """Write index.html, board.json and figures/ into a folder, with the command that made them."""
     results = facts(outcome) | {"metrics": metric_values(outcome)}
     rows = fact_rows(results, metric_rows(outcome, results["metrics"]))
     with filling(out, maker) as folder:
@@ -43,7 +43,7 @@ def write_report(outcome: BoardRun, out: Path, maker: str) -> None:
 
 
 def metric_values(outcome: BoardRun) -> dict[str, dict[str, float]]:
-    """Return the model's metrics of the board, of the host with and without the delay; only those that are finite."""
+    """Return finite metrics of the board, and of the host with and without the delay."""
     runs = {"board": outcome.board, "host_double": outcome.double, "host_without_delay": outcome.undelayed}
     values = {name: metrics(run, run.manifest) for name, run in runs.items() if run is not None}
     return {
@@ -54,7 +54,7 @@ def metric_values(outcome: BoardRun) -> dict[str, dict[str, float]]:
 
 
 def metric_rows(outcome: BoardRun, values: Mapping[str, Mapping[str, float]]) -> list[tuple[str, str, str]]:
-    """Return metrics as rows: description, values on the board and elsewhere, evidence."""
+    """Return table rows of metrics: description, values on board and host, evidence."""
     known = outcome.board.manifest.metrics
     return [
         (
@@ -76,7 +76,7 @@ def _loop_figure(outcome: BoardRun) -> Figure:
 
 
 def inputs_figure(outcome: BoardRun) -> Figure:
-    """Draw each input as the board commanded it, the law in float on this machine below it, and their difference.
+    """Draw each input as commanded by the board and by the host in float, with the difference below.
 
     One column for each unit; at the bottom, the cost of float: the difference from the law in double.
     """
@@ -123,7 +123,7 @@ def _page(results: dict[str, Any], figures: Sequence[dict[str, str]], rows: Sequ
 
 
 def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()) -> list[tuple[str, str, str]]:
-    """Return rows of description, value and evidence; `more` are rows about the closed loop."""
+    """Return table rows of facts: description, value, evidence; `more` has rows about the closed loop."""
     image, same = results["image"], results["equivalence"]
     rows = [
         (

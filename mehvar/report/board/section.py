@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The laws of a model on an emulated microcontroller, as a part of the report."""
+"""Section of the report on a model's laws on an emulated microcontroller."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OnBoard:
-    """Results of a law's run on the emulated board; `extent` is the part of the scenario that was run."""
+    """Run of a law on the emulated board; `extent` is the simulated part of the scenario."""
 
     law: str
     same: bool
@@ -31,14 +31,14 @@ class OnBoard:
 
 @dataclass(frozen=True)
 class Boards:
-    """Every law of a model on the emulated board, or the reason why there is none."""
+    """Runs of all laws of a model on the emulated board, or the reason why there are none."""
 
     laws: Sequence[OnBoard] = ()
     missing: str = ""
 
     @property
     def same(self) -> bool:
-        """True where every law is bit-identical to the host."""
+        """True if every law is bit-identical to the host."""
         return all(law.same for law in self.laws)
 
 
@@ -67,7 +67,7 @@ def _on_board(outcome: BoardRun) -> OnBoard:
 
 
 def _extent(outcome: BoardRun, results: dict[str, Any]) -> str:
-    """Return the part of the scenario that was run, and the reason for an early end."""
+    """Return the simulated part of the scenario and the reason for an early end."""
     run = outcome.board
     whole, reached = run.scenario.duration, run.t[-1]
     part = "all" if reached >= whole else f"{reached:g} of the {whole:g} s"

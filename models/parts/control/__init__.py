@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws of a spacecraft, written in symbols, and how they share a torque among its actuators."""
+"""Symbolic laws of a spacecraft, and allocation of torques to actuators."""
 
 from .filter import AttitudeFilter
 from .law import Law, LawText

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Allocation of a wanted torque or force to actuators: least squares, within limits, by directions kept.
+"""Allocation of torque or force to actuators by least squares; saturation keeps the direction.
 
 What an actuator does to the hub per unit of its input is a column of B. The smallest inputs with B u = wanted are
 B' (B B')^-1 wanted. Thrusters, which only push, take from the inputs without effect as much as makes none negative.
@@ -23,7 +23,7 @@ Actuators = Sequence[tuple[Part, Mounted]]
 
 
 def effects(parts: Actuators, centre: sp.Matrix) -> sp.Matrix:
-    """Return B, (6, n): force and torque about `centre` on the hub per unit of each input."""
+    """Return B, (6, n): force and torque about `centre` on the hub, per unit of each input."""
     columns = [sp.Matrix([*force, *couple]) for part, at in parts for force, couple in _effects(part, at, centre)]
     return sp.Matrix.hstack(*columns) if columns else sp.zeros(6, 0)
 
@@ -48,7 +48,7 @@ def _effects(part: Part, at: Mounted, centre: sp.Matrix) -> list[tuple[sp.Matrix
 def allocated(
     frame: Frame, name: str, wanted: Sequence[Expr], parts: Actuators, matrix: sp.Matrix, limits: Sequence[Expr | None]
 ) -> list[Expr]:
-    """Return the inputs that give a demanded effect.
+    """Return the inputs that produce a demanded force and torque.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def allocated(
 
 
 def _pushing(frame: Frame, name: str, inputs: Sequence[Expr], matrix: sp.Matrix, normal: sp.Matrix) -> list[Expr]:
-    """Add inputs without effect (in the null space of B) until no input is negative."""
+    """Add inputs from the null space of B until no input is negative."""
     rows, size = matrix.shape
     together = matrix * sp.ones(size, 1)
     seen = solve(frame, normal, list(together), [f"{name}_e{k + 1}" for k in range(rows)])
@@ -102,7 +102,7 @@ def _pushing(frame: Frame, name: str, inputs: Sequence[Expr], matrix: sp.Matrix,
 
 
 def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: dict[sp.Symbol, float]) -> None:
-    """Refuse actuators that cannot give all that is wanted, at the defaults.
+    """Refuse actuators that cannot produce every demanded direction, at default parameters.
 
     Raises
     ------
@@ -119,8 +119,8 @@ def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: d
         one = sp.ones(matrix.cols, 1)
         idle = one - numbers.T * ((numbers * numbers.T).inv() * (numbers * one))
         if min(idle) <= _DEPENDENT:
-            raise ModelError(f"{name}: {names} push to one side; add thrusters that balance them")
+            raise ModelError(f"{name}: {names} can only push to one side; add thrusters for the other side")
 
 
 _DEPENDENT = 1e-9
-"""Tolerance of effects of the order of one: far above rounding, far below the effect of an actuator."""
+"""Tolerance of effects of order one: far above rounding, far below an actuator's effect."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A multiplicative extended Kalman filter: the attitude and the bias of a gyro, from that gyro and a star tracker.
+"""Multiplicative extended Kalman filter for attitude and gyro bias, with a gyro and a star tracker.
 
 The error of the attitude is three small angles a, of the bias db, and they go on by
 
@@ -39,13 +39,14 @@ from ..values import Number, scalar
 
 HALF = sp.Rational(1, 2)
 _ERROR = ("1",) * 3 + ("1/s",) * 3
-"""Units of the error: of three angles, and of three biases."""
+"""Units of the error's elements: three angles, three biases."""
 _LOST = 3
-"""Measurements rejected in a row after which a filter is lost: of a sound one the gate rejects one in a million."""
+"""Consecutive rejected measurements after which a filter counts as diverged; a sound filter rejects one in a
+million."""
 
 
 class Keeper(Protocol):
-    """A law, as a filter uses it: its name, its memory and what it reports."""
+    """Interface of a law for a filter: name, memory and reports."""
 
     name: str
 
@@ -57,7 +58,7 @@ class Keeper(Protocol):
 
 @dataclass(frozen=True)
 class Estimate:
-    """An estimate at a sample.
+    """Estimates at a sample.
 
     Attributes
     ----------
@@ -87,7 +88,7 @@ class AttitudeFilter(Part):
     tracker : StarTracker
         With sigma.
     every : number
-        Samples from one measurement of the tracker to the next.
+        Samples from one measurement of the tracker to the next, of a tracker without `every` of its own.
     attitude, bias : number
         Standard deviations before the first measurement, of each angle, rad, and of each bias, rad/s.
     gate : number
@@ -108,6 +109,12 @@ class AttitudeFilter(Part):
         for field, of in (("noise", self.gyro), ("walk", self.gyro), ("sigma", self.tracker)):
             if getattr(of, field) is None:
                 raise ModelError(f"{self.name}: {of.name}.{field} = None: must be given for a filter")
+        if not self.gyro.steady:
+            raise ModelError(f"{self.name}: {self.gyro.name} must measure at each sample, without every and dropout")
+        if not self.tracker.steady and self.every != 1:
+            raise ModelError(
+                f"{self.name}.every = {self.every!r}: must be left out, {self.tracker.name} has its own rate"
+            )
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         message = f"{self.tracker.name}.sigma must be above zero for {self.name}"
@@ -116,14 +123,14 @@ class AttitudeFilter(Part):
         return (*super().constraints(at), counted, *sigma)
 
     def of(self, sensor: Part, at: Mounted) -> SimpleNamespace:
-        """Return the symbols for the fields of a sensor."""
+        """Return the symbols of a sensor's fields."""
         for part, mounted in at.craft.parts:
             if part == sensor:
                 return mounted.values
         raise ModelError(f"{self.name}: {sensor.name} is not on the craft; add it too")
 
     def estimate(self, at: Mounted, law: Keeper) -> Estimate:
-        """Define a sample of the filter in a law, whose memory it extends.
+        """Define one step of the filter in a law, and extend the law's memory.
 
         Parameters
         ----------
@@ -136,7 +143,7 @@ class AttitudeFilter(Part):
 
 
 class _Sample:
-    """A sample of a filter, while it is written into a law."""
+    """One step of a filter under construction."""
 
     def __init__(self, of: AttitudeFilter, at: Mounted, law: Keeper) -> None:
         self.of, self.at, self.law = of, at, law
@@ -148,12 +155,14 @@ class _Sample:
         self.count = self._keep("count", "1", "samples since the last measurement; -1 before the first", -1)
         self.nis = self._keep("nis", "1", "squared innovation of the last measurement over its variance")
         self.rejected = self._keep("rejected", "1", "measurements rejected in a row")
+        tracker = of.tracker
+        self.due: sp.Rel = self.count < HALF if tracker.steady else tracker.new.symbol > HALF
 
     def _keep(self, name: str, unit: str, meaning: str, begin: Expr | float = 0) -> sp.Symbol:
         return self.law.keep(f"{self.of.name}_{name}", unit, f"{self.of.name}: {meaning}", begin)
 
     def _factors(self) -> Factors:
-        """Keep the factors of the covariance."""
+        """Keep the covariance's factors in memory."""
         values = self.at.values
         begin = (values.attitude**2,) * 3 + (values.bias**2,) * 3
         square = {"1": "1", "1/s": "1/s^2"}
@@ -182,19 +191,19 @@ class _Sample:
         return sp.Matrix([self.define(f"{name}{k}", entry, title) for k, entry in enumerate(entries)])
 
     def unit(self, name: str, entries: Iterable[Expr], title: str) -> sp.Matrix:
-        """Name the components of a quaternion, at length one."""
+        """Name the components of a quaternion after normalisation."""
         raw = self.vector(f"{name}_raw", entries, f"{title}, of any length")
         over = self.define(f"{name}_over", 1 / sp.sqrt(raw.dot(raw)), f"{title}: one over its length")
         return self.vector(name, over * raw, title)
 
     def turned(self, name: str, q: Sequence[Expr], rate: sp.Matrix, span: Expr) -> sp.Matrix:
-        """Return a quaternion after a time at a rate, of any length: its tangent to the fifth power of the angle."""
+        """Return a quaternion rotated at a constant rate, not normalised; the tangent has fifth order in the angle."""
         angle = self.vector(f"{name}_angle", span / 2 * rate, "half the angle")
         longer = self.define(f"{name}_longer", 1 + angle.dot(angle) / 3, "tangent of half the angle over it")
         return quaternion_product(list(q), (1, *(longer * angle)))
 
     def transition(self, name: str, q: Sequence[Expr]) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the matrix from inertial axes to the hub's, and the propagation of the error over half a period."""
+        """Return the matrix from inertial axes to hub axes, and the error's propagation over half a period."""
         turn = quaternion_rotation(list(q))
         turn = sp.Matrix(3, 3, lambda i, j: self.define(f"{name}_{AXES[i]}{AXES[j]}", turn[i, j], "rotation"))
         transition = sp.eye(len(_ERROR))
@@ -202,16 +211,17 @@ class _Sample:
         return turn, transition
 
     def estimate(self) -> Estimate:
-        """Define the sample and return the estimate."""
-        measured, seen = sp.Matrix(self.of.gyro.symbols), self.of.tracker.symbols
+        """Define the filter step and return the estimates."""
+        measured = sp.Matrix(self.of.gyro.symbols)
         rate = self.vector("rate", measured - self.bias, "rate without the bias")
         now = self.unit("now", self.turned("to", self.q, rate, self.half), "quaternion before the measurement")
-        choice = [sp.Piecewise((s, self.count < -HALF), (q, True)) for s, q in zip(seen, now, strict=True)]
+        seen, first = self.seen(now), self.count < -HALF
+        choice = [sp.Piecewise((s, first), (q, True)) for s, q in zip(seen, now, strict=True)]
         now = self.vector("before", choice, "quaternion before the measurement, or the first one")
         turn, transition = self.transition("turn", now)
         white, walk = self.noise()
         prior = self.factors.moved(self.stage("to"), transition).widened(self.stage("white"), (*white, 0, 0, 0))
-        correction, factors = self.corrected(now, turn, prior, white[0] / 2)
+        correction, factors = self.corrected(now, seen, turn, prior, white[0] / 2)
         attitude = self.unit("after", quaternion_product((1, *(correction[:3, 0] / 2)), list(now)), "quaternion")
         bias = self.vector("bias", self.bias + correction[3:, 0], "bias of the gyro")
         rate = self.vector("rate_after", measured - bias, "rate without the bias, after the measurement")
@@ -223,15 +233,25 @@ class _Sample:
         self.report()
         return Estimate(tuple(attitude), tuple(rate))
 
+    def seen(self, now: sp.Matrix) -> Sequence[Expr]:
+        """Return the tracker's quaternion; without a new measurement, the expected one."""
+        symbols: tuple[sp.Symbol, ...] = self.of.tracker.symbols
+        if self.of.tracker.steady:
+            return symbols
+        entries = [sp.Piecewise((s, self.due), (q, True)) for s, q in zip(symbols, now, strict=True)]
+        return list(self.vector("seen", entries, "measured quaternion, or the expected one"))
+
     def noise(self) -> tuple[list[Expr], list[Expr]]:
-        """Return the variances that the gyro adds: to angles in half a period, to biases in a whole one."""
+        """Return the gyro's contribution to the variances: of angles in half a period, of biases in a whole one."""
         white = self.define("white", self.gyro.noise**2 * self.half, "variance of an angle by half a period")
         walk = self.define("walk", self.gyro.walk**2 * self.at.craft.period, "variance of a bias by a period")
         return [white] * 3, [walk] * 3
 
-    def corrected(self, now: sp.Matrix, turn: sp.Matrix, prior: Factors, less: Expr) -> tuple[sp.Matrix, Factors]:
-        """Return correction and factors by the three angles of a measurement in turn, unless it is rejected."""
-        scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), self.of.tracker.symbols)
+    def corrected(
+        self, now: sp.Matrix, seen: Sequence[Expr], turn: sp.Matrix, prior: Factors, less: Expr
+    ) -> tuple[sp.Matrix, Factors]:
+        """Return correction and factors after a measurement of three angles in turn, unless it is rejected."""
+        scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), seen)
         over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
         correction, factors, terms = sp.zeros(len(_ERROR), 1), prior, []
         for k, axis in enumerate(AXES):
@@ -245,7 +265,7 @@ class _Sample:
             correction = self.vector(f"angle_{axis}_x", correction + share * sp.Matrix(product), "correction")
             terms.append(innovation * share)
         nis = self.define("nis_now", sp.Add(*terms), "squared innovation over its variance")
-        due = self.count < HALF
+        due = self.due
         flag = sp.Piecewise((1, sp.And(due, nis <= self.at.values.gate)), (0, True))
         taken = self.define("taken", flag, "1 where there is a measurement that is not rejected") > HALF
         self.count_on(due, taken, nis)
@@ -253,15 +273,18 @@ class _Sample:
         return self.vector("x", chosen, "correction"), prior.chosen(self.stage("taken"), factors, taken)
 
     def count_on(self, due: sp.Rel, taken: sp.Rel, nis: Expr) -> None:
-        """Return the next counts of measurements."""
+        """Update the counters of samples and of rejected measurements, and the stored NIS."""
         since, update = sp.Max(self.count, 0), self.law.update
-        update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))
+        if self.of.tracker.steady:
+            update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))
+        else:
+            update(self.count, sp.Piecewise((0, due), (self.count, self.count < -HALF), (self.count + 1, True)))
         update(self.nis, sp.Piecewise((nis, due), (self.nis, True)))
         rejected = sp.Piecewise((0, taken), (self.rejected + 1, due), (self.rejected, True))
         update(self.rejected, rejected)
 
     def report(self) -> None:
-        """Report the error of the prediction for a sample: the truth is half a period further than the memory."""
+        """Report the prediction error at a sample. The true state is half a period after the stored estimate."""
         frame, name = self.at.frame, self.of.name
         true = self.turned("true", self.at.craft.quaternion, frame.rate, -self.half)
         scalar, *off = quaternion_product(list(true), (self.q[0], *(-q for q in self.q[1:])))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law of a spacecraft in symbols: measurements by name, parameters, memory, and commands to parts."""
+"""Symbolic law of a spacecraft: measurements by name, parameters, memory, commands to parts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Commands = Mapping[str, Expr | Sequence[Expr]]
 
 
 class Law:
-    """A law while it is written: `craft.law("pd", write)` calls `write` with one.
+    """A law under construction: `craft.law("pd", write)` calls `write` with it.
 
     Parameters
     ----------
@@ -46,17 +46,18 @@ class Law:
         self._own = Parameters()
         self._memory: dict[Quantity, tuple[Expr, Expr]] = {}
         self._outputs: list[Output] = []
+        self._last: dict[str, tuple[Expr, ...]] = {}
 
     @property
     def attitude(self) -> tuple[Expr, ...]:
-        """Coordinates of the attitude: of a filter, else of a star tracker, where the craft has sensors."""
+        """Attitude coordinates: of the filter, else of a star tracker if the craft has sensors, else of the state."""
         if self._estimate:
             return self._estimate.attitude
         return self._seen(StarTracker, self._attitude, "the attitude: add a StarTracker")
 
     @property
     def rates(self) -> tuple[Expr, ...]:
-        """Rate of the hub, rad/s: of a filter, else of a gyro, where the craft has sensors."""
+        """Rate of the hub, rad/s: of the filter, else of a gyro if the craft has sensors, else of the state."""
         if self._estimate:
             return self._estimate.rates
         return self._seen(Gyro, self._rates, "the rates: add a Gyro")
@@ -66,7 +67,7 @@ class Law:
         filters = [(part, at) for part, at in self._craft.parts if isinstance(part, AttitudeFilter)]
         if len(filters) > 1:
             names = ", ".join(part.name for part, _ in filters)
-            raise ModelError(f"law {self.name}: the craft has the filters {names}: must have one at most")
+            raise ModelError(f"law {self.name}: the craft has several filters ({names}): only one is allowed")
         return filters[0][0].estimate(filters[0][1], self) if filters else None
 
     def _seen(self, kind: type[Instrument], state: Sequence[Expr], words: str) -> tuple[Expr, ...]:
@@ -75,8 +76,21 @@ class Law:
             return tuple(state)
         for part in sensors:
             if isinstance(part, kind):
-                return part.symbols
+                return self.measured(part)
         raise ModelError(f"law {self.name}: no sensor measures {words}")
+
+    def measured(self, sensor: Instrument) -> tuple[Expr, ...]:
+        """Return a sensor's last measurement, kept in the law's memory if the sensor skips samples."""
+        if sensor.steady:
+            return sensor.symbols
+        if sensor.name not in self._last:
+            new = sensor.new.symbol > sp.Rational(1, 2)
+            pairs = list(zip(sensor.seen(), sensor.before(), strict=True))
+            kept = [self.keep(f"{q.name}_last", q.unit, f"last {q.description}", start) for q, start in pairs]
+            last = [sp.Piecewise((q.symbol, new), (k, True)) for (q, _), k in zip(pairs, kept, strict=True)]
+            self.update_all(kept, last)
+            self._last[sensor.name] = tuple(last)
+        return self._last[sensor.name]
 
     def parameter(
         self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",
@@ -86,26 +100,26 @@ class Law:
         return self._own.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
 
     def keep(self, name: str, unit: str = "1", meaning: str = "", start: Expr | float = 0) -> sp.Symbol:
-        """Declare a number that the law keeps from sample to sample and return its symbol; `update` changes it."""
+        """Declare a number in the law's memory and return its symbol; `update` sets its next value."""
         quantity = Quantity(name, unit, meaning or name)
         self._memory[quantity] = sp.sympify(start), quantity.symbol
         return quantity.symbol
 
     def update(self, kept: sp.Symbol, value: Expr) -> None:
-        """Say what a number that is kept becomes after a sample."""
+        """Set the value of a stored number after the sample."""
         for quantity, (begin, _) in self._memory.items():
             if quantity.symbol == kept:
                 self._memory[quantity] = begin, sp.sympify(value)
                 return
-        raise ModelError(f"law {self.name}: {kept} is not kept; declare it by keep()")
+        raise ModelError(f"law {self.name}: {kept} is not in the memory; declare it by keep()")
 
     def update_all(self, kept: Iterable[sp.Symbol], values: Iterable[Expr]) -> None:
-        """Say what several numbers that are kept become after a sample."""
+        """Set the values of several stored numbers after the sample."""
         for symbol, value in zip(kept, values, strict=True):
             self.update(symbol, value)
 
     def report(self, output: Output) -> None:
-        """Let a run show a quantity, a function of the state and of what the law keeps."""
+        """Add an output to the run: a function of the state and the law's memory."""
         self._outputs.append(output)
 
     @property
@@ -114,7 +128,7 @@ class Law:
         return self._craft.period
 
     def torque(self, wanted: Sequence[Expr], by: Iterable[Part]) -> dict[str, tuple[Expr, ...]]:
-        """Share a torque on the hub among actuators, within their limits.
+        """Distribute a torque on the hub to actuators, within their limits.
 
         Parameters
         ----------
@@ -131,7 +145,7 @@ class Law:
         return self._shared("torque", wanted, by, [3, 4, 5])
 
     def wrench(self, force: Sequence[Expr], torque: Sequence[Expr], by: Iterable[Part]) -> dict[str, tuple[Expr, ...]]:
-        """Share a force, N, and a torque about the centre of mass, N m, among actuators, as `torque` does."""
+        """Distribute a force, N, and a torque about the centre of mass, N m, to actuators, as `torque` does."""
         return self._shared("wrench", [*force, *torque], by, list(range(6)))
 
     def _shared(
@@ -150,14 +164,16 @@ class Law:
         definitions = frame.derivation.definitions
         fixed = free_symbols(list(matrix), definitions) <= {q.symbol for q in self._plant.values()}
         if not fixed:
-            raise ModelError(f"{where}: what {', '.join(names)} do depends on the state")
+            raise ModelError(
+                f"{where}: the effect of {', '.join(names)} depends on the state, so they cannot share a torque"
+            )
         check_effects(where, matrix, [part for part, _ in pairs], self._numbers(matrix))
         limits = [_limit(at.values) for part, at in pairs for _ in part.inputs()]
         values = iter(allocated(frame, f"{self.name}_{what}", wanted, pairs, matrix, limits))
         return {part.name: tuple(next(values) for _ in part.inputs()) for part, _ in pairs}
 
     def _numbers(self, matrix: sp.Matrix) -> dict[sp.Symbol, float]:
-        """Return the symbols of a matrix of parameters at the defaults."""
+        """Return the numbers of a matrix of parameters at their defaults."""
         definitions = self._craft.frame.derivation.definitions
         known = {q.symbol: float(q.default) for q in self._plant.values()}
         for symbol, expr in definitions.items():
@@ -166,7 +182,7 @@ class Law:
         return known
 
     def _centre(self) -> sp.Matrix:
-        """Return the centre of mass of the parts that are fixed in the hub."""
+        """Return the centre of mass of the parts that are fixed to the hub."""
         frame = self._craft.frame
         each = [part.aggregates(at) for part, at in self._craft.parts]
         still = [of for of in each if all(map(frame.is_constant, (of.mass, *of.first)))]
@@ -174,7 +190,7 @@ class Law:
         return sum((of.first for of in still), ZERO) / mass
 
     def controller(self, title: str, commands: Commands, inputs: Mapping[str, int], sampled: bool) -> Controller:
-        """Return the law with commands to parts by their names; the others are commanded zero."""
+        """Return the law with commands to parts by name; other commands are zero."""
         given = {name: value if isinstance(value, tuple | list) else (value,) for name, value in commands.items()}
         for name, values in given.items():
             if name not in inputs:
@@ -184,7 +200,12 @@ class Law:
             if len(values) != inputs[name]:
                 raise ModelError(f"law {self.name}: {name} has {inputs[name]} inputs, and {len(values)} commands")
         if self.__dict__.get("_estimate") and not sampled:
-            raise ModelError(f"law {self.name} is continuous, and a filter is sampled: leave out sampled=False")
+            raise ModelError(
+                f"law {self.name} is continuous, but a filter needs a sampled law: leave out sampled=False"
+            )
+        if self._last and not sampled:
+            names = ", ".join(self._last)
+            raise ModelError(f"law {self.name} is continuous, but {names} needs a sampled law: leave out sampled=False")
         command = [sp.sympify(u) for name, count in inputs.items() for u in given.get(name, (0,) * count)]
         memory = Group("z", tuple(self._memory))
         return Controller(
@@ -201,7 +222,7 @@ LawText = Callable[[Law], Commands]
 
 
 def _limit(values: object) -> Expr | None:
-    """Return the limit of an actuator, under the name that it has there."""
+    """Return the limit of an actuator as a parameter of the law."""
     for name in ("torque_limit", "limit"):
         limit: Expr | None = getattr(values, name, None)
         if limit is not None:

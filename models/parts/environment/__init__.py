@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The orbit of a spacecraft, and what gravity, the Earth's field, air and sunlight do to it."""
+"""Orbit of a spacecraft, and its environment: gravity, magnetic field, air and sunlight."""
 
 from .loads import Dipole, Drag, GravityGradient, Magnetorquer, SunPressure
 from .orbit import Orbit, Sky, sky

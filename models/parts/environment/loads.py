@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads of the environment: gravity gradient, the field on dipoles, air and sunlight on spheres and plates.
+"""Loads of the environment: gravity gradient, magnetic torque on dipoles, air drag and sunlight.
 
 The air meets the craft at the velocity of its centre of mass; what its turning adds is left out.
 """
@@ -22,7 +22,7 @@ from .orbit import sky
 
 @dataclass(frozen=True)
 class GravityGradient(Part):
-    """Torque and force of the gravity gradient on the craft as one body.
+    """Torque and force of the gravity gradient on the whole craft as a rigid body.
 
     With J the inertia about the centre of mass, n the direction from the Earth and k = mu/r^3 the torque is
     3 k n x J n, and the force 3 k/(2 r) ((5 n.J n - tr J) n - 2 J n): what derives from the potential
@@ -69,7 +69,7 @@ class Dipole(Part):
 
 @dataclass(frozen=True)
 class Magnetorquer(Part):
-    """A coil or rod whose dipole a law commands; it turns the hub against the Earth's field.
+    """A coil or rod whose dipole a law commands; its torque is that of the Earth's field.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Magnetorquer(Part):
 
 @dataclass(frozen=True)
 class Drag(Part):
-    """Drag of a sphere, or of one side of a flat plate: -rho C A |v| v/2, with the area that a plate turns to the wind.
+    """Drag on a sphere or on one side of a flat plate: -rho C A |v| v/2, with the projected area of a plate.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class Drag(Part):
 
 @dataclass(frozen=True)
 class SunPressure(Part):
-    """Pressure of sunlight on a sphere, or on one side of a flat plate.
+    """Pressure of sunlight on a sphere or on one side of a flat plate.
 
     A plate that mirrors the part rho of the light and scatters the part delta feels, at the angle of the light with
     cosine c, the force -P A c ((1 - rho) s + 2 (rho c + delta/3) n). (Wertz, Spacecraft Attitude Determination and
@@ -160,7 +160,9 @@ class SunPressure(Part):
         if self.normal is not None and self.mirrored is None:
             object.__setattr__(self, "mirrored", 0.6)  # of solar cells and foil, as that of the satellite's surface
         if self.normal is None and self.mirrored is not None:
-            raise ModelError(f"{self.name}.mirrored needs a plate (normal): a sphere mirrors evenly to all sides")
+            raise ModelError(
+                f"{self.name}.mirrored is for a plate, and a sphere has no mirror: give a normal, or leave mirrored out"
+            )
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         v, here = at.values, sky(at)

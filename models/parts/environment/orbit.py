@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Orbit about the Earth, and what it decides: gravity, magnetic field, air and sunlight.
+"""Orbit about the Earth, and the quantities that depend on it: gravity, magnetic field, air, sunlight.
 
 The centre of mass of the craft moves as a point with the mass of the craft: under the gravity of the Earth, with its
 oblateness where that is wanted, and under all forces on the parts. Inertial axes are those of the equator.
@@ -13,7 +13,7 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
-from ...mechanics import frame_turn
+from ...mechanics import direction, frame_turn
 from ...quantities import ModelError, Quantity
 from ...system import TIME, Condition
 from ..frame import AXES, ZERO, Frame
@@ -39,7 +39,7 @@ _DECLINATION = "[-1.5707963267948968, 1.5707963267948968]"
 
 @dataclass(frozen=True)
 class Orbit(Part):
-    """Orbit about the Earth; `Spacecraft(..., orbit=Orbit())` puts the craft on it.
+    """Orbit about the Earth, given to a craft by `Spacecraft(..., orbit=Orbit())`.
 
     Its states are position and velocity of the craft's centre of mass in inertial axes, orbit_x, ... and orbit_vx, ...
     Elements at the start are parameters of the scenario: orbit_a_0, orbit_e_0, orbit_i_0, orbit_node_0,
@@ -150,7 +150,7 @@ class Orbit(Part):
 def at_elements(
     mu: Expr, size: Expr, eccentricity: Expr, inclination: Expr, node: Expr, perigee: Expr, anomaly: Expr
 ) -> tuple[Expr, ...]:
-    """Return position and velocity in inertial axes at Kepler's elements."""
+    """Return position and velocity in inertial axes for Kepler's elements."""
     parameter = size * (1 - eccentricity**2)
     radius, speed = parameter / (1 + eccentricity * sp.cos(anomaly)), sp.sqrt(mu / parameter)
     turned = frame_turn(2, -node) * frame_turn(0, -inclination) * frame_turn(2, -perigee)
@@ -160,7 +160,7 @@ def at_elements(
 
 
 def _radius(orbit: Orbit, frame: Frame) -> tuple[Expr, sp.Matrix]:
-    """Name the distance from the Earth's centre, and the direction from there in inertial axes."""
+    """Name the distance from the Earth's centre, and the direction of it in inertial axes."""
     name, place = orbit.name, orbit.place
     radius = frame.define(f"{name}_r", sp.sqrt(place.dot(place)), "distance from the centre of the Earth", "m")
     return radius, frame.vector(f"{name}_n", place / radius, "direction from the centre of the Earth, inertial", "1")
@@ -168,7 +168,7 @@ def _radius(orbit: Orbit, frame: Frame) -> tuple[Expr, sp.Matrix]:
 
 @dataclass(frozen=True)
 class Sky:
-    """Quantities of a place on an orbit, in the axes of the hub; each is named on first use.
+    """Environment at a point of the orbit, in hub axes; each quantity is defined at first use.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ class Sky:
 
     @property
     def field(self) -> sp.Matrix:
-        """Magnetic field of the Earth's dipole, which turns with it, Wb/m^2."""
+        """Magnetic field of the Earth's rotating dipole, Wb/m^2."""
         v, frame = self.orbit.values, self.orbit.frame
         pole = direction(v.longitude + v.spin * TIME.symbol, sp.pi / 2 - v.tilt)
         radius, up = _radius(self.part, frame)
@@ -208,7 +208,7 @@ class Sky:
 
     @property
     def wind(self) -> sp.Matrix:
-        """Velocity of the craft through the air, which turns with the Earth, m/s."""
+        """Velocity relative to the air, which rotates with the Earth, m/s."""
         place, spin = self.part.place, self.orbit.values.spin
         value = self.part.velocity - spin * sp.Matrix([-place[1], place[0], 0])
         return self._seen("wind_", value, "velocity through the air", "m/s")
@@ -227,7 +227,7 @@ class Sky:
 
     @property
     def light(self) -> Expr:
-        """1 in sunlight, 0 in the shadow of the Earth, a cylinder."""
+        """1 in sunlight, 0 in the Earth's cylindrical shadow."""
         radius, up = _radius(self.part, self.orbit.frame)
         along = self.orbit.define("noon", self._sun.dot(up), "cosine of the angle between Sun and craft", "1")
         off = sp.sqrt(sp.Max(0, 1 - along**2)) * radius
@@ -255,9 +255,3 @@ def sky(at: Mounted) -> Sky:
         if isinstance(part, Orbit):
             return Sky(mounted, part)
     raise ModelError(f"{at.name} needs an orbit: write Spacecraft(..., orbit=Orbit())")
-
-
-def direction(ascension: Expr, declination: Expr) -> sp.Matrix:
-    """Return an inertial direction."""
-    across = sp.cos(declination)
-    return sp.Matrix([across * sp.cos(ascension), across * sp.sin(ascension), sp.sin(declination)])

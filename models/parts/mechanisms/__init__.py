@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parts that move in ways of their own: rotors, pendulums, chains of bodies, draining tanks, engines, tethers."""
+"""Mechanisms: rotors, pendulums, chains of bodies, draining tanks, engines, tethers."""
 
 from .chains import Chain, Link
 from .engines import Engine

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Chains of rigid bodies, solved from the tip to the hub and back: linear in the number of bodies.
+"""Chains of rigid bodies. The solution runs from tip to hub and back, with effort linear in the number of bodies.
 
 A body k with x = (acceleration of its joint P_k, absolute angular acceleration) needs at P_k
 the wrench A x + b. Where the joint adds S q'' + z to the x of the body before it, and the force along S is Q,
@@ -20,10 +20,10 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
-from ...mechanics import quaternion_product, quaternion_rotation
+from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ...system import Condition
-from ..frame import AXES, ZERO, cross_matrix, point_inertia
+from ..frame import AXES, ZERO, point_inertia
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 
@@ -32,7 +32,7 @@ JOINTS = ("hinge", "slider", "ball")
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid body of a chain, on a joint. All vectors are in the axes of the hub while every coordinate is zero.
+    """A rigid body of a chain with its joint. All vectors are in hub axes with every coordinate at zero.
 
     Parameters
     ----------
@@ -68,14 +68,14 @@ class Link:
         if self.joint not in JOINTS:
             raise ModelError(f"joint = {self.joint!r}: must be one of {', '.join(JOINTS)}")
         if (self.axis is None) != (self.joint == "ball"):
-            raise ModelError(f"axis = {self.axis!r}: a hinge and a slider have one, a ball joint has none")
+            raise ModelError(f"axis = {self.axis!r}: a hinge or slider needs an axis, a ball joint has none")
         if self.joint == "ball" and (self.motor or self.stiffness is not None):
-            raise ModelError("a ball joint has neither motor nor stiffness")
+            raise ModelError("a ball joint cannot have a motor or a stiffness; leave them out")
 
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """Place and motion of a link.
+    """Position and motion of a link.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class LinkMotion:
 
 @dataclass(frozen=True)
 class _Step:
-    """A speed solved for: q'' = free - share.x of what is nearer to the hub."""
+    """An eliminated speed: q'' = free - share.x, with x the acceleration of the body nearer to the hub."""
 
     column: sp.Matrix
     free: Expr
@@ -119,7 +119,7 @@ class _Step:
 
 @dataclass(frozen=True)
 class Chain(Part):
-    """Rigid bodies one behind the other, on hinges, sliders and ball joints.
+    """Rigid bodies in a row, connected by hinges, sliders and ball joints.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class Chain(Part):
 
     def __post_init__(self) -> None:
         if not self.links:
-            raise ModelError(f"{self.name}.links: must have one link at least")
+            raise ModelError(f"{self.name}.links: must have at least one link")
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         links = []
@@ -229,7 +229,7 @@ class Chain(Part):
         return Contribution(loads=(load,), matrix=matrix)
 
     def _steps(self, at: Mounted) -> tuple[list[list[_Step]], sp.Matrix, sp.Matrix]:
-        """Eliminate from the tip to the hub; return the solved accelerations, and A and b at O."""
+        """Eliminate from tip to hub; return the eliminated accelerations, and A and b at O."""
         link_motions, w, motors = self._link_motions(at), at.frame.rate, iter(reversed(self.inputs()))
         matrix, bias, steps = sp.zeros(6, 6), sp.zeros(6, 1), []
         for k, (link_motion, v, (name, link)) in reversed(
@@ -270,14 +270,14 @@ class Chain(Part):
 
 
 def _optional(parameters: Parameters, name: str, value: Number | None, unit: str, meaning: str) -> Expr | None:
-    """Declare a parameter >= 0; None omits the term, an expression is kept."""
+    """Declare a parameter >= 0; None omits its term, expressions stay."""
     if value is None or isinstance(value, sp.Expr):
         return value
     return parameters.add(name, value, unit, meaning, "[0, inf)")
 
 
 def places_of(name: str, link: Link) -> tuple[Quantity, ...]:
-    """Return the coordinates of a joint: its angle or place, or a quaternion."""
+    """Return the coordinates of a joint: angle, position or quaternion."""
     if link.joint == "ball":
         return tuple(Quantity(f"{name}_q{k}", "1", f"quaternion of {name}, component {k}") for k in range(4))
     if link.joint == "hinge":
@@ -305,7 +305,7 @@ def _place_rates(name: str, link: Link) -> list[Expr]:
 def _link_motion(
     at: Mounted, k: int, name: str, link: Link, v: SimpleNamespace, before: sp.Matrix, before_rate: sp.Matrix
 ) -> LinkMotion:
-    """Define place and motion of link k for those of the body before it."""
+    """Define position and motion of link k from those of the previous body."""
     places, speeds = ([q.symbol for q in of(name, link)] for of in (places_of, speeds_of))
     arm, rotation, rate, slip = before * v.at, before, before_rate, ZERO
     if link.joint == "ball":
@@ -345,7 +345,7 @@ def _named_matrix(at: Mounted, name: str, matrix: sp.Matrix, title: str) -> sp.M
 
 
 def _rigid(at: Mounted, k: int, mass: Expr, link_motion: LinkMotion, rate: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return A and b of a free body at its joint."""
+    """Return A and b of a free body about its joint."""
     first = at.vector(f"s{k}_", mass * link_motion.centre, f"first moment of body {k} about its joint", "kg m")
     inertia = at.frame.tensor(
         f"{at.name}_I{k}_",
@@ -359,7 +359,7 @@ def _rigid(at: Mounted, k: int, mass: Expr, link_motion: LinkMotion, rate: sp.Ma
 
 
 def _bias(link_motion: LinkMotion, link: Link, before: sp.Matrix) -> sp.Matrix:
-    """Return z, what the joint adds to x without its acceleration."""
+    """Return z, the joint's contribution to x without its acceleration."""
     turned = before.cross(link_motion.slip)
     return sp.Matrix([*(2 * turned), *ZERO]) if link.joint == "slider" else sp.Matrix([*ZERO, *turned])
 
@@ -378,7 +378,7 @@ def _forces(name: str, link: Link, v: SimpleNamespace, motor: Expr) -> list[Expr
 def _eliminated(
     at: Mounted, name: str, column: sp.Matrix, force: Expr, matrix: sp.Matrix, bias: sp.Matrix
 ) -> tuple[_Step, sp.Matrix, sp.Matrix]:
-    """Eliminate a speed of a joint."""
+    """Eliminate a speed of a joint from the equations of the links beyond it."""
     row = _six(at, f"U{name}_", matrix * column, name)
     inverse = at.define(f"D{name}", 1 / column.dot(row), f"inverse inertia of joint {name}")
     share = _six(at, f"G{name}_", inverse * row, name)
@@ -390,7 +390,7 @@ def _eliminated(
 def _shifted(
     at: Mounted, k: int, matrix: sp.Matrix, bias: sp.Matrix, arm: sp.Matrix, rate: sp.Matrix
 ) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return A and b at the joint before, from those at joint k; `rate` is of the body between."""
+    """Return A and b about the previous joint, from those about joint k; `rate` is that of the body in between."""
     far = at.vector(f"cc{k}_", rate.cross(rate.cross(arm)), f"centripetal acceleration of joint {k}", "m/s^2")
     hat = cross_matrix(arm)
     wrench = bias + matrix * sp.Matrix([*far, *ZERO])

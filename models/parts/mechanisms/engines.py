@@ -19,7 +19,7 @@ from .rotors import check_across
 
 @dataclass(frozen=True)
 class Engine(Part):
-    """An engine without mass on two gimbals, which follow their commands with a lag.
+    """A massless engine on two gimbals, which follow their commands with a lag.
 
     The first gimbal turns the force about the axis, the second towards the axis. The force is commanded; what it burns
     is the flow out of a `Tank` without thrust.

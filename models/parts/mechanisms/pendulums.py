@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pendulums by angles, and sprung masses."""
+"""Pendulums described by angles, and sprung masses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .rotors import check_across
 
 @dataclass(frozen=True)
 class Pendulum(Part):
-    """A bob on a rod without mass, by one angle of a hinge or two of a universal joint.
+    """A point mass on a massless rod, with one angle of a hinge or two of a universal joint.
 
     The first angle turns the rod about the axis, the second about the axis across it, which the first carries. Two
     angles are singular where the second is 90 degrees; a `Bob` never is.
@@ -92,7 +92,7 @@ class Pendulum(Part):
         return [at.frame.circle(c.place.symbol) for c in self.coordinates() if c.place is not None]
 
     def _rod(self, at: Mounted) -> tuple[sp.Matrix, list[sp.Matrix]]:
-        """Return the direction of the rod, and its slopes by the angles."""
+        """Return the rod's direction and its derivatives by the angles."""
         axis = at.values.axis
         normal = axis.cross(at.values.rest)
         side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "direction of the rod at 90 degrees", "1")
@@ -105,7 +105,7 @@ class Pendulum(Part):
         return c2 * rod - s2 * axis, [c2 * slope, -s2 * rod - c2 * axis]
 
     def _sizes(self, at: Mounted) -> list[Expr]:
-        """Return the squares of the slopes."""
+        """Return the squares of the derivatives."""
         _, *second = self._circles(at)
         return [second[0][0] ** 2, sp.S.One] if second else [sp.S.One]
 

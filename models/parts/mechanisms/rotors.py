@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rotors: wheels that are not balanced, and control moment gyros."""
+"""Rotors: unbalanced wheels and control moment gyros."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..wheels import Wheel
 
 @dataclass(frozen=True, kw_only=True)
 class UnbalancedWheel(Wheel):
-    """A wheel whose masses are not even about its axis, with its mass: it shakes the hub, and the hub shakes it.
+    """A wheel with static and dynamic imbalance and its mass: its rotation disturbs the hub, and the reverse.
 
     The static imbalance is a first moment across the axis. The dynamic imbalance is a product of inertia, about the
     centre of mass, of the axis and the direction that is 90 degrees ahead of the static imbalance: the convention of
@@ -84,7 +84,7 @@ class UnbalancedWheel(Wheel):
         )  # fmt: skip
 
     def _towards(self, axis: sp.Matrix) -> int:
-        """Return the axis of the hub towards which the static imbalance points at the angle zero."""
+        """Return the hub axis along which the static imbalance points at angle zero."""
         if self.towards:
             return AXES.index(self.towards)
         given = [0.0 if entry == 0 else abs(float(entry)) if _is_number(entry) else 1.0 for entry in self.axis]
@@ -96,7 +96,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def _across(axis: sp.Matrix, towards: int) -> sp.Matrix:
-    """Return the unit vector across an axis that is nearest to an axis of the hub."""
+    """Return the unit vector normal to an axis and nearest to an axis of the hub."""
     unit = sp.eye(3)[:, towards]
     across = unit - axis[towards] * axis
     if across.is_zero_matrix:
@@ -107,7 +107,7 @@ def _across(axis: sp.Matrix, towards: int) -> sp.Matrix:
 
 @dataclass(frozen=True)
 class ControlMomentGyro(Part):
-    """A rotor in a gimbal; its mass, and the centre of both on the gimbal's axis, are in the hub.
+    """A rotor in a gimbal. The hub includes its mass; the common centre of mass is on the gimbal's axis.
 
     Parameters
     ----------
@@ -147,9 +147,12 @@ class ControlMomentGyro(Part):
 
     def __post_init__(self) -> None:
         if self.speed is not None and self.friction is not None:
-            raise ModelError(f"{self.name}.friction: a motor holds the speed; leave out friction or speed")
+            raise ModelError(f"{self.name}.friction: a constant speed is held by a motor; leave out friction or speed")
         if self.lag is not None and self.gimbal_friction is not None:
-            raise ModelError(f"{self.name}.gimbal_friction: the rate follows its command; leave out friction or lag")
+            raise ModelError(
+                f"{self.name}.gimbal_friction: a gimbal rate that follows its command has no "
+                "friction; leave out friction or lag"
+            )
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)
@@ -158,7 +161,7 @@ class ControlMomentGyro(Part):
 
     @property
     def rotor_speed(self) -> sp.Symbol:
-        """Symbol of the variable speed of the rotor relative to the gimbal, rad/s."""
+        """Symbol of the rotor's variable speed relative to the gimbal, rad/s."""
         return self._rotor.symbol
 
     @property
@@ -208,7 +211,7 @@ class ControlMomentGyro(Part):
         return speed
 
     def _axes(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the axis of the rotor, and the axis across it and the gimbal's."""
+        """Return the rotor's axis, and the axis normal to it and to the gimbal's."""
         v, angle = at.values, self.coordinates()[0].place
         assert angle is not None
         cosine, sine = at.frame.circle(angle.symbol)
@@ -219,7 +222,7 @@ class ControlMomentGyro(Part):
 
 
 def check_across(part: Part, name: str, axis: str) -> None:
-    """Refuse a direction of a part that is along an axis of it; expressions are taken not to be."""
+    """Refuse a direction of a part along its own axis; symbolic directions are not checked."""
     vectors = getattr(part, name), getattr(part, axis)
     one, other = (sp.Matrix([float(e) for e in v if _is_number(e)]) for v in vectors)
     if len(one) == len(other) == 3 and one.cross(other).norm() <= _FLAT * one.norm() * other.norm():

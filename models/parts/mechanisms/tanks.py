@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draining tanks: the outflow carries its momentum, and the line to the nozzle turns with the craft."""
+"""Draining tanks: the outflow carries momentum, and fuel in the line to the nozzle rotates with the craft."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..values import Number, Parameters, Value, Vector, direction, place, scalar
 
 @dataclass(frozen=True)
 class _Lump:
-    """Fuel in one place: its share of all fuel, its place from O, its velocity and rate relative to the hub."""
+    """Fuel at one point: share of all fuel, position from O, velocity and rate relative to the hub."""
 
     share: Expr
     at: sp.Matrix
@@ -30,7 +30,7 @@ class _Lump:
 
 @dataclass(frozen=True)
 class Tank(Part):
-    """Fuel for a nozzle: a point mass; a share of it may swing as a bob on a ball joint.
+    """A tank that feeds a nozzle: a point mass, part of which may swing on a ball joint.
 
     Fuel leaves bob and tank in the shares in which they hold it, flows along straight lines, which hold none, and
     leaves at the nozzle. A flow w over the length d pushes its line by -2 w d', which damps the rates of the craft. The
@@ -77,16 +77,16 @@ class Tank(Part):
 
     def __post_init__(self) -> None:
         if (self.thrust is None) != (self.exhaust is None):
-            raise ModelError(f"{self.name}: a force has thrust and exhaust; give both, or none")
+            raise ModelError(f"{self.name}: an engine force needs both thrust and exhaust; give both, or neither")
         if (self.share is None) != (self.length is None):
-            raise ModelError(f"{self.name}: a bob has share and length; give both, or none")
+            raise ModelError(f"{self.name}: a bob needs both share and length; give both, or neither")
         if self.share is None and self.damping is not None:
             raise ModelError(f"{self.name}.damping needs a bob: give share and length")
         self._bob  # its own checks  # noqa: B018
 
     @property
     def fuel(self) -> sp.Symbol:
-        """Symbol of the fuel there is, kg."""
+        """Symbol of the remaining fuel, kg."""
         return self._fuel.symbol
 
     @property
@@ -98,7 +98,7 @@ class Tank(Part):
         return None if self.share is None else Bob(f"{self.name}_bob", mass=1.0, length=1.0, rest=self.rest)
 
     def _swinging(self, at: Mounted) -> tuple[Bob, Mounted] | None:
-        """Return the bob, with its present mass and damping."""
+        """Return the swinging bob with current mass and damping."""
         bob, v = self._bob, at.values
         if bob is None:
             return None
@@ -163,7 +163,7 @@ class Tank(Part):
         )
 
     def _lines(self, at: Mounted) -> list[Load]:
-        """Return the load of the fuel in the lines on the hub, at the middle of each line."""
+        """Return the load on the hub of fuel in the lines, at the middle of each line."""
         flow, nozzle, result = self.inputs()[0].symbol, at.values.nozzle, []
         for k, lump in enumerate(self._lumps(at), 1):
             reach = nozzle - lump.at
@@ -181,9 +181,9 @@ class Tank(Part):
         for lump in self._lumps(at):  # by a balance over a volume that ends at the nozzle, with steady lines in it
             out, leaving = flow * lump.share, velocity + w.cross(lump.at) + lump.velocity
             held, turning = out * (nozzle - lump.at), out * lump.at.cross(nozzle)
-            gone = out * (velocity + w.cross(nozzle))
-            push = out * lump.velocity - gone - w.cross(held)
-            twist = -nozzle.cross(gone) - w.cross(turning) - velocity.cross(held) - out * lump.velocity.cross(nozzle)
+            outflow = out * (velocity + w.cross(nozzle))
+            push = out * lump.velocity - outflow - w.cross(held)
+            twist = -nozzle.cross(outflow) - w.cross(turning) - velocity.cross(held) - out * lump.velocity.cross(nozzle)
             force, couple = force + push, couple + twist
             lost = -out * leaving
             power += lost.dot(leaving) / 2 + velocity.dot(push - lost) + w.dot(twist - lump.at.cross(lost))

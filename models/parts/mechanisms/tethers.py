@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bodies that fly beside the hub, on an elastic tether or rod between a mount on each."""
+"""Bodies beside the hub on an elastic tether or rod, mounted at both ends."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..values import Number, Parameters, Tensor, Vector, place, scalar, tensor
 
 @dataclass(frozen=True)
 class _Line:
-    """The line between the mounts: its direction from the hub's, its length, and the rate of that."""
+    """The line between two mounts: direction from the hub's mount, length and its rate."""
 
     along: sp.Matrix
     length: Expr
@@ -30,7 +30,7 @@ class _Line:
 
 @dataclass(frozen=True, kw_only=True)
 class _Elastic(Part):
-    """A line without mass: its tension, and what it stores and loses."""
+    """A massless elastic line: tension, stored energy and damping power."""
 
     length: Annotated[Number, scalar("l", "m", "length without load")]
     stiffness: Annotated[Number, scalar("k", "N/m", "stiffness")]
@@ -40,7 +40,7 @@ class _Elastic(Part):
     def _line(self, at: Mounted) -> _Line: ...
 
     def _pull(self, at: Mounted) -> Expr:
-        """Return the tension of a line that also pushes, N."""
+        """Return the tension of a line that can also push, N."""
         v, line = at.values, self._line(at)
         drag = v.damping * line.rate if v.damping is not None else sp.S.Zero
         return v.stiffness * (line.length - v.length) + drag
@@ -60,7 +60,7 @@ class _Elastic(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class _Slackening(_Elastic):
-    """A line that pulls where it is taut and never pushes."""
+    """An elastic line that pulls when taut and never pushes."""
 
     def _tension(self, at: Mounted) -> Expr:
         taut = self._line(at).length > at.values.length
@@ -81,7 +81,7 @@ class _Slackening(_Elastic):
 
 @dataclass(frozen=True, kw_only=True)
 class Rod(_Elastic):
-    """A rigid body at the end of an elastic rod without mass, which turns freely at a mount on the hub and on the body.
+    """A rigid body on a massless elastic rod, with ball joints at the hub and at the body.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class Rod(_Elastic):
         return vector("", "m", "place"), turn, vector("v", "m/s", "relative velocity"), vector("w", "rad/s", "rate")
 
     def vectors(self) -> list[sp.Matrix]:
-        """Return symbols of place, attitude, relative velocity and rate of the body."""
+        """Return symbols of position, attitude, relative velocity and rate of the body."""
         return [sp.Matrix([q.symbol for q in group]) for group in self._quantities()]
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
@@ -133,14 +133,14 @@ class Rod(_Elastic):
         return {entry: entry / sp.sqrt(q.dot(q)) for entry in q}
 
     def _rotation(self, at: Mounted) -> sp.Matrix:
-        """Return the matrix from the axes of the body to those of the hub."""
+        """Return the matrix from body axes to hub axes."""
         rotation = quaternion_rotation(list(self.vectors()[1])).T
         return sp.Matrix(
             3, 3, lambda i, j: at.define(f"R{AXES[i]}{AXES[j]}", rotation[i, j], f"rotation, {AXES[i]}{AXES[j]}", "1")
         )
 
     def _turning(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the rate of the body relative to the hub and the mount from its centre of mass, in the hub's axes."""
+        """Return the rate relative to the hub, and the mount from the body's centre of mass, in hub axes."""
         rotation, (*_, rate) = self._rotation(at), self.vectors()
         turning = at.vector("turn", rotation * rate - at.frame.rate, "rate relative to the hub", "rad/s")
         return turning, at.vector("arm", rotation * at.values.mount, "mount from the centre of mass", "m")
@@ -181,7 +181,7 @@ class Rod(_Elastic):
 
 @dataclass(frozen=True, kw_only=True)
 class Tether(_Slackening, Rod):
-    """A rigid body on an elastic tether, which pulls where it is taut and never pushes; slack begins at an event.
+    """A rigid body on an elastic tether that pulls when taut and never pushes; events switch between taut and slack.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class Tether(_Slackening, Rod):
 
 @dataclass(frozen=True, kw_only=True)
 class Cable(_Slackening):
-    """An elastic tether without a body, between the centres of mass of two bodies beside the hub.
+    """A massless elastic tether between the centres of mass of two bodies beside the hub.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ class Cable(_Slackening):
         return _line(at, far - near, fast - slow)
 
     def force_on(self, body: Rod, at: Mounted) -> sp.Matrix:
-        """Return the force on a body in the axes of the hub, N."""
+        """Return the force on a body in hub axes, N."""
         sign = sum(side for end, side in zip(self.between, (1, -1), strict=True) if end.name == body.name)
         return sign * self._tension(at) * self._line(at).along
 
@@ -221,7 +221,7 @@ class Cable(_Slackening):
 
 
 def _line(at: Mounted, reach: sp.Matrix, moving: sp.Matrix) -> _Line:
-    """Define a line between points that are apart by `reach`, which changes at the rate `moving`."""
+    """Define a line between points at the distance vector `reach`, whose rate is `moving`."""
     length = at.define("length", sp.sqrt(reach.dot(reach)), "distance of the ends", "m")
     along = at.vector("along", reach / length, "direction from end to end", "1")
     return _Line(along, length, at.define("pace", along.dot(moving), "rate of the distance", "m/s"))

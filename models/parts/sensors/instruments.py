@@ -4,29 +4,90 @@
 White noise of a gyro or a magnetometer is a density, as data sheets print it: a sample has it over the root of the
 sampling period, so that a mean over a time does not depend on how often one samples. What a camera or a Sun sensor gets
 wrong in one picture is a standard deviation, whatever the period. Without noise a sensor shows the truth.
+
+A sensor with a rate of its own, or whose measurements get lost, has one more number to show: NAME_new, 1 where it has
+measured. All others are zero where it has not.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import sympy as sp
 
 from ...derivation import Expr
+from ...forms.samples import whole
 from ...mechanics import quaternion_product
-from ...quantities import ModelError, Quantity
+from ...quantities import TIME, ModelError, Quantity
+from ...system import Condition
 from ..environment import sky
 from ..frame import AXES
 from ..part import Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Vector, scalar, vector
 
+HALF = sp.Rational(1, 2)
+
 
 @dataclass(frozen=True)
 class Instrument(Part):
-    """A sensor with the measurements `seen` and their `errors`: standard normal numbers times a size."""
+    """A sensor: measured quantities `seen`, with standard deviations `errors` of their normal errors.
+
+    Parameters
+    ----------
+    every : number, optional
+        Samples from one measurement to the next; default: it measures at each.
+    dropout : number, optional
+        Share of the measurements that get lost, at random.
+    """
+
+    every: Annotated[Number | None, scalar("every", "1", "samples from one measurement to the next", "[1, inf)")] = (
+        field(default=None, kw_only=True)
+    )
+    dropout: Annotated[Number | None, scalar("dropout", "1", "share of measurements that get lost", "[0, 1)")] = field(
+        default=None, kw_only=True
+    )
+
+    @property
+    def steady(self) -> bool:
+        """True if it measures at each sample."""
+        return self.every is None and self.dropout is None
+
+    @property
+    def new(self) -> Quantity:
+        """Flag of a new measurement, for a sensor that skips samples."""
+        return Quantity(f"{self.name}_new", "1", f"1 where {self.name} has measured, else 0")
+
+    @property
+    def lots(self) -> tuple[Quantity, ...]:
+        """Standard normal numbers that decide which measurements are lost."""
+        count = 0 if self.dropout is None else 2
+        return tuple(Quantity(f"{self.name}_lot{k + 1}", "1", f"lot of a dropout of {self.name}") for k in range(count))
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        message = f"{self.name}.every must be a whole number of samples"
+        counted = () if at.values.every is None else (Condition(whole(at.values.every), message),)
+        return (*super().constraints(at), *counted)
+
+    def measures(self, at: Mounted) -> sp.Basic:
+        """Return the condition for a measurement at a sample: it is due, and not lost."""
+        conditions = []
+        if at.values.every is not None:
+            count = sp.floor(TIME.symbol / at.craft.period + HALF)
+            turn = at.define(
+                "turn", count - at.values.every * sp.floor((count + HALF) / at.values.every), "samples since", "1"
+            )
+            conditions.append(turn < HALF)
+        if self.lots:
+            square = sp.Add(*(q.symbol**2 for q in self.lots))
+            conditions.append(sp.exp(-square / 2) >= at.values.dropout)
+        return sp.And(*conditions)
+
+    def before(self) -> tuple[float, ...]:
+        """Return the values that a law receives before the first measurement."""
+        return (0.0,) * len(self.seen())
 
     @abstractmethod
     def seen(self) -> tuple[Quantity, ...]:
@@ -34,42 +95,42 @@ class Instrument(Part):
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of the measured quantities, for a law."""
+        """Symbols of the measured quantities, for laws."""
         return tuple(q.symbol for q in self.seen())
 
     def errors(self, at: Mounted) -> Sequence[Expr]:
-        """Return the standard deviation of each error in a sample; zero for none."""
+        """Return the standard deviation of each error at a sample; zero for none."""
         return (sp.S.Zero,) * len(AXES)
 
     @abstractmethod
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
-        """Return the measured quantities with errors."""
+        """Return the measured quantities with their errors."""
 
     def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
-        """Return states that walk at random, each with the standard deviation of its change in a sample."""
+        """Return the states with random walk, each with the standard deviation of its change per sample."""
         return ()
 
 
 @dataclass(frozen=True)
 class _Triad(Instrument):
-    """A sensor of the three components of a vector in the axes of the hub."""
+    """A sensor of a vector's three components in hub axes."""
 
     def seen(self) -> tuple[Quantity, ...]:
         return tuple(Quantity(f"{self.name}_{axis}", *self._kind(axis)) for axis in AXES)
 
     @abstractmethod
     def _kind(self, axis: str) -> tuple[str, str]:
-        """Return unit and meaning of the component along an axis."""
+        """Return unit and description of the component along an axis."""
 
 
 @dataclass(frozen=True)
 class Gyro(_Triad):
-    """Gyros along the axes of the hub.
+    """Three gyros along the hub axes.
 
     Parameters
     ----------
-    name : str
-        As of a `Part`; it measures NAME_x, NAME_y and NAME_z, rad/s.
+    name, every, dropout
+        As of a `Part` and an `Instrument`; it measures NAME_x, NAME_y and NAME_z, rad/s.
     noise : number, optional
         Angle random walk: density of the white noise, rad/s^(1/2).
     walk : number, optional
@@ -117,13 +178,28 @@ class StarTracker(Instrument):
 
     Parameters
     ----------
-    name : str
-        As of a `Part`; it measures NAME_q0, ..., NAME_q3, scalar first.
+    name, every, dropout
+        As of a `Part` and an `Instrument`; it measures NAME_q0, ..., NAME_q3, scalar first.
     sigma : three numbers, optional
         Standard deviations of the angles about the axes of the hub, rad; that about the line of sight is the largest.
+    blind : number, optional
+        Rate of the hub above which it does not measure, rad/s.
     """
 
     sigma: Annotated[Vector | None, vector("sigma", "rad", "standard deviation of an angle")] = None
+    blind: Annotated[Number | None, scalar("blind", "rad/s", "rate above which it does not measure")] = None
+
+    @property
+    def steady(self) -> bool:
+        return super().steady and self.blind is None
+
+    def measures(self, at: Mounted) -> sp.Basic:
+        if at.values.blind is None:
+            return super().measures(at)
+        return sp.And(super().measures(at), at.frame.rate.dot(at.frame.rate) <= at.values.blind**2)
+
+    def before(self) -> tuple[float, ...]:
+        return (1.0, 0.0, 0.0, 0.0)
 
     def seen(self) -> tuple[Quantity, ...]:
         return tuple(
@@ -144,12 +220,12 @@ class StarTracker(Instrument):
 
 @dataclass(frozen=True)
 class SunSensor(_Triad):
-    """A Sun sensor: it measures the direction to the Sun in the axes of the hub, zero in the shadow of the Earth.
+    """A Sun sensor: it measures the direction to the Sun in hub axes, and zero in the Earth's shadow.
 
     Parameters
     ----------
-    name : str
-        As of a `Part`; it measures NAME_x, NAME_y and NAME_z.
+    name, every, dropout
+        As of a `Part` and an `Instrument`; it measures NAME_x, NAME_y and NAME_z.
     sigma : number, optional
         Standard deviation of each component.
     """
@@ -169,12 +245,12 @@ class SunSensor(_Triad):
 
 @dataclass(frozen=True)
 class Magnetometer(_Triad):
-    """A magnetometer: it measures the Earth's field in the axes of the hub.
+    """A magnetometer: it measures the Earth's field in hub axes.
 
     Parameters
     ----------
-    name : str
-        As of a `Part`; it measures NAME_x, NAME_y and NAME_z, Wb/m^2.
+    name, every, dropout
+        As of a `Part` and an `Instrument`; it measures NAME_x, NAME_y and NAME_z, Wb/m^2.
     noise : number, optional
         Density of the white noise, Wb s^(1/2)/m^2.
     """
@@ -193,12 +269,12 @@ class Magnetometer(_Triad):
 
 @dataclass(frozen=True)
 class Tachometer(Instrument):
-    """A tachometer: it measures the speed of a wheel, or of another part of one degree of freedom.
+    """A tachometer: it measures the speed of a wheel, or of another part with one degree of freedom.
 
     Parameters
     ----------
-    name : str
-        As of a `Part`, and of what it measures.
+    name, every, dropout
+        As of a `Part` and an `Instrument`; the name is that of what it measures too.
     of : Part
         The part.
     sigma : number, optional
@@ -227,6 +303,7 @@ class Tachometer(Instrument):
 
 
 def _density(density: Expr | None, at: Mounted) -> Sequence[Expr]:
-    """Return the standard deviation of a sample of white noise along each axis."""
-    size = sp.S.Zero if density is None else density / sp.sqrt(at.craft.period)
+    """Return the standard deviation of a white noise sample along each axis."""
+    every = sp.S.One if at.values.every is None else at.values.every
+    size = sp.S.Zero if density is None else density / sp.sqrt(every * at.craft.period)
     return (size,) * len(AXES)

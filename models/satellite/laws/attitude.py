@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws on the attitude as a whole: an error quaternion for three angles, the whole inertia for three axes."""
+"""Laws of the whole attitude: error quaternion and full inertia in place of separate axes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import sympy as sp
 from ...mechanics import quaternion_of_turns, quaternion_product
 from ...system import Controller, Derivation, Expr, Group
 from ..drive import Drive
+from ..naming import vector
 from .gyro import Rate
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion as the laws receive it.
+    """Motion from the view of the laws.
 
     Attributes
     ----------
@@ -40,18 +41,18 @@ class Motion:
 
 @dataclass(frozen=True)
 class Error:
-    """Attitude error; its vector and scalar have the sign of the shorter rotation."""
+    """Attitude error; vector and scalar have the signs of the shorter rotation."""
 
     scalar: Expr
     vector: sp.Matrix
 
 
 Law = Callable[[Error, sp.Matrix, sp.Matrix, Motion, Group], sp.Matrix]
-"""Torque of error, rate relative to the orbit axes, rate of these in body axes, motion and parameters."""
+"""Function from error, rate relative to the orbit axes, orbit rate in body axes, motion and parameters to a torque."""
 
 
 def error(quaternion: Sequence[Expr], wanted: Sequence[Expr], tag: str, d: Derivation) -> Error:
-    """Define the quaternion from the wanted attitude to the present one, by the shorter way."""
+    """Define the quaternion from desired to current attitude, along the shorter rotation."""
     goal = quaternion_of_turns([(axis, wanted[axis]) for axis in (2, 1, 0)])
     product = quaternion_product((goal[0], *(-part for part in goal[1:, 0])), tuple(quaternion))
     parts = [d.define(f"e{k}_{tag}", product[k], "", f"error quaternion, {k}", latex=f"e_{k}") for k in range(4)]
@@ -62,13 +63,13 @@ def error(quaternion: Sequence[Expr], wanted: Sequence[Expr], tag: str, d: Deriv
 
 
 def pointing(quaternion: Sequence[Expr], wanted: Sequence[Expr], d: Derivation) -> Expr:
-    """Return the angle between the attitude and the wanted one, rad."""
+    """Return the angle between current and desired attitude, rad."""
     off = error(quaternion, wanted, "pointing", d)
     return 2 * sp.atan2(sp.sqrt(off.vector.dot(off.vector)), off.scalar)
 
 
 def feedback(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, law: Group) -> sp.Matrix:
-    """Return a torque that makes the error a damped oscillator about each axis.
+    """Return the torque that makes the error a damped oscillator about each axis.
 
     Notes
     -----
@@ -80,7 +81,7 @@ def feedback(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, l
 
 
 def sliding(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, law: Group) -> sp.Matrix:
-    """Return the torque that brings Omega + slope e to zero within a boundary layer, and keeps it there.
+    """Return the torque that brings Omega + slope e into a boundary layer around zero and keeps it there.
 
     Notes
     -----
@@ -100,12 +101,12 @@ def _gyroscopic(rate: sp.Matrix, motion: Motion) -> sp.Matrix:
 def attitude_law(
     name: str, title: str, form: Law, motion: Motion, seen: Rate, drive: Drive, law: Group, d: Derivation
 ) -> Controller:
-    """Put a law together: the error, the torque of its form, and the commands of the actuators."""
+    """Combine a law: error, torque, and actuator commands."""
     d.section(f"Law {name}: {title}")
     tag = name.replace("-", "_")
     off = error(motion.quaternion, motion.wanted, tag, d)
     demand = form(off, seen.omega, motion.rate - motion.omega, motion, law)
-    torque = [d.define(f"u_{i}_{tag}", demand[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    torque = list(vector(f"u_*_{tag}", demand, "torque about *", "N m", "u(k)", d))
     return Controller(
         name,
         title,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Detumbling by the torquers alone: a dipole against the change of the measured field (B-dot)."""
+"""Detumbling with torquers only: a dipole against the rate of the measured field (B-dot)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sympy as sp
 
 from ...system import Controller, Derivation, Expr, Group, Quantity
 from ..drive import Drive
+from ..naming import vector
 
 LAST = tuple(
     Quantity(f"B_last_{i}", "Wb/m^2", f"magnetic field along {i} one sample ago", f"B_{i}(k-1)") for i in "xyz"
@@ -16,7 +17,7 @@ LAST = tuple(
 
 
 def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Derivation) -> Controller:
-    """Return the law m = -k B'/|B|^2, with B' between two samples.
+    """Return the law m = -k B'/|B|^2, with B' from two samples.
 
     Parameters
     ----------
@@ -37,9 +38,7 @@ def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Deri
     d.section("Law b-dot: the torquers against the change of the field")
     field, last = sp.Matrix(drive.field), sp.Matrix([q.symbol for q in LAST])
     dipole = -law.damping * (field - last) / (plant.Ts * field.dot(field))
-    named = [
-        d.define(f"m_{i}_b_dot", dipole[k], "", f"dipole along {i}", "A m^2", f"m_{i}") for k, i in enumerate("xyz")
-    ]
+    named = list(vector("m_*_b_dot", dipole, "dipole along *", "A m^2", "m_*", d))
     return Controller(
         "b-dot",
         "torquers against the change of the field, wheels at rest",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured rate: the gyro's, less a bias that the star tracker shows."""
+"""Measured rate: that of the gyro minus a bias estimated from the star tracker."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LAST = tuple(
 
 @dataclass(frozen=True)
 class Rate:
-    """A rate relative to the orbit axes, and the memory of a law for it.
+    """A rate relative to the orbit axes, and the law's memory for it.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Rate:
 
 
 def without_bias(omega: Iterable[Expr], q: Sequence[Expr], law: Group, plant: Group, tag: str, d: Derivation) -> Rate:
-    """Return the rate less its bias, the filtered difference of the gyro and the turn between two attitudes.
+    """Return the rate minus its bias, a filtered difference between the gyro and successive attitudes.
 
     Parameters
     ----------

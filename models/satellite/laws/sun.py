@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Safe mode: the panels to the Sun by Sun sensor and gyro, whatever the attitude otherwise."""
+"""Safe mode: panels towards the Sun by Sun sensor and gyro, without other attitude measurements."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ import sympy as sp
 
 from ...system import Controller, Derivation, Expr, Group
 from ..drive import Drive
+from ..naming import vector
 
 NORMAL = sp.Matrix([0, 0, -1])
-"""Normal of the panels, in body axes: away from the Earth."""
+"""Normal of the panels in body axes, away from the Earth."""
 
 LEAST = sp.Rational(1, 10**4)
-"""Sine below which the angle is taken for it: they differ by its cube over six, less than single precision has. Half or
+"""Sine below which it replaces its angle: the difference, its cube over six, is below single precision. Half or
 twice as much changes nothing."""
 
 
 def sun_pointing(
     drive: Drive, sun: Sequence[Expr], rates: sp.Matrix, inertia: sp.Matrix, law: Group, d: Derivation
 ) -> Controller:
-    """Return the law J (b^2 a - 2 b w), with a the turn to the Sun; in shadow, where s is zero, it only damps.
+    """Return the law J (b^2 a - 2 b w), with rotation a towards the Sun; in shadow, where s is zero, it only damps.
 
     Parameters
     ----------
@@ -48,5 +49,5 @@ def sun_pointing(
     )
     turn = law.sun_bandwidth**2 * share * across - 2 * law.sun_bandwidth * rates
     demand = inertia * turn
-    torque = [d.define(f"u_{i}_sun", demand[k], "", f"torque about {i}", "N m", "u(k)") for k, i in enumerate("xyz")]
+    torque = list(vector("u_*_sun", demand, "torque about *", "N m", "u(k)", d))
     return Controller("sun", "safe mode: panels to the Sun", law, drive.commands(torque, law), period="Ts")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reaction wheels along the body axes or any others, balanced or not."""
+"""Reaction wheels, along the body axes or in other directions, balanced or not."""
 
 from .imbalance import accelerations, extra_energy, extra_momentum
 from .sets import FEWEST, MOMENTA, TORQUES, Wheels, along_any, along_axes, has_lengths, spanning, unbalanced

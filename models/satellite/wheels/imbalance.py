@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wheels whose masses are not even about their axes: they shake the body, and the body shakes them.
+"""Unbalanced wheels: their rotation disturbs the body, and the reverse.
 
 A wheel has its balanced masses, a first moment q across its axis (static imbalance) and products of inertia a phi' +
 phi a' with its axis a (dynamic imbalance), all about its centre, which lies at r from the centre of mass of the whole
@@ -22,12 +22,15 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...mechanics import cross_matrix
 from ...system import Derivation, Expr, Group, Quantity
+from .. import naming
+from ..naming import angular_acceleration, matrix, symmetric
 
 
 @dataclass(frozen=True)
 class Rotor:
-    """A wheel that is not balanced; vectors have body axes.
+    """An unbalanced wheel; vectors are in body axes.
 
     Attributes
     ----------
@@ -57,13 +60,13 @@ class Rotor:
         return self.momentum / self.inertia - self.axis.dot(rate)
 
     def slip(self, rate: sp.Matrix) -> sp.Matrix:
-        """Return w x q, what the imbalance adds to the momentum."""
+        """Return w x q, the imbalance's contribution to the momentum."""
         return rate.cross(self.offset) + self.spin(rate) * self.across
 
 
 @dataclass(frozen=True)
 class Imbalance:
-    """Wheels that are not balanced.
+    """A set of unbalanced wheels.
 
     Attributes
     ----------
@@ -86,7 +89,7 @@ class Imbalance:
 def imbalance(
     plant: Group, s: Group, axes: sp.Matrix, inertia: Sequence[Expr], momenta: Sequence[Expr], d: Derivation
 ) -> Imbalance:
-    """Define where the imbalances of wheels along the columns of `axes` point."""
+    """Define the directions of the imbalances of wheels along the columns of `axes`."""
     labels = [str(k + 1) for k in range(axes.cols)]
     states = tuple(Quantity(f"angle{k}", "rad", f"angle that wheel {k} has turned", rf"\theta_{k}") for k in labels)
     rotors = tuple(_rotor(k, plant, axes[:, k], inertia[k], momenta[k], states[k].symbol, d) for k in range(axes.cols))
@@ -113,7 +116,7 @@ def _rotor(k: int, plant: Group, axis: sp.Matrix, inertia: Expr, momentum: Expr,
 
 
 def _across(axis: sp.Matrix, label: str, d: Derivation) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return two directions across an axis, which turn into each other about it.
+    """Return two directions normal to an axis, each turned into the other by a quarter turn.
 
     Notes
     -----
@@ -134,29 +137,14 @@ def _across(axis: sp.Matrix, label: str, d: Derivation) -> tuple[sp.Matrix, sp.M
 
 
 def vector(name: str, value: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    """Name the parts of a vector in body axes."""
-    return sp.Matrix(
-        [
-            d.define(f"{name}_{i}", value[k], "", f"{title}, along {i}", unit, f"{latex.replace('_', '_{')},{i}}}")
-            for k, i in enumerate("xyz")
-        ]
-    )
-
-
-def symmetric(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    """Name the elements of a symmetric matrix."""
-    named = sp.zeros(3)
-    for i in range(3):
-        for j in range(i, 3):
-            tag = f"{i + 1}{j + 1}"
-            named[i, j] = named[j, i] = d.define(f"{name}{tag}", values[i, j], "", title, unit, f"{latex}_{{{tag}}}")
-    return named
+    """Name the components of a vector in body axes."""
+    return naming.vector(f"{name}_*", value, f"{title}, along *", unit, f"{latex.replace('_', '_{')},*}}", d)
 
 
 def accelerations(
     inertia: sp.Matrix, torque: sp.Matrix, motors: Sequence[Expr], rate: sp.Matrix, wheels: Imbalance, d: Derivation
 ) -> tuple[sp.Matrix, tuple[Expr, ...]]:
-    """Solve the balances of the whole and of the wheels.
+    """Solve the momentum balances of the whole and of the wheels.
 
     Parameters
     ----------
@@ -192,7 +180,7 @@ def accelerations(
         A += (
             2 * r.dot(q) * sp.eye(3) - q * r.T - r * q.T - a * lever.T - lever * a.T - answer * answer.T / rotor.inertia
         )
-        B -= _skew(q) + t * kappa.T
+        B -= cross_matrix(q) + t * kappa.T
         E -= t * t.T / rotor.inertia
         n += kappa * eta + r.cross(nu) + q.cross(rate.cross(rate.cross(r))) + _turning(rotor, rate)
         shaken += nu + t * eta / rotor.inertia
@@ -200,28 +188,19 @@ def accelerations(
     A = symmetric("A", A, "inertia at these angles of the wheels", "kg m^2", "A", d)
     E = symmetric("E", E, "mass less what the wheels take up", "kg", "E", d)
     inverse = symmetric("G", E.inv(method="ADJ"), "inverse of E", "1/kg", "G", d)
-    B = sp.Matrix(
-        3, 3, lambda i, j: d.define(f"B{i + 1}{j + 1}", B[i, j], "", "first moment", "kg m", f"B_{{{i + 1}{j + 1}}}")
-    )
+    B = matrix("B", B, "first moment", "kg m", d)
     n = vector("n", n, "moments that no acceleration makes", "N m", "n_", d)
     shaken = vector("nl", shaken, "forces that no acceleration of the body makes", "N", r"n_l", d)
     whole = symmetric("whole", A - B.T * inverse * B, "inertia about the centre of mass of all", "kg m^2", "S", d)
     inverted = symmetric("K", whole.inv(method="ADJ"), "inverse of the inertia", "1/kg/m^2", "K", d)
     net = vector("N", torque - n + B.T * inverse * shaken, "torque less what rates make", "N m", "N_", d)
-    alpha = sp.Matrix(
-        [
-            d.define(
-                f"w{i}_rate", (inverted * net)[k], "", f"angular acceleration about {i}", "rad/s^2", rf"\omega_{i}'"
-            )
-            for k, i in enumerate("xyz")
-        ]
-    )
+    alpha = angular_acceleration(inverted * net, d)
     beta = vector("beta", -inverse * (B * alpha + shaken), "acceleration of O", "m/s^2", r"\beta_", d)
     return alpha, tuple(eta + answer.dot(alpha) - t.dot(beta) for eta, answer, t in answers)
 
 
 def _forces(rotor: Rotor, motor: Expr, rate: sp.Matrix, d: Derivation) -> tuple[Expr, sp.Matrix]:
-    """Define the torque on a wheel about its axis, and q'' without the accelerations."""
+    """Define the torque on a wheel about its axis, and q'' without accelerations."""
     a, q, t, label = rotor.axis, rotor.offset, rotor.across, rotor.label
     pull = rate.cross(rate.cross(rotor.place))
     eta = -motor - t.dot(pull) - a.dot(rate) * a.cross(rotor.skew).dot(rate)
@@ -232,7 +211,7 @@ def _forces(rotor: Rotor, motor: Expr, rate: sp.Matrix, d: Derivation) -> tuple[
 
 
 def _turning(rotor: Rotor, rate: sp.Matrix) -> sp.Matrix:
-    """Return the rate of -(s phi + (w . phi) a) at steady rates."""
+    """Return the rate of -(s phi + (w . phi) a) at constant rates."""
     a, phi, spin = rotor.axis, rotor.skew, rotor.spin(rate)
     carried = rate.cross(a)
     momentum = carried * rotor.momentum
@@ -240,14 +219,8 @@ def _turning(rotor: Rotor, rate: sp.Matrix) -> sp.Matrix:
     return momentum - turned - spin * rate.dot(a.cross(phi)) * a - rate.dot(phi) * carried
 
 
-def _skew(of: sp.Matrix) -> sp.Matrix:
-    """Return the matrix of the cross product of x from the left."""
-    x, y, z = of
-    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-
-
 def extra_energy(rate: sp.Matrix, wheels: Imbalance) -> Expr:
-    """Return the energy of rotation that the imbalances add."""
+    """Return the imbalances' contribution to the rotational energy."""
     slip = _slip(rate, wheels)
     own = sp.Add(
         *(
@@ -259,7 +232,7 @@ def extra_energy(rate: sp.Matrix, wheels: Imbalance) -> Expr:
 
 
 def extra_momentum(rate: sp.Matrix, wheels: Imbalance) -> sp.Matrix:
-    """Return the angular momentum about the centre of mass that the imbalances add, in body axes."""
+    """Return the imbalances' contribution to the angular momentum about the centre of mass, in body axes."""
     total = -sum((rotor.offset for rotor in wheels.rotors), sp.zeros(3, 1)).cross(_slip(rate, wheels)) / wheels.mass
     for rotor in wheels.rotors:
         total += rotor.place.cross(rotor.slip(rate)) + rotor.offset.cross(rate.cross(rotor.place))

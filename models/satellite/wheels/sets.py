@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reaction wheels: the paper's three along the body axes, or as many along any axes as parameters.toml has columns."""
+"""Reaction wheels: the paper's three along the body axes, or any number along columns in parameters.toml."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...system import Condition, Derivation, Expr, Group, Quantity
-from .imbalance import Imbalance, imbalance, symmetric
+from ..naming import symmetric, vector
+from .imbalance import Imbalance, imbalance
 
 FEWEST = 3
-"""Wheels about fewer axes leave the body free about one: no law here is made for that."""
+"""Smallest number of wheels: fewer leave an axis without torque, for which no law here is made."""
 
 
 @dataclass(frozen=True)
@@ -57,17 +58,17 @@ class Wheels:
 
     @property
     def momenta(self) -> sp.Matrix:
-        """The momenta as a column."""
+        """Momenta as a column."""
         return sp.Matrix([q.symbol for q in self.states])
 
     @property
     def torques(self) -> sp.Matrix:
-        """The motors' torques as a column."""
+        """Motor torques as a column."""
         return sp.Matrix([q.symbol for q in self.inputs])
 
     @property
     def momentum(self) -> sp.Matrix:
-        """Total momentum of the wheels, in body axes."""
+        """Return the wheels' total momentum in body axes."""
         return self.axes * self.momenta
 
 
@@ -76,7 +77,7 @@ TORQUES = tuple(Quantity(f"T{i}", "N m", f"control torque on the body about {i}"
 
 
 def along_axes(plant: Group, s: Group) -> Wheels:
-    """Return the paper's wheels, along x, y and z."""
+    """Return the paper's wheels along x, y and z."""
     inertia = (plant.Iw_x, plant.Iw_y, plant.Iw_z)
     start, one = (s.hx_0, s.hy_0, s.hz_0), sp.eye(3)
     return Wheels(
@@ -85,15 +86,15 @@ def along_axes(plant: Group, s: Group) -> Wheels:
 
 
 def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
-    """Return wheels along the columns of `wheel_axes`, which need not have the length one."""
+    """Return wheels along the columns of `wheel_axes`, of any length."""
     d.section("Wheels")
     directions, labels = plant.wheel_axes, [str(k + 1) for k in range(plant.wheel_axes.cols)]
     axes = sp.zeros(3, len(labels))
     for k, label in enumerate(labels):
-        length = sp.sqrt(sp.Add(*(entry**2 for entry in directions[:, k])))
-        for j, i in enumerate("xyz"):
-            title = f"axis of wheel {label} along {i}"
-            axes[j, k] = d.define(f"a{label}_{i}", directions[j, k] / length, "", title, "1", f"a_{{{label},{i}}}")
+        axis = directions[:, k]
+        length = sp.sqrt(sp.Add(*(entry**2 for entry in axis)))
+        title, latex = f"axis of wheel {label} along *", f"a_{{{label},*}}"
+        axes[:, k] = vector(f"a{label}_*", axis / length, title, "1", latex, d)
     gram = symmetric("gram", axes * axes.T, "A A' of the wheels' axes", "1", "g", d)
     spread = symmetric("spread", gram.inv(method="ADJ"), "inverse of A A'", "1", "G", d)
     inertia, pseudoinverse = tuple(plant.wheel_inertia), axes.T * spread
@@ -113,20 +114,20 @@ def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
 
 
 def unbalanced(plant: Group, s: Group, d: Derivation) -> Wheels:
-    """Return wheels along the columns of `wheel_axes` whose masses are not even about their axes."""
+    """Return unbalanced wheels along the columns of `wheel_axes`."""
     balanced = along_any(plant, s, d)
     off = imbalance(plant, s, balanced.axes, balanced.inertia, tuple(balanced.momenta), d)
     return dataclasses.replace(balanced, imbalance=off)
 
 
 def has_lengths(plant: Group) -> Condition:
-    """Return the conditions that no wheel's axis is zero."""
+    """Return the conditions that no wheel axis is zero."""
     columns = (plant.wheel_axes[:, k] for k in range(plant.wheel_axes.cols))
     squares = (sp.Add(*(entry**2 for entry in column)) for column in columns)
     return Condition(sp.Min(*squares), "a column of wheel_axes is zero: a wheel needs an axis")
 
 
 def spanning(wheels: Wheels) -> Condition:
-    """Return the condition that the wheels' axes span all directions, by the squared volumes of three at a time."""
+    """Return the condition that the wheel axes span all directions: some three of them have a nonzero volume."""
     gram = wheels.axes * wheels.axes.T
     return Condition(gram.det(method="berkowitz"), "the wheels' axes wheel_axes lie in a plane")

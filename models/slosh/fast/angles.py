@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluation form of (9)-(16) for pendulums described by angles: O(N), without a large matrix.
+"""Efficient form of (9)-(16) for pendulums described by angles: O(N), without a large matrix.
 
 The equations (15), (16) are solved for the angle accelerations and put into the hull's balances (arrow elimination),
 each in the frame of its pendulum; what is left is one symmetric 6 x 6 system. The two conventions of inertia differ in
@@ -59,7 +59,7 @@ def angle_dynamics(p: Group, pendulums: Sequence[Pendulum], inertia: str, d: Der
 
 @dataclass(frozen=True)
 class Swing:
-    """Named quantities of one pendulum at a state.
+    """Named quantities of one pendulum.
 
     Attributes
     ----------
@@ -131,12 +131,12 @@ class Namer:
         self.k, self.swing, self._d = k, swing, d
 
     def __call__(self, text: str, value: Expr, title: str = "product", unit: str = "", latex: str = "") -> Expr:
-        """Define an expression under this text and the number of the pendulum."""
+        """Define an expression whose name ends with the number of the pendulum."""
         return self._d.define(f"{text}{self.k}", value, title=f"{title}, pendulum {self.k}", unit=unit, latex=latex)
 
 
 def in_body(radial: Sequence[Expr], along: Sequence[Expr], across: Sequence[Expr], name: Namer) -> sp.Matrix:
-    """Turn a pendulum's matrix from its frame to body axes.
+    """Rotate a matrix from the pendulum's frame to body axes.
 
     Parameters
     ----------
@@ -165,14 +165,14 @@ def in_body(radial: Sequence[Expr], along: Sequence[Expr], across: Sequence[Expr
 
 
 def bias_in_body(force: Sequence[Expr], turning: Sequence[Expr], roll: Expr, name: Namer) -> list[Expr]:
-    """Turn force (x, t, n) and the terms of (G_t, G_n) to body axes and put them in the order of the unknowns."""
+    """Rotate force (x, t, n) and the terms of (G_t, G_n) to body axes, in the order of the unknowns."""
     S, C = name.swing.S, name.swing.C
     (ft, fn), (gt, gn) = force[1:], turning
     return [force[0], S * ft + C * fn, C * ft - S * fn, roll, S * gt + C * gn, C * gt - S * gn]
 
 
 def along_arm(a: Pendulum, arm: Arm, hull: Lump, name: Namer) -> tuple[Expr, Expr, list[Expr], list[Expr]]:
-    """Return the terms of the arm's tension: reaction at rest of the unknowns, e G_x, and entries x-. and t-.."""
+    """Return the arm tension's terms: reaction without unknowns, e G_x, and entries x-. and t-.."""
     swing = name.swing
     lead = name("eG1_", arm.lever * hull.g1, "centripetal acceleration of the pivot", "m/s^2")
     pull = name(
@@ -188,7 +188,7 @@ def along_arm(a: Pendulum, arm: Arm, hull: Lump, name: Namer) -> tuple[Expr, Exp
 
 
 def at_centre(swing: Swing, unknown: Sequence[Expr]) -> tuple[Expr, Expr, Expr, Expr]:
-    """Return a_t, a_n of C and G_t, G_n."""
+    """Return a_t, a_n of C, and G_t, G_n."""
     (_, a2, a3, _, g2, g3), S, C = unknown, swing.S, swing.C
     return S * a2 + C * a3, C * a2 - S * a3, S * g2 + C * g3, C * g2 - S * g3
 
@@ -196,7 +196,7 @@ def at_centre(swing: Swing, unknown: Sequence[Expr]) -> tuple[Expr, Expr, Expr, 
 def phi_acceleration(
     a: Pendulum, arm: Arm, unknown: Sequence[Expr], along: Expr, turning: Expr, moment: Expr, name: Namer
 ) -> Expr:
-    """Solve the equation of phi for p' + nu chi, given its moment without the acceleration of the pivot."""
+    """Solve the equation of phi for p' + nu chi, given its moment without the pivot's acceleration."""
     swing = name.swing
     k = a.name
     lead = sp.Symbol(f"eG1_{k}", real=True)
@@ -205,7 +205,7 @@ def phi_acceleration(
 
 
 def geared_pull(a: Pendulum, arm: Arm, swing: Swing, hull: Lump, d: Derivation) -> Pull:
-    """Return a pendulum's terms with the paper's inertia: rotors geared to phi (about x) and to theta (about z)."""
+    """Return a pendulum's terms with the paper's inertia: rotors geared to phi (about x) and theta (about z)."""
     name = Namer(a.name, swing, d)
     lead, pull, radial, along = along_arm(a, arm, hull, name)
     q = name("q_", a.length * swing.s, "distance of the bob from the pivot's axis", "m")
@@ -282,7 +282,7 @@ def _geared_bias(
 def geared_angles(
     a: Pendulum, arm: Arm, swing: Swing, hull: Lump, unknown: Sequence[Expr], d: Derivation
 ) -> tuple[Expr, Expr]:
-    """Return the angle accelerations once the hull's unknowns are known."""
+    """Return the angular accelerations from the hull's unknowns."""
     name = Namer(a.name, swing, d)
     k = a.name
     q, turn, share, eta, zeta, phi_loss, theta_loss = (
@@ -334,7 +334,7 @@ def hinged_pull(a: Pendulum, arm: Arm, swing: Swing, hull: Lump, d: Derivation) 
 def hinged_angles(
     a: Pendulum, arm: Arm, swing: Swing, hull: Lump, unknown: Sequence[Expr], d: Derivation
 ) -> tuple[Expr, Expr]:
-    """Return the angle accelerations once the hull's unknowns are known."""
+    """Return the angular accelerations from the hull's unknowns."""
     name = Namer(a.name, swing, d)
     k = a.name
     q, whole, p_chi, phi_loss, theta_loss = (

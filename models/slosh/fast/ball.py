@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluation form for bobs on ball joints: one scalar unknown a pendulum, the tension of its arm.
+"""Efficient form for bobs on ball joints: one scalar unknown per pendulum, the arm's tension.
 
 A pendulum pulls at its pivot P with m' a_P + T s - k eps s', m' = m I/D constant and T = m'' (s.a_P) - m l |sigma|^2.
 So the accelerations without tensions follow from constant, diagonal inertias, and the tensions from a symmetric system
@@ -19,7 +19,7 @@ from .hull import SIZE, Arm, Dynamics, Lump, Pull, balance, lump
 from .linear import factorise, solve
 
 LARGEST_TENSION_SYSTEM = 5
-"""Pendulums up to which the tensions are solved for: beyond, the 5 x 5 system of the hull is cheaper.
+"""Largest number of pendulums whose tensions are solved for; for more, the hull's 5 x 5 equations are cheaper.
 
 Operations of a right-hand side that depend on state or input, by tensions and by the hull: 558 and 619 for four
 pendulums, 730 and 741 for five, 924 and 863 for six. Either gives the same accelerations.
@@ -28,7 +28,7 @@ pendulums, 730 and 741 for five, 924 and 863 for six. Either gives the same acce
 
 @dataclass(frozen=True)
 class _Bob:
-    """Named quantities of one pendulum at a state.
+    """Named quantities of one pendulum.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def ball_dynamics(p: Group, pendulums: Sequence[Pendulum], d: Derivation) -> Dyn
 
 
 def _arm_tension(a: Pendulum, arm: Arm, bob: _Bob, hull: Lump, unknown: Sequence[Expr], d: Derivation) -> sp.Matrix:
-    """Return T s/(m l) for known accelerations of the hull."""
+    """Return T s/(m l) from the hull's accelerations."""
     value = arm.ratio * _at_pivot(unknown, hull, arm).dot(bob.s) - bob.squared
     return d.define(f"Tml{a.name}", value, title=f"tension {a.name} over m l", unit="1/s^2") * bob.s
 
@@ -110,7 +110,7 @@ def _bob(a: Pendulum, arm: Arm, k: int, d: Derivation) -> _Bob:
 
 
 def _pull(a: Pendulum, arm: Arm, bob: _Bob, hull: Lump, d: Derivation) -> Pull:
-    """Return a pendulum's terms in the hull's equations, tension eliminated."""
+    """Return a pendulum's terms in the hull's equations, with the tension eliminated."""
     k, s, e = a.name, bob.s, arm.lever
 
     def name(text: str, value: Expr, title: str, unit: str) -> sp.Symbol:
@@ -145,7 +145,7 @@ def _pull(a: Pendulum, arm: Arm, bob: _Bob, hull: Lump, d: Derivation) -> Pull:
 def _by_tensions(
     hull: Lump, pendulums: Sequence[Pendulum], arms: Sequence[Arm], bobs: Sequence[_Bob], d: Derivation
 ) -> tuple[tuple[Expr, ...], tuple[sp.Matrix, ...]]:
-    """Solve for the tensions over the mass of the lump; return the hull's unknowns and T s/(m l) of each arm."""
+    """Solve for tensions over the lump's mass; return the hull's unknowns and T s/(m l) of each arm."""
     free = _without_tension(hull, pendulums, arms, bobs, d)
     mass, (_, about_z, about_y) = hull.mass, hull.inertia
     levers = [
@@ -197,7 +197,7 @@ def _pulled(k: str, pull: sp.Matrix, d: Derivation) -> tuple[Expr, ...]:
 def _without_tension(
     hull: Lump, pendulums: Sequence[Pendulum], arms: Sequence[Arm], bobs: Sequence[_Bob], d: Derivation
 ) -> tuple[Expr, ...]:
-    """Return the hull's unknowns under applied loads and damping alone; what is constant is multiplied out."""
+    """Return the hull's unknowns under applied loads and damping only, with constants multiplied out."""
     inertias = (*(hull.mass,) * 3, *hull.inertia)
     names = ("1", "2", "3", "4", "5", "6")
 
@@ -251,7 +251,7 @@ def _together(
     levers: Sequence[tuple[Expr, Expr]],
     d: Derivation,
 ) -> Expr:
-    """Return how tension j over the lump's mass slows the pivot of arm i along that arm."""
+    """Return the deceleration of arm i's pivot along that arm by tension j over the lump's mass."""
     names = f"{pendulums[i].name}_{pendulums[j].name}"
     gain = [
         d.define(f"u{axis}{names}", arms[i].lever * levers[j][k], title="turning share") for k, axis in enumerate("yz")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The evaluation form that all pendulum models share: one small symmetric system for the hull.
+"""Efficient form common to all pendulum models: one small symmetric set of equations for the hull.
 
 A pendulum of mass m, length l and moment of inertia I with D = m l^2 + I pulls at its pivot P as a constant mass
 m I/D would, plus terms that depend on its direction. The constant masses are lumped with hull and fixed fuel; C is the
@@ -26,7 +26,7 @@ SIZE = 6
 
 @dataclass(frozen=True)
 class Lump:
-    """Hull, fixed fuel, the pendulums' constant masses, and terms common to all evaluations.
+    """Hull, fixed fuel, the pendulums' constant masses, and the terms common to all evaluations.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Arm:
 
 
 def lump(p: Group, pendulums: Sequence[Pendulum], geared: bool, d: Derivation) -> tuple[Lump, tuple[Arm, ...]]:
-    """Lump the constant masses and define the terms of parameters, rates and inputs only.
+    """Combine the constant masses and define terms of parameters, rates and inputs only.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def _applied(p: Group, centre: Expr, d: Derivation) -> tuple[Expr, ...]:
 
 @dataclass(frozen=True)
 class Pull:
-    """Contribution of one pendulum to the hull's equations, apart from its constant mass.
+    """Contribution of one pendulum to the hull's equations, without its constant mass.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class Pull:
 
 @dataclass(frozen=True)
 class Balance:
-    """K X + n = applied for the hull.
+    """Equations K X + n = applied of the hull.
 
     Attributes
     ----------
@@ -200,7 +200,7 @@ class Balance:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """The evaluation form, for the right-hand side and for its inversion.
+    """Efficient form, for the right-hand side and for its inverse.
 
     Attributes
     ----------
@@ -227,7 +227,7 @@ _ROWS = ("1", "2", "3", "4", "5", "6")
 
 
 def balance(hull: Lump, pulls: Sequence[Pull], d: Derivation) -> Balance:
-    """Add the lump and the pendulums' terms."""
+    """Add the terms of the lump and of the pendulums."""
     diagonal = (hull.mass,) * 3 + hull.inertia
     matrix = sp.zeros(SIZE, SIZE)
     for i in range(SIZE):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symmetric positive definite systems, factorised once and solved as a list of definitions."""
+"""Symmetric positive definite equations: factorised once and solved as a list of definitions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...system import Derivation, Expr
 
 @dataclass(frozen=True)
 class Factors:
-    """K = L D L^T with unit lower triangular L.
+    """Factors of K = L D L^T with unit lower triangular L.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Factors:
 
 
 def factorise(matrix: sp.Matrix, name: str, d: Derivation) -> Factors:
-    """Factorise a symmetric positive definite matrix, reading its lower triangle.
+    """Factorise a symmetric positive definite matrix from its lower triangle.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def factorise(matrix: sp.Matrix, name: str, d: Derivation) -> Factors:
 
 
 def _factor(name: str, i: int, j: int, value: Expr, d: Derivation) -> Expr:
-    """Name one entry of L, unless it is zero by structure."""
+    """Name an entry of L, unless it is a structural zero."""
     if value is sp.S.Zero:
         return value
     return d.define(f"{name}_L{i + 1}{j + 1}", value, title="factor", latex=rf"L^{{{name}}}_{{{i + 1}{j + 1}}}")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Lyapunov laws, their thrust and moments, and the constraints of a run."""
+"""Lyapunov laws with thrust and moments, and the constraints of a run."""

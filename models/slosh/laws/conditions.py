@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions on parameters and initial states before a run, with the messages on violation."""
+"""Conditions on parameters and initial states before a run, with messages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _in_radians(angle: Quantity) -> Condition:
 def law_constraints(
     name: str, p: Group, c: Group, pendulums: Sequence[Pendulum], inertia: str
 ) -> tuple[Condition, ...]:
-    """Return the conditions of a law: enough thrust and, for V1, an invertible matrix f of (29)."""
+    """Return the conditions of a law: sufficient thrust and, for V1, an invertible matrix f of (29)."""
     thrust = Condition(
         p.F, f"F = {{F:g}} N: {name} steers by the direction of the thrust and divides by F; it must be positive"
     )
@@ -49,7 +49,7 @@ def law_constraints(
 
 
 def _largest_correction(bob: Pendulum, inertia: str, c: Group) -> Expr:
-    """Bound what one pendulum takes from the eigenvalues of f: sum of m r |c|^2/D^2, with D_theta >= I."""
+    """Return a bound on a pendulum's effect on the eigenvalues of f: sum of m r |c|^2/D^2, with D_theta >= I."""
     whole = bob.mass * bob.length**2 + bob.inertia
     if inertia == "ball":
         return bob.mass * c.r9 * (1 + bob.mass * bob.length * sp.Abs(bob.pivot) / whole) ** 2

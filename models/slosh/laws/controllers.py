@@ -22,7 +22,7 @@ from ..states import rate, velocity
 
 @dataclass(frozen=True)
 class Form:
-    """V' = A + B u1 + C u2 + (f u345 + g).Omega (29).
+    """Derivative of a Lyapunov function: V' = A + B u1 + C u2 + (f u345 + g).Omega (29).
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Form:
 
 @dataclass(frozen=True)
 class Law:
-    """A law and the system from which it was derived.
+    """A law and the system that it was derived from.
 
     Attributes
     ----------
@@ -58,12 +58,12 @@ class Law:
 
 
 def derivative_form(value: Expr, rates: Mapping[sp.Symbol, Expr]) -> Form:
-    """Differentiate V along the reduced model and collect as in (29)."""
+    """Differentiate V along the reduced model and collect terms as in (29)."""
     return collect(time_derivative(value, rates))
 
 
 def collect(derivative: Expr) -> Form:
-    """Collect the inputs and the body rates of V' (29).
+    """Collect the inputs and body rates of V' (29).
 
     Raises
     ------
@@ -86,7 +86,7 @@ def collect(derivative: Expr) -> Form:
 
 
 def mapped(form: Form, change: Callable[[Expr], Expr]) -> Form:
-    """Change every coefficient."""
+    """Apply a function to every coefficient."""
     return Form(change(form.A), change(form.B), change(form.C), form.f.applyfunc(change), form.g.applyfunc(change))
 
 
@@ -96,7 +96,7 @@ def placed(form: Form, values: Mapping[sp.Symbol, Expr]) -> Form:
 
 
 def hull_value(c: Group, attitude: Sequence[Expr]) -> Expr:
-    """Return V2 (28), in the velocities, attitude angles and body rates."""
+    """Return V2 (28) as a function of velocities, attitude angles and body rates."""
     _, vy, vz = velocity
     a1, a2, a3 = attitude
     squares = (
@@ -113,14 +113,14 @@ def hull_value(c: Group, attitude: Sequence[Expr]) -> Expr:
 
 
 def hull_rates(axial: Expr, attitude: Sequence[sp.Symbol]) -> dict[sp.Symbol, Expr]:
-    """Return the reduced model of the hull (20)-(24), with a_j' = Omega_j."""
+    """Return the hull's reduced model (20)-(24), with a_j' = Omega_j."""
     linear = reduced_velocity(axial, demand)
     symbols = (*velocity, *rate, *attitude)
     return dict(zip(symbols, (*linear, *demand[2:], *rate), strict=True))
 
 
 def lyapunov_v2(c: Group, axial: Expr, attitude: Sequence[sp.Symbol], angles: Sequence[Expr], d: Derivation) -> Law:
-    """Derive the law from V2, which looks at the hull only: (28), (34)-(36)."""
+    """Derive the law of V2, which involves the hull only: (28), (34)-(36)."""
     value = hull_value(c, attitude)
     named = _renamed(attitude, angles)
     form = placed(derivative_form(value, hull_rates(axial, attitude)), named)
@@ -135,7 +135,7 @@ def lyapunov_v1(
     terms: Sequence[tuple[Expr, Form]],
     d: Derivation,
 ) -> Law:
-    """Derive the law from V1, which weighs the pendulums' rates too: (27), (31)-(33).
+    """Derive the law of V1, which also weighs the pendulums' rates: (27), (31)-(33).
 
     Parameters
     ----------
@@ -164,12 +164,12 @@ def lyapunov_v1(
 
 
 def _renamed(attitude: Sequence[sp.Symbol], angles: Sequence[Expr]) -> dict[sp.Symbol, Expr]:
-    """Return the attitude angles where another chart is the state."""
+    """Return the attitude angles if another chart is the state."""
     return {s: a for s, a in zip(attitude, angles, strict=True) if s is not a}
 
 
 def _law(tag: str, numbers: Sequence[str], value: Expr, form: Form, c: Group, d: Derivation) -> Law:
-    """Choose u1..u5 so that V' = A - w1 B^2 - w2 C^2 - w3 W1^2 - w4 W2^2 - w5 W3^2 (30)."""
+    """Choose u1..u5 for V' = A - w1 B^2 - w2 C^2 - w3 W1^2 - w4 W2^2 - w5 W3^2 (30)."""
     value = d.define(f"V_{tag}", value, numbers[0], "Lyapunov function", latex=f"V_{tag[1]}")
     d.define(f"A_{tag}", form.A, "(29)", "derivative of V without inputs and body rates", "1/s", "A")
     b = d.define(f"B_{tag}", form.B, "(29)", "coefficient of u1", "s/m", "B")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From demanded accelerations to thrust direction and moments, and what gimbal limits leave of them.
+"""From demanded accelerations to thrust direction and moments within the gimbal limits.
 
 The thrust F is constant, so a_x cannot be demanded: it is what remains of F once the lateral force is served. The
 force f = q + P a_x is affine in a_x and |f| = F gives a quadratic, of which the larger root is taken. Moments are
@@ -22,7 +22,7 @@ from ..states import GIMBALS, INPUTS, MOMENTS
 
 @dataclass(frozen=True)
 class Inputs:
-    """Physical inputs that bring about a demand, as far as it can be met.
+    """Physical inputs that meet a demand as far as possible.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Inputs:
 
 
 def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: Derivation) -> Inputs:
-    """Invert (9)-(16): moments and gimbal angles that produce a_y, a_z and Omega'.
+    """Invert (9)-(16): moments and gimbal angles for given a_y, a_z and Omega'.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ _Named = Callable[[str, Expr, str, str, str], sp.Symbol]
 
 
 def _axial(p: Group, plant: Dynamics, offsets: Sequence[Expr], name: _Named) -> Expr:
-    """Solve |q + P a|^2 = F^2 for the larger a; without a root take the a of the smallest |f|."""
+    """Solve |q + P a|^2 = F^2 for the larger a; without a real root, return the a with the smallest |f|."""
     column = [plant.balance.matrix[k, 0] for k in range(3)]
     square = name("PP", sp.Add(*(e**2 for e in column)), "P.P", "kg^2", r"P\cdot P")
     mixed = name("Pq", sp.Add(*(e * q for e, q in zip(column, offsets, strict=True))), "P.q", "kg N", r"P\cdot q")
@@ -142,7 +142,7 @@ def _thrust(p: Group, delta1: Expr, delta2: Expr) -> tuple[Expr, ...]:
 
 
 def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
-    """Return the derivative of the roll, G_y and G_z equations by the force at the same Omega'."""
+    """Return the derivative of the equations of roll, G_y and G_z by the force at constant Omega'."""
     response = solve(plant.factors.leading(3), missing, tag, d)
     matrix = plant.balance.matrix
     return [sp.Add(*(matrix[k, j] * a for j, a in enumerate(response))) for k in (3, 4, 5)]
@@ -155,7 +155,7 @@ COMMANDED = Group(
 
 
 def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
-    """Clip delta2, then delta1 for the z force that is still to be served; keep Omega' by new moments."""
+    """Limit delta2, then delta1 for the remaining z force; new moments preserve Omega'."""
     d.section("Gimbal limits")
     *moments, angle1, angle2 = COMMANDED.symbols
     delta2 = _clip(angle2, p.delta2_max)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pendulums' terms of V1 (27) and what they bring to its derivative (29).
+"""Pendulum terms of V1 (27) and of its derivative (29).
 
 Each weighs a rate squared, and holds a product with Omega that cancels the coupling of that rate to Omega'. The printed
 products lack factors (m_i, parts of l^2), so that (29) would not hold; here they are the rows of (25), (26) themselves.
@@ -29,13 +29,13 @@ _force, _moment, _moment_rate = (sp.Matrix(sp.symbols(names, real=True)) for nam
 
 
 def row_value(speed: Expr, inertia: Expr, moment: sp.Matrix, weight: Expr) -> Expr:
-    """Return the terms of V1 (27) for one angle: its rate squared and its coupling to Omega'."""
+    """Return the terms of V1 (27) for one angle: squared rate, and its product with the coupling to Omega."""
     return weight * (speed**2 + 2 * speed * moment.dot(rate) / inertia) / 2
 
 
 @functools.cache
 def row_form() -> Form:
-    """Derive (29) for the term of one angle, with D q'' + g.a + c.Omega' + k = 0 (25), (26) in symbols."""
+    """Derive (29) for the terms of one angle, with symbolic D q'' + g.a + c.Omega' + k = 0 (25), (26)."""
     push = _force.dot(sp.Matrix([_axial, *demand[:2]])) + _moment.dot(sp.Matrix(demand[2:])) + _bias
     rates = {_speed: -push / _inertia, _inertia: _inertia_rate}
     rates |= dict(zip((*rate, *_moment), (*demand[2:], *_moment_rate), strict=True))
@@ -43,7 +43,7 @@ def row_form() -> Form:
 
 
 def angle_form(angle: AngleRow, weight: Expr, axial: Expr, d: Derivation) -> tuple[Expr, Form]:
-    """Return the term of V1 (27) for one angle and its part of (29)."""
+    """Return the term of V1 (27) for one angle and its contribution to (29)."""
     row = angle.row
     values = {_speed: angle.speed, _inertia: row.inertia, _bias: row.bias, _axial: axial}
     values[_weight] = d.define(
@@ -67,7 +67,7 @@ def angle_form(angle: AngleRow, weight: Expr, axial: Expr, d: Derivation) -> tup
 
 
 def _row_rates(angle: AngleRow) -> list[tuple[str, Expr]]:
-    """Return D' and c' of the equation of an angle."""
+    """Return D' and c' in the equation of an angle."""
     turning = {phi: phi_rate, theta: theta_rate}
     generic = angle.generic
     return [
@@ -84,7 +84,7 @@ _first = sp.Symbol("ml_i", real=True)
 
 @functools.cache
 def ball_form() -> tuple[Expr, Form, sp.Matrix]:
-    """Derive (29) for W/2 (|s'|^2 + 2 s'.(C Omega)/D), where C Omega' is what couples s'' to Omega'.
+    """Derive (29) for W/2 (|s'|^2 + 2 s'.(C Omega)/D), where C Omega' couples Omega' to s''.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def ball_form() -> tuple[Expr, Form, sp.Matrix]:
 def ball_term(
     bob: Pendulum, k: int, names: dict[sp.Symbol, Expr], weight: Expr, axial: Expr, d: Derivation
 ) -> tuple[Expr, Form]:
-    """Return the term of V1 for a bob on a ball joint and its part of (29)."""
+    """Return the term of V1 for a bob on a ball joint and its contribution to (29)."""
     value, form, rest = ball_form()
     named = names | dict(zip(_slip, slip_symbols(k), strict=True)) | {_axial: axial}
 
@@ -131,5 +131,5 @@ def ball_term(
 
 
 def slip_symbols(k: int) -> tuple[sp.Symbol, ...]:
-    """Return the symbols of s' of pendulum k, which the evaluation form defines."""
+    """Return the symbols of s' of pendulum k, which the efficient form defines."""
     return tuple(sp.Symbol(f"slip{k}{axis}", real=True) for axis in "xyz")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The derived equations of the spacecraft and its pendulums, for people."""
+"""Derived equations of the spacecraft and its pendulums, in readable form."""

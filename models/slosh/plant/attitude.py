@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Attitude of the body: the paper's small angles, 3-2-1 angles, or a quaternion.
+"""Attitude of the body by the paper's small angles, 3-2-1 angles or a quaternion.
 
 The paper takes a_j' = Omega_j, which holds for small angles only. The 3-2-1 angles (roll a_1, pitch a_2, yaw a_3) are
 singular at a_2 = +-90 degrees; the quaternion nowhere.
@@ -20,7 +20,7 @@ angles = tuple(q.symbol for q in ATTITUDE)
 
 @dataclass(frozen=True)
 class Attitude:
-    """States that place the body, and what follows from them.
+    """States of the attitude, and quantities that follow from them.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Attitude:
 
 
 def by_angles(scenario: Group) -> Attitude:
-    """Return the attitude by three angles, small (a_j' = Omega_j) or 3-2-1."""
+    """Return the attitude by three angles: small (a_j' = Omega_j) or 3-2-1."""
     turned = frame_turn(0, angles[0]) * frame_turn(1, angles[1]) * frame_turn(2, angles[2])
     euler = tuple(angle_rates(turned, angles, rate))
     start = (scenario.att1_0, scenario.att2_0, scenario.att3_0)

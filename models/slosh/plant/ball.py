@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One bob on a frictionless ball joint, by the direction s of its arm: beyond the paper, singular nowhere.
+"""A bob on a frictionless ball joint by its arm's direction s: an extension of the paper without singularity.
 
 The bob does not spin about its arm, so its rotation holds I/2 |sigma|^2 with sigma = s' + Omega x s, the inertial rate
 of s; T depends on s and sigma alone and needs no chart. Damping is R = eps/2 |s'|^2, that is
@@ -21,18 +21,18 @@ from ..states import Pendulum, arm_rate_quantities, direction_quantities, rate, 
 from .pendulum import GENERIC, Contribution, frame_rates, galilean
 
 direction = sp.Matrix(sp.symbols("s_{ix} s_{iy} s_{iz}", real=True))
-"""s, the unit vector from pivot to bob, in body axes."""
+"""Unit vector s from pivot to bob, in body axes."""
 arm_rate = sp.Matrix(sp.symbols(r"\sigma_{ix} \sigma_{iy} \sigma_{iz}", real=True))
-"""sigma = s' + Omega x s; sigma.s = 0."""
+"""Inertial rate sigma = s' + Omega x s, with sigma.s = 0."""
 arm_acceleration = sp.Matrix(sp.symbols(r"\dot{\sigma}_{ix} \dot{\sigma}_{iy} \dot{\sigma}_{iz}", real=True))
-"""sigma', by components."""
+"""Components of sigma'."""
 _slip = sp.Matrix(sp.symbols(r"\dot{s}_{ix} \dot{s}_{iy} \dot{s}_{iz}", real=True))
 _slip_rate = sp.Matrix(sp.symbols(r"\ddot{s}_{ix} \ddot{s}_{iy} \ddot{s}_{iz}", real=True))
 
 
 @functools.cache
 def contribution() -> Contribution:
-    """Derive one pendulum's part by (1)-(3), with s in Cartesian components; rows lack the multiplier of |s| = 1.
+    """Derive a pendulum's contribution by (1)-(3) with Cartesian s; its equations lack the multiplier of |s| = 1.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def contribution() -> Contribution:
 
 
 def _absolute(expr: Expr) -> Expr:
-    """Write s' and s'' by sigma and sigma'."""
+    """Express s' and s'' by sigma and sigma'."""
     turns = frame_rates()
     slip = arm_rate - rate.cross(direction)
     angular = sp.Matrix([turns[w] for w in rate])
@@ -66,7 +66,7 @@ def _absolute(expr: Expr) -> Expr:
 
 
 def tangential_rows() -> sp.Matrix:
-    """Return the equations of s without the multiplier: s x row = 0 across s, and D (sigma.s)' = 0 along it, N m."""
+    """Return the equations of s without multiplier: s x row = 0 across s, D (sigma.s)' = 0 along it, N m."""
     row = contribution().rows
     inertia = row[0].diff(arm_acceleration[0])
     slip = arm_rate - rate.cross(direction)
@@ -76,7 +76,7 @@ def tangential_rows() -> sp.Matrix:
 
 @functools.cache
 def arm_equation() -> sp.Matrix:
-    """Return sigma' for given a and Omega': the counterpart of (25), (26).
+    """Return sigma' for given a and Omega', the counterpart of (25), (26).
 
     row = D sigma' + rest = lambda s, and (sigma.s)' = 0 gives lambda.
     """
@@ -88,7 +88,7 @@ def arm_equation() -> sp.Matrix:
 
 
 def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
-    """Return the meanings of the generic symbols in pendulum k."""
+    """Return the meanings of the generic symbols for pendulum k."""
     generic = (GENERIC.mass, GENERIC.length, GENERIC.pivot, GENERIC.inertia, GENERIC.damping)
     values = (pendulum.mass, pendulum.length, pendulum.pivot, pendulum.inertia, pendulum.damping)
     states = (*direction_quantities(k), *arm_rate_quantities(k))
@@ -97,7 +97,7 @@ def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
 
 
 def projected(k: int) -> tuple[Expr, ...]:
-    """Return s and sigma of pendulum k put back on |s| = 1, sigma.s = 0."""
+    """Return s and sigma of pendulum k projected to |s| = 1 and sigma.s = 0."""
     s = sp.Matrix([q.symbol for q in direction_quantities(k)])
     sigma = sp.Matrix([q.symbol for q in arm_rate_quantities(k)])
     unit = s / sp.sqrt(s.dot(s))
@@ -105,7 +105,7 @@ def projected(k: int) -> tuple[Expr, ...]:
 
 
 def at_angles(phi: Expr, theta: Expr, rates: Sequence[Expr], turning: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Return s and sigma of a bob at the angles (7) with given angle rates and body rates."""
+    """Return s and sigma of a bob from its angles (7), angle rates and body rates."""
     angles = sp.symbols("phi theta", real=True)
     s = sp.Matrix([-sp.cos(angles[0]), sp.sin(angles[0]) * sp.sin(angles[1]), sp.sin(angles[0]) * sp.cos(angles[1])])
     slip = s.diff(angles[0]) * rates[0] + s.diff(angles[1]) * rates[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The spacecraft's equations of motion (1)-(17) for any number of pendulums, energy and momentum.
+"""Equations of motion (1)-(17) for any number of pendulums, with energy and momentum.
 
 The kinetic energy is a sum over hull, fixed fuel and pendulums, so each part is derived once and the pendulum's part is
 copied for every pendulum. What is derived here is linear in the accelerations and implicit; the right-hand side is
@@ -21,7 +21,7 @@ ACCELERATIONS = (*acceleration, *angular_acceleration)
 
 
 def thrust(p: Group) -> sp.Matrix:
-    """Return tau_t, the thrust in body axes, N: its magnitude is F whatever the gimbal angles."""
+    """Return tau_t, the thrust in body axes, N; its magnitude is always F."""
     d1, d2 = (q.symbol for q in GIMBALS)
     return p.F * sp.Matrix([sp.cos(d1) * sp.cos(d2), sp.sin(d2), -sp.sin(d1) * sp.cos(d2)])
 
@@ -32,7 +32,7 @@ def gimbal_position(p: Group) -> sp.Matrix:
 
 
 def applied_wrench(p: Group) -> sp.Matrix:
-    """Return tau_t and tau_r about O: the right sides of (9)-(14)."""
+    """Return tau_t and tau_r about O, the right sides of (9)-(14)."""
     force = thrust(p)
     moment = sp.Matrix([q.symbol for q in MOMENTS]) + gimbal_position(p).cross(force)
     return sp.Matrix([*force, *moment])
@@ -47,7 +47,7 @@ def hull_energy(p: Group) -> Expr:
 
 
 def whole(own: Sequence[Expr], part: Sequence[Expr], copies: Sequence[Mapping[sp.Symbol, Expr]]) -> tuple[Expr, ...]:
-    """Add a generic part's copies, one a pendulum, to what hull and fixed fuel contribute."""
+    """Add one copy per pendulum of the generic contribution to that of hull and fixed fuel."""
     return tuple(
         sp.Add(mine, *(entry.xreplace(dict(copy)) for copy in copies)) for mine, entry in zip(own, part, strict=True)
     )
@@ -87,7 +87,7 @@ _BALANCES = (
 
 
 def show_equations(p: Group, part: Contribution, rows: Sequence[tuple[str, Expr]], d: Derivation) -> None:
-    """Write the derivation down: energy, dissipation and the equations of motion with their numbers.
+    """Show the derivation: energy, dissipation and equations of motion with their numbers.
 
     A pendulum's terms stand once, with the index i; the balances hold their sums over i.
 

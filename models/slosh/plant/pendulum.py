@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One spherical pendulum by its angles, equations (5)-(8), and its part of (9)-(16), derived once for generic symbols.
+"""One spherical pendulum by its angles, (5)-(8), and its terms in (9)-(16), for generic symbols.
 
 The bob hangs at phi from -x with azimuth theta, from z towards y. Its inertia term is a modelling choice:
 `paper` gives it the rates (phi', 0, theta') beside the body's, as two rotors geared to the angles; `hinge` takes the
@@ -19,11 +19,11 @@ from ..states import Pendulum, angle_quantities, angle_rate_quantities, rate, ve
 
 _NAMES = ("m_i", "l_i", "h_i", "I_i", r"\varepsilon_{i}")
 GENERIC = Pendulum("i", *(sp.Symbol(name, real=True) for name in _NAMES))
-"""A pendulum whose parameters are placeholders."""
+"""A pendulum with symbolic parameters."""
 phi, theta = sp.symbols(r"\varphi_{i} \theta_{i}", real=True)
 phi_rate, theta_rate = sp.symbols(r"\dot{\varphi}_{i} \dot{\theta}_{i}", real=True)
 acceleration = sp.Matrix(sp.symbols("a_x a_y a_z", real=True))
-"""a = V' + Omega x V (17), the acceleration of O in body axes."""
+"""Acceleration of O in body axes, a = V' + Omega x V (17)."""
 angular_acceleration = sp.Matrix(sp.symbols("alpha_x alpha_y alpha_z", real=True))
 angle_acceleration = sp.symbols(r"\ddot{\varphi}_{i} \ddot{\theta}_{i}", real=True)
 
@@ -58,7 +58,7 @@ class Contribution:
 
 @functools.cache
 def contribution(inertia: str) -> Contribution:
-    """Derive one pendulum's part by (1)-(3) from its energy.
+    """Derive one pendulum's contribution by (1)-(3) from its energy.
 
     Parameters
     ----------
@@ -94,28 +94,28 @@ def contribution(inertia: str) -> Contribution:
 
 
 def _own_rate(inertia: str) -> sp.Matrix:
-    """Return omega_i of (5): the paper's choice, or the rate of an arm on hinges about -x and the turned y axis."""
+    """Return omega_i of (5): the paper's choice, or that of an arm on hinges about -x and the rotated y axis."""
     if inertia == "paper":
         return sp.Matrix([phi_rate, 0, theta_rate])
     return phi_rate * sp.Matrix([0, sp.cos(theta), -sp.sin(theta)]) - theta_rate * sp.Matrix([1, 0, 0])
 
 
 def frame_rates() -> dict[sp.Symbol, Expr]:
-    """Return V' and Omega' in terms of the accelerations of O (17) and of the axes."""
+    """Return V' and Omega' from the accelerations of O (17) and of the axes."""
     linear = acceleration - rate.cross(velocity)
     return dict(zip((*velocity, *rate), (*linear, *angular_acceleration), strict=True))
 
 
 def galilean(left: sp.Matrix) -> sp.Matrix:
-    """Expand left sides of the equations of motion and make sure that the velocity of O has dropped out."""
+    """Expand the left sides of the equations of motion, and check that they do not contain the velocity of O."""
     expanded = left.applyfunc(sp.expand)
     if expanded.free_symbols.intersection(velocity):
-        raise ModelError("the velocity of O stays in the equations of motion: they are not Galilean")
+        raise ModelError("the equations of motion contain the velocity of O, so they are not Galilean")
     return expanded
 
 
 def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
-    """Return the meanings of the generic symbols in pendulum k."""
+    """Return the meanings of the generic symbols for pendulum k."""
     values = (pendulum.mass, pendulum.length, pendulum.pivot, pendulum.inertia, pendulum.damping)
     generic = (GENERIC.mass, GENERIC.length, GENERIC.pivot, GENERIC.inertia, GENERIC.damping)
     states = (*angle_quantities(k), *angle_rate_quantities(k))

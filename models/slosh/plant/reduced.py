@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equilibrium and reduced model, equations (18)-(26): the hull's accelerations are the inputs, a_x is constant.
+"""Equilibrium and reduced model, (18)-(26): the hull's accelerations are inputs, a_x is constant.
 
 The pendulums' equations (15), (16) are diagonal in their own accelerations, so they are solved one by one.
 """
@@ -18,12 +18,12 @@ from .equations import ACCELERATIONS
 from .pendulum import acceleration, angle_acceleration, contribution, instance, phi, phi_rate, theta, theta_rate
 
 demand = sp.Matrix(DEMAND.symbols)
-"""u1..u5: a_y, a_z and Omega'."""
+"""Demanded a_y, a_z and Omega' as u1..u5."""
 
 
 @dataclass(frozen=True)
 class AngleEquation:
-    """The equation of one angle, D q'' + g.a + c.Omega' + k = 0, in generic symbols.
+    """Equation of one angle, D q'' + g.a + c.Omega' + k = 0, in generic symbols.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class AngleEquation:
 
 @dataclass(frozen=True)
 class AngleRow:
-    """The equation of one angle of one pendulum with its parts named.
+    """Equation of one angle of one pendulum with named coefficients.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class AngleRow:
 
 @functools.cache
 def generic_rows(inertia: str) -> tuple[AngleEquation, AngleEquation]:
-    """Split the derived equations (15), (16) by the accelerations they are linear in."""
+    """Split the derived equations (15), (16) by the accelerations, in which they are linear."""
     rows = []
     for left, second in zip(contribution(inertia).rows, angle_acceleration, strict=True):
         zero = dict.fromkeys((*ACCELERATIONS, *angle_acceleration), sp.S.Zero)
@@ -83,7 +83,7 @@ def generic_rows(inertia: str) -> tuple[AngleEquation, AngleEquation]:
 
 
 def _shorten(expr: Expr, turned: bool = False) -> Expr:
-    """Use sin^2 + cos^2 = 1; with `turned`, in terms of the rates W_t and W_n in the pendulum's plane."""
+    """Simplify by sin^2 + cos^2 = 1; with `turned`, use the rates W_t and W_n in the pendulum's plane."""
     S, C = sp.sin(theta), sp.cos(theta)
     if turned:
         along, across = sp.symbols("W_t W_n", real=True)
@@ -97,7 +97,7 @@ def _shorten(expr: Expr, turned: bool = False) -> Expr:
 
 
 def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tuple[AngleRow, ...]:
-    """Name the parts of the equations of phi_i and theta_i, pendulum by pendulum."""
+    """Name the coefficients in the equations of phi_i and theta_i, pendulum by pendulum."""
     generic = generic_rows(inertia)
     rows = []
     for k, pendulum in enumerate(pendulums, 1):
@@ -139,7 +139,7 @@ def _named(row: AngleEquation, names: dict[sp.Symbol, Expr], angle: str, spelled
 
 
 def longitudinal(thrust: Expr, left: Expr, d: Derivation) -> Expr:
-    """Solve (9) at the equilibrium (18) for a_x: (19).
+    """Solve (9) at the equilibrium (18) for a_x, which is (19).
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def longitudinal(thrust: Expr, left: Expr, d: Derivation) -> Expr:
 
 
 def angle_accelerations(rows: Sequence[AngleRow], linear: Sequence[Expr], angular: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Solve (25), (26) for phi_i'' and theta_i'' at given a and Omega'."""
+    """Solve (25), (26) for phi_i'' and theta_i'' with given a and Omega'."""
     accelerations = []
     for angle in rows:
         row = angle.row
@@ -169,13 +169,13 @@ def angle_accelerations(rows: Sequence[AngleRow], linear: Sequence[Expr], angula
 
 
 def reduced_velocity(axial: Expr, inputs: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Return V' of (20), (21) and of v_x from a = (a_x, u1, u2) by (17)."""
+    """Return V' of (20), (21), and v_x' from a = (a_x, u1, u2) by (17)."""
     linear = sp.Matrix([axial, *inputs[:2]]) - rate.cross(velocity)
     return tuple(linear)
 
 
 def show_reduced(pendulum: Sequence[tuple[str, str, Expr]], d: Derivation) -> None:
-    """Write (20)-(26) down.
+    """Show (20)-(26).
 
     Parameters
     ----------

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The triangle with masses that forces move: rods that push, thrusters, and the gravity gradient of an orbit."""
+"""Dynamic triangle: masses moved by forces of rods, thrusters, and an orbit's gravity gradient."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bodies with mass: three points, with or without rods between them.
+"""Bodies with mass: three points, optionally with rods.
 
 A uniform rod that stretches evenly moves linearly from end to end, so that its kinetic energy is
 m (v_i.v_i + v_i.v_j + v_j.v_j)/6. With half of each rod at either end that is (m/2)(v_i.v_i + v_j.v_j)/2 less
@@ -23,7 +23,7 @@ ENDS = ((1, 2), (2, 0), (0, 1))
 
 @dataclass(frozen=True)
 class Bodies:
-    """Masses that decide how the triangle moves; those of rods are spread over them.
+    """Equivalent point masses of the triangle; the masses of rods are distributed over them.
 
     Attributes
     ----------
@@ -41,12 +41,12 @@ class Bodies:
 
     @property
     def total(self) -> Expr:
-        """The mass of all."""
+        """Total mass."""
         return sp.Add(*self.lumps)
 
 
 def bodies(p: Group, masses: str, rods: str, d: Derivation) -> Bodies:
-    """Return the bodies that have mass.
+    """Return the equivalent point masses.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _reduced(lumps: Sequence[Expr], beams: Sequence[Expr], d: Derivation) -> tup
 
 
 def not_too_heavy(p: Group) -> Condition:
-    """Return the conditions that reduced masses are positive: three points then move as the triangle does."""
+    """Return the conditions that the equivalent point masses are positive."""
     points, beams = (p.m1, p.m2, p.m3), (p.rod_mass1, p.rod_mass2, p.rod_mass3)
     lumps = [points[i] + (beams[(i + 1) % 3] + beams[(i + 2) % 3]) / 2 for i in range(3)]
     margins = [6 * lumps[i] * lumps[j] - beams[k] * sp.Add(*lumps) for k, (i, j) in enumerate(ENDS)]

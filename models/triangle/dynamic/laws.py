@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's laws as references of rod rates, the forces that make the rods follow, and thrust beside them.
+"""The paper's laws as references of rod rates, with forces that track them, and thrust.
 
 A law of the paper says how the shape is to change, and with it at which rates the rods are to move. The forces make the
 rods' rates approach those exponentially, with all that acts along the rods taken off by the model: computed forces.
@@ -23,7 +23,7 @@ _WANTED = tuple(Quantity(f"u_l{k}_wanted", "m/s", f"rate that the law asks of ro
 
 
 def computed_forces(accelerations: Sequence[Expr], plant: Plant, tag: str, d: Derivation) -> tuple[Expr, ...]:
-    """Solve the rods' equations of motion for the forces that give them accelerations."""
+    """Solve the rods' equations of motion for the forces of given accelerations."""
     missing = sp.Matrix(
         [
             d.define(
@@ -47,7 +47,7 @@ def computed_forces(accelerations: Sequence[Expr], plant: Plant, tag: str, d: De
 
 
 def _wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, d: Derivation) -> tuple[Expr, ...]:
-    """Return the rates of rods that a law of rates asks for, all scaled by one factor where one is beyond the limit."""
+    """Return the rod rates that a law demands, scaled together if one exceeds the limit."""
     tag = law.name
     d.section(f"Forces of the law {tag}")
     command = dict(zip((*zeta_rate, W3.symbol), law.command, strict=True))
@@ -78,7 +78,7 @@ def with_forces(
     tracking: Group,
     d: Derivation,
 ) -> Controller:
-    """Turn a law of rates into one of forces.
+    """Convert a law of rates into a law of forces.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def with_forces(
 
 
 def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group) -> Controller:
-    """Let thrusters take up the torque of gravity, and the angular momentum, beside the rods.
+    """Add thrusters that compensate the gravity torque and remove angular momentum.
 
     The thrust m_i J X_i is that of a rigid turn: it pushes the centre of mass nowhere and no rod along itself. m_i X_i
     is the sum of m_i m_j/M (X_i - X_j) over its rods, which holds for rods with mass too.
@@ -123,7 +123,7 @@ def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group
 
 
 def limits(p: Group) -> Actuator:
-    """Return the commanded inputs and their bounded values."""
+    """Return the commanded inputs with their bounded values."""
     bounds = (*(p.F_max for _ in FORCES), *(p.thrust_max for _ in THRUST))
     commanded = Group(
         "u_cmd", tuple(dataclasses.replace(q, name=f"{q.name}_cmd", latex=f"{q.latex}^*") for q in INPUTS)

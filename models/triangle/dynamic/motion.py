@@ -19,7 +19,7 @@ from .states import MOMENTUM, lengths, rates
 
 @dataclass(frozen=True)
 class Motion:
-    """The three rods as vectors, in axes along rod 3.
+    """The three rods as vectors in axes along rod 3.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Motion:
 
 
 def motion(bodies: Bodies, d: Derivation) -> Motion:
-    """Place the masses by the lengths of the rods, and turn them by the angular momentum."""
+    """Return the masses' positions from the rod lengths, and their rotation from the angular momentum."""
     d.section("Masses in axes along rod 3")
     apex, apex_rate = _apex(d)
     corners = (sp.zeros(2, 1), sp.Matrix([lengths[2], 0]), sp.Matrix(apex))
@@ -82,7 +82,7 @@ def motion(bodies: Bodies, d: Derivation) -> Motion:
 
 
 def _apex(d: Derivation) -> tuple[tuple[Expr, Expr], tuple[Expr, Expr]]:
-    """Solve |X_3 - X_1| = l_2, |X_3 - X_2| = l_1 for the place of mass 3, and their rates for its velocity."""
+    """Solve |X_3 - X_1| = l_2, |X_3 - X_2| = l_1 for the position of mass 3, and their derivatives for its velocity."""
     l1, l2, l3 = lengths
     x, y, x_rate, y_rate = sp.symbols("apex_x apex_y apex_x' apex_y'", real=True)
     circles = (x**2 + y**2 - l2**2, (x - l3) ** 2 + y**2 - l1**2)
@@ -101,7 +101,7 @@ def _apex(d: Derivation) -> tuple[tuple[Expr, Expr], tuple[Expr, Expr]]:
 
 
 def _cosine(i: int, rods: tuple[sp.Matrix, ...], d: Derivation) -> Expr:
-    """Return the cosine of the angle at mass i, between the rods that meet there."""
+    """Return the cosine of the angle at mass i between its rods."""
     j, k = ENDS[i]
     product = -rods[j].dot(rods[k]) / (lengths[j] * lengths[k])
     title, latex = f"cosine of the angle at mass {i + 1}", rf"\cos\alpha_{i + 1}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Newton's law for three masses: rods that push along themselves, thrusters, and the gravity gradient of an orbit.
+"""Newton's law for three masses with rod forces, thrusters, and an orbit's gravity gradient.
 
 The length of a rod obeys l^2 = D . D. Differentiated twice, with D'' = A the difference of its ends' accelerations,
 that is l'' = l omega^2 + e . A, where omega is the rate at which the rod turns and e its direction. What acts across
@@ -21,7 +21,7 @@ from .states import ANOMALY, HEADING, forces, lengths, rates, thrust
 
 @dataclass(frozen=True)
 class Plant:
-    """Rates of the states.
+    """Rates of the states of the dynamic triangle.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Plant:
 
 @dataclass(frozen=True)
 class Gravity:
-    """The field about the centre of mass, linear in the place: gradient (3 r r^T - 1).
+    """Gravity relative to the centre of mass, linear in the position: gradient (3 r r^T - 1).
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Gravity:
 
 
 def gravity(p: Group, d: Derivation) -> Gravity:
-    """Follow Kepler's orbit of mean motion n and eccentricity e: the distance falls with 1 + e cos(nu)."""
+    """Return the gravity along a Kepler orbit with mean motion n and eccentricity e."""
     d.section("Gravity gradient")
     e, turn = p.eccentricity, ANOMALY.symbol - HEADING.symbol
     near = d.define(
@@ -84,7 +84,7 @@ def gravity(p: Group, d: Derivation) -> Gravity:
 
 
 def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
-    """Sum up what acts along the rods, and about the centre of mass.
+    """Sum the forces along the rods and the torques about the centre of mass.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
 
 
 def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
-    """Return how a force in one rod moves the ends of each along it: E M^-1 E^T with E = dl/dX."""
+    """Return E M^-1 E^T with E = dl/dX: the accelerations of all lengths by the force of each rod."""
     m = motion.bodies.masses
     matrix = sp.zeros(3, 3)
     for k, (i, j) in enumerate(ENDS):
@@ -137,7 +137,7 @@ def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
 
 
 def _free(k: int, motion: Motion, field: Gravity, d: Derivation) -> Expr:
-    """Return l'' of a rod by its turning and the gravity gradient."""
+    """Return l'' of a rod from its rotation and the gravity gradient."""
     length = lengths[k]
     outward = motion.rods[k].dot(field.radial) / length
     return d.define(
@@ -150,7 +150,7 @@ def _free(k: int, motion: Motion, field: Gravity, d: Derivation) -> Expr:
 
 
 def _pushed(k: int, motion: Motion) -> Expr:
-    """Return l'' of a rod by the thrust on its ends, without the part that moves the centre of mass."""
+    """Return l'' of a rod from the thrust on its ends, relative to the centre of mass."""
     i, j = ENDS[k]
     bodies, whole = motion.bodies, sum(thrust[1:], thrust[0])
     moved = [(thrust[n] - bodies.lumps[n] / bodies.total * whole) / bodies.masses[n] for n in range(3)]
@@ -159,7 +159,7 @@ def _pushed(k: int, motion: Motion) -> Expr:
 
 
 def _torque(motion: Motion, field: Gravity) -> Expr:
-    """Return sum X_i x f_i of gravity, as a sum over rods."""
+    """Return the gravity torque sum X_i x f_i as a sum over rods."""
     each = (
         mass * planar_cross(rod, field.radial) * rod.dot(field.radial)
         for mass, rod in zip(motion.bodies.reduced, motion.rods, strict=True)
@@ -168,7 +168,7 @@ def _torque(motion: Motion, field: Gravity) -> Expr:
 
 
 def kinetic(motion: Motion, drift: tuple[Expr, Expr]) -> Expr:
-    """Return the kinetic energy: about the centre of mass a sum over rods, and that of the centre."""
+    """Return the kinetic energy: a sum over rods, and that of the centre of mass."""
     about = sp.Add(
         *(
             mass * (rate**2 + (length * turn) ** 2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's shape and attitude of the dynamic triangle, from the lengths of the rods and the direction of rod 3."""
+"""Shape and attitude, as in the paper, of the dynamic triangle, from rod lengths and the direction of rod 3."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .states import COSTS, DRIFT, HEADING, lengths
 
 
 def shape_and_attitude(base: BaseTriangle, d: Derivation) -> sp.Matrix:
-    """Define zeta, mu and theta, which are the paper's states, by the rods; return S."""
+    """Define the paper's states zeta, mu and theta from the rods; return S."""
     z1, z2, _, margin = regular_shape(lengths, base, d, "")
     n = sp.sqrt(complement_squared(margin))
     for quantity, z in ((ZETA1, z1), (ZETA2, z2)):
@@ -36,12 +36,12 @@ def shape_and_attitude(base: BaseTriangle, d: Derivation) -> sp.Matrix:
 
 
 def _tilt(stretched: sp.Matrix) -> Expr:
-    """Return the direction of rod 3 from the attitude: S d_3, as edge 3 of the base triangle points along x."""
+    """Return the direction of rod 3 from the attitude, S d_3: edge 3 of the base triangle lies along x."""
     return sp.atan2(stretched[1, 0], stretched[0, 0])
 
 
 def rates_of_shape(from_shape: tuple[Expr, ...], d: Derivation) -> tuple[Expr, ...]:
-    """Return the rates of the rods (22) for rates of zeta and mu, with the rods' lengths themselves in them."""
+    """Return the rates of the rods (22) from the rates of zeta and mu."""
     aside = Derivation(d.steps)
     here = dict(zip(from_shape, lengths, strict=True))
     return tuple(aside.definitions[rate].xreplace(here) for rate in rod_rates(from_shape, aside))
@@ -53,7 +53,7 @@ def polar() -> tuple[Expr, Expr]:
 
 
 def first_state(s: Group, start: tuple[Expr, ...]) -> tuple[Expr, ...]:
-    """Return the state with rods and attitude of the scenario, and zero work of the thrust."""
+    """Return the state with the scenario's rods and attitude, and zero work of the thrust."""
     rho, phi, size, _ = start
     aside = Derivation()
     stretched = stretch(aside)

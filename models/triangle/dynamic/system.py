@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The triangle with masses that forces move as a `System`: the paper's shape and laws read off lengths and heading."""
+"""The dynamic triangle as a `System`, with the paper's laws applied to its shape."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ _ENERGIES = (
     Quantity("potential", "J", "potential energy in the gravity gradient"),
 )
 _IN_LINE = sp.Rational(1, 10**9)
-"""Margin, relative to all rods, below which masses count as collinear: angles are then within 1e-4 of those of a line.
-Without it, cancellation in the rates ends most runs first, as not finite."""
+"""Margin relative to all rods below which masses count as collinear; angles then differ by at most 1e-4 from a
+line's. Without it, cancellation in the rates ends most runs as not finite."""
 _LIMITS = (
     Condition(
         sp.Min(*(sum(lengths) - 2 * length for length in lengths)) - _IN_LINE * sum(lengths),
@@ -64,7 +64,7 @@ _LIMITS = (
 
 
 def dynamic(masses: str, rods: str) -> System:
-    """Derive the triangle whose rods push its masses.
+    """Derive the triangle whose masses are moved by rod forces.
 
     Parameters
     ----------
@@ -136,14 +136,14 @@ def _forceful(
     own: Mapping[str, Group],
     d: Derivation,
 ) -> tuple[Controller, ...]:
-    """Return the paper's laws with computed forces, and the path law beside thrust."""
+    """Return the paper's laws with computed forces, and the path law with thrust."""
     tracking = Group("c", own["tracking"].quantities + own["rates"].quantities)
     controllers = {law.name: with_forces(law, commanded, acting, tracking, d) for law in plain}
     return (*controllers.values(), with_thrust(controllers["path"], moving, acting, own["thrust"]))
 
 
 def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
-    """Return the paper's scenarios without their expected results, those of this model, and the metrics of both."""
+    """Return the paper's scenarios without expected results, those of this model, and all metrics."""
     paper, shared = read_scenarios(_HERE.parent / "scenarios.toml")
     further, costs = read_scenarios(_HERE / "scenarios.toml")
     runs = (*(dataclasses.replace(run, expect={}) for run in paper), *further)
@@ -153,14 +153,14 @@ def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
 
 
 def _by_mass(run: Scenario) -> Scenario:
-    """Give each of the three masses the value of a scenario's one mass."""
+    """Give each mass the value of a scenario's single mass."""
     others = {name: value for name, value in run.values.items() if name != "mass"}
     each = {f"m{k}": run.values["mass"] for k in (1, 2, 3) if "mass" in run.values}
     return dataclasses.replace(run, values=others | each)
 
 
 def _functions(p: Group, moving: Motion, field: Gravity, acting: Plant, d: Derivation) -> tuple[Function, ...]:
-    """Return energies and the forces of given accelerations."""
+    """Return energies, and the forces of given accelerations."""
     d.section("Forces of given accelerations")
     push = computed_forces(_ACCELERATIONS.symbols, acting, "any", d)
     energies = (kinetic(moving, tuple(q.symbol for q in DRIFT)), potential(moving, field))

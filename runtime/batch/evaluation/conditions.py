@@ -30,11 +30,11 @@ from ...units import without_units
 Values = Mapping[str, NDArray[Any]]
 
 _Value = Callable[[Values], Any]
-"""Evaluates a number of a condition for many runs."""
+"""Function that evaluates a number of a condition for many runs."""
 
 _Truth = tuple[NDArray[np.bool_], NDArray[np.bool_]]
-"""Runs for which a part of a condition is true, and runs for which it is false. A comparison with NaN is neither, and
-`and`, `or`, `not` join the three truth values as in Kleene's strong logic."""
+"""Masks of runs for which a part of a condition is true, and for which it is false. A comparison with NaN is
+neither; `and`, `or`, `not` follow Kleene's strong logic."""
 
 _COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Lt: operator.lt,
@@ -50,7 +50,7 @@ _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: operator.truediv,
 }
 _DEEPEST = 100
-"""Levels of a condition: far more than a user needs, and a tenth of the depth of Python's stack."""
+"""Largest depth of a condition: far more than users need, and a tenth of the depth of Python's stack."""
 _STATUS = "status"
 _WORDS = {status.name.lower(): int(status) for status in Status}
 _USAGE = "a condition such as 'T_theta < 20 and final(rho) < 0.01'"
@@ -87,10 +87,10 @@ class Criterion:
         self._tree = tree
         self._truth = self._condition(tree)
         if not self.names:
-            raise self._refused(f"{_USAGE}: it names no number of a run")
+            raise self._refused(f"{_USAGE}: it does not contain a number of a run")
 
     def __call__(self, values: Values) -> NDArray[np.bool_]:
-        """Return True for the runs that fulfil it; `values` has every name of `names`.
+        """Return True for runs that fulfil the condition; `values` contains every name of `names`.
 
         A comparison with NaN is neither true nor false, so that neither `x < 1` nor `not x < 1` holds for it.
         """
@@ -98,7 +98,7 @@ class Criterion:
             return self._truth(values)[0]
 
     def succeeds(self, status: NDArray[Any], column: Callable[[str], NDArray[Any]]) -> NDArray[np.bool_]:
-        """Return True for runs that fulfil the condition and completed; a condition on the status replaces the latter.
+        """Return True for complete runs that fulfil the condition; a condition on the status may accept others.
 
         Parameters
         ----------
@@ -128,40 +128,42 @@ class Criterion:
                     self._alike(one, other, units)
 
     def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError for unknown names and for names without a number; as `check`, whatever the units are."""
+        """Raise InputError for unknown names and names without a number; units are not checked."""
         for name in sorted(self.names - {_STATUS}):
             if name not in units:
                 raise unknown_name("number of a run", name, units, f"{self._origin} = {shown(self.text)}")
             if name in notes:
-                raise bad_value(self._origin, self.text, f"about numbers that the runs have: {name} is {notes[name]}")
+                raise bad_value(
+                    self._origin, self.text, f"a condition on numbers that the runs have: {name} is {notes[name]}"
+                )
 
     def left(self) -> Callable[[Values], Any]:
-        """Return the evaluator of the left side of a condition that is one comparison."""
+        """Return the evaluator of the left side of a condition with a single comparison."""
         return self._number(self._compared())
 
     def unit(self, units: Mapping[str, str]) -> str | None:
-        """Return the unit of the left side of a condition that is one comparison; None for a plain number."""
+        """Return the unit of the left side of a condition with a single comparison; None for a plain number."""
         self.check(units, {})
         kind = self._kind(self._compared(), units)
         return None if kind is None else kind.unit
 
     def _compared(self) -> ast.expr:
-        """Return the left side of the comparison that the condition is, or refuse it."""
+        """Return the left side of a condition with a single comparison; refuse other conditions."""
         match self._tree:
             case ast.Compare(left=left, ops=[op]) if type(op) in _COMPARISONS:
                 return left
-        raise self._refused("one number of a run")
+        raise self._refused("a comparison with one number of a run on its left side")
 
     def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
-        """Return the kind of two numbers that are compared or added; None for plain numbers, which fit every kind."""
+        """Return the common kind of two compared or added numbers; None for plain numbers, which fit every kind."""
         first, second = self._kind(one, units), self._kind(other, units)
         if first and second and not first.fits(second):
             what = f"{self._shown(one)} is in {first.unit}, {self._shown(other)} in {second.unit}"
-            raise self._refused(f"about numbers of one unit: {what}")
+            raise self._refused(f"a condition on numbers of one unit: {what}")
         return first or second
 
     def _kind(self, node: ast.expr, units: Mapping[str, str]) -> _Kind | None:
-        """Return the unit of a number."""
+        """Return the kind of a number."""
         if (name := _name(node)) is not None:
             return _Kind.of(self._quantities[name].unit if name in self._quantities else units[name])
         match node:
@@ -175,13 +177,13 @@ class Criterion:
         return None
 
     def _quantity(self, value: float, unit: str, text: str) -> str:
-        """Keep a number with its unit under a name that no model has, and return the name."""
+        """Store a number with unit under an unused name, and return the name."""
         name = f"quantity\N{MIDDLE DOT}{len(self._quantities)}"
         self._quantities[name] = _Quantity(self._finite(value), unit, text)
         return name
 
     def _shown(self, node: ast.expr) -> str:
-        """Return a part of the condition as the user wrote it."""
+        """Return a part of the condition as its author wrote it."""
         names = re.compile("|".join(map(re.escape, self._quantities)) or "$^")
         return names.sub(lambda match: self._quantities[match[0]].text, ast.unparse(node))
 
@@ -219,7 +221,7 @@ class Criterion:
         raise self._refused()
 
     def _whole(self, left: ast.expr, right: ast.expr) -> int:
-        """Return the whole number that the status or a count is compared with."""
+        """Return the whole number that a status or count is compared with."""
         name = _name(left) or ""
         match right:
             case ast.Name(id=word) if name == _STATUS and word in _WORDS:
@@ -227,14 +229,15 @@ class Criterion:
             case ast.Constant(value=int() as value) if name.startswith("events(") and not isinstance(value, bool):
                 return value
         raise self._refused(
-            f"with == and != about the status, one of {', '.join(_WORDS)}, or about a count and a whole number, as in "
+            f"with == or != a comparison of the status with one of {', '.join(_WORDS)}, "
+            "or of a count with a whole number: "
             "'status == event and events(NAME) == 1'"
         )
 
     def _number(self, node: ast.expr) -> _Value:
-        """Return the evaluator of a node that is one number per run."""
+        """Return the evaluator of a node with one number per run."""
         if (name := _name(node)) == _STATUS:
-            raise self._refused("without numbers of the status, as in 'status == event'")
+            raise self._refused("a condition that does not compute with the status, as in 'status == event'")
         if name in self._quantities:
             return lambda _: self._quantities[name].value
         if name is not None:
@@ -259,7 +262,7 @@ class Criterion:
         raise self._refused()
 
     def _finite(self, value: float) -> float:
-        """Return a constant as a double; refuse one that overflows, such as 1/0."""
+        """Return a constant as a double; refuse an overflow, such as 1/0."""
         with contextlib.suppress(OverflowError):
             if math.isfinite(value):
                 return float(value)
@@ -267,7 +270,7 @@ class Criterion:
 
 
 class Number:
-    """A number of each run: sums and products of numbers, abs(...), and names as in a condition.
+    """A number of each run: sums and products of numbers, abs(...), and the names of conditions.
 
     Parameters
     ----------
@@ -284,23 +287,23 @@ class Number:
         self._sign = Criterion(f"{text} < 0", origin)
 
     def __call__(self, column: Callable[[str], NDArray[Any]]) -> NDArray[np.float64]:
-        """Return the number of each run; `column` returns one number of each run by name."""
+        """Return the number of each run; `column` returns a named number of each run."""
         values = {name: column(name) for name in self._sign.names}
         with np.errstate(all="ignore"):
             return np.asarray(self._sign.left()(values), dtype=np.float64)
 
     def unit(self, units: Mapping[str, str]) -> str | None:
-        """Return the unit of the number, or None where it is a product of several."""
+        """Return the unit of the number; None for a product of several units."""
         return self._sign.unit(units)
 
     def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError for unknown names and for names without a number."""
+        """Raise InputError for unknown names and names without a number."""
         self._sign.check_names(units, notes)
 
 
 @dataclass(frozen=True)
 class _Quantity:
-    """A number with a unit: both in the SI, and its text."""
+    """A number with unit, in SI, and its text."""
 
     value: float
     unit: str
@@ -309,7 +312,7 @@ class _Quantity:
 
 @dataclass(frozen=True)
 class _Kind:
-    """Unit of a number, its dimension, and whether it is an angle (None: unknown, as for a product)."""
+    """Unit and dimension of a number, and True for an angle (None if unknown, as for a product)."""
 
     unit: str
     dimension: Dimension
@@ -317,19 +320,19 @@ class _Kind:
 
     @staticmethod
     def of(unit: str) -> _Kind:
-        """Return the kind of a number with this unit; a unit outside the SI is its own kind."""
+        """Return the kind of a number with this unit; a unit outside of SI is its own kind."""
         try:
             return _Kind(unit, dimension(unit), has_radians(unit))
         except ValueError:
             return _Kind(unit, {unit: Fraction(1)}, None)
 
     def fits(self, other: _Kind) -> bool:
-        """Return True where the two can be compared."""
+        """Return True if numbers of two kinds can be compared."""
         return self.dimension == other.dimension and (None in (self.angle, other.angle) or self.angle == other.angle)
 
 
 def _comparison(compare: Callable[[Any, Any], Any], one: Any, other: Any) -> _Truth:
-    """Return where a comparison of numbers is true and where it is false."""
+    """Return the masks of a comparison: true, and false."""
     true, known = np.asarray(compare(one, other), dtype=np.bool_), ~(np.isnan(one) | np.isnan(other))
     return true & known, ~true & known
 
@@ -343,7 +346,7 @@ def _disjunction(one: _Truth, other: _Truth) -> _Truth:
 
 
 def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:
-    """Return the kind of one number times a power of another; None where neither has a unit."""
+    """Return the kind of a product of a number and a power of another; None if neither has a unit."""
     if other is None:
         return one
     if one is None and power == 1:
@@ -354,7 +357,7 @@ def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:
 
 
 def _check_depth(tree: ast.expr, refused: Callable[[str], InputError]) -> None:
-    """Refuse a tree that is too deep for the recursive functions."""
+    """Refuse an expression that is too deep for the recursive functions."""
     level: list[ast.AST] = [tree]
     for _ in range(_DEEPEST):
         level = [child for node in level for child in ast.iter_child_nodes(node)]
@@ -364,7 +367,7 @@ def _check_depth(tree: ast.expr, refused: Callable[[str], InputError]) -> None:
 
 
 def _name(node: ast.expr) -> str | None:
-    """Return the name that a node looks up: NAME, or final(NAME) and the like."""
+    """Return the name that a node refers to: NAME, or final(NAME) and the like."""
     match node:
         case ast.Name(id=name):
             return name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts on requirements that fail rarely, by runs that seek the failures; see `splitting`."""
+"""Verdicts on requirements that rarely fail, by runs that search for failures; see `splitting`."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, 
 from .statistics import SUMMARY
 
 Progress = Callable[[int, int], None]
-"""Called with the number of runs computed so far, and the largest number."""
+"""Function that receives the number of runs so far and the largest possible number."""
 
 _RAREST = 1e-12
-"""Share of failures below which the points of the unit cube, multiples of 1e-16, are too coarse."""
+"""Smallest share of failures: below it, points of the unit cube, multiples of 1e-16, are too coarse."""
 _PILOT = 100
-"""The pilot has a hundredth of all runs at each level, or as many as a repetition has at least."""
+"""Share of all runs that the pilot uses at each level, a hundredth, but at least as many as a repetition."""
 _AT_ONCE = 2**14
-"""Runs that are computed at once, each with all its summaries."""
+"""Runs computed at once, with all their summaries."""
 _EDGE = 2.0**-53
 
 
@@ -47,7 +47,7 @@ def decide_rare(
     report: Progress | None = None,
     origin: str = "the call",
 ) -> list[Verdict]:
-    """Decide requirements by runs that seek their failures.
+    """Decide requirements by runs that search for failures.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def _check_rare(requirement: Requirement, origin: str) -> None:
 
 
 class _Seeker:
-    """Runs that seek the failures of one requirement."""
+    """Search for failures of one requirement."""
 
     def __init__(
         self, blocks: Blocks, requirement: Requirement, place: int, places: int, report: Progress | None
@@ -145,7 +145,7 @@ class _Seeker:
         return f"n = {self._n} is too small for {len(stages.levels)} levels, which take {needed} runs or more"
 
     def _score(self, points: FloatArray) -> FloatArray:
-        """Return how far the number of each run is beyond the limit; 0 or more exactly for a run that fails."""
+        """Return the distance of each run's number from the limit; zero or more means a failure."""
         parts = np.array_split(points, -(-len(points) // _AT_ONCE) or 1)
         scores: FloatArray = np.concatenate([self._piece(part) for part in parts])
         return scores
@@ -167,7 +167,7 @@ class _Seeker:
         return scores
 
     def _column(self, values: Values, name: str) -> NDArray[Any]:
-        """Return one number of each run, by a name that conditions use."""
+        """Return a number of each run, by a name of conditions."""
         match = SUMMARY.match(name)
         if not match:
             return values[name]
@@ -182,7 +182,7 @@ class _Seeker:
 
 
 def _cube(points: FloatArray) -> FloatArray:
-    """Return points of the unit cube for standard normal numbers."""
+    """Return points of the unit cube from standard normal numbers."""
     from scipy.special import ndtr
 
     cube: FloatArray = np.clip(ndtr(points), _EDGE, 1 - _EDGE)

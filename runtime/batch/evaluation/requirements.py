@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements on the runs of a batch, as in `quantile(0.997, error) < 0.02 deg`, decided with a stated confidence.
+"""Requirements on a batch, as in `quantile(0.997, error) < 0.02 deg`, decided with a stated confidence.
 
 A requirement says that at least a share of all possible runs fulfils a condition. The stored runs are a sample of
 these. It holds where the lower bound of the share reaches the required one; it does not hold where the upper bound
@@ -31,7 +31,7 @@ from .conditions import Criterion, Number
 from .statistics import Success, column, design_of, notes, scalars, whole_blocks, worst
 
 DECIDED = "decided"
-"""The stop rule that ends a batch as soon as each requirement is decided."""
+"""Name of the stop rule that ends a batch as soon as all requirements are decided."""
 
 Answer = Literal["holds", "does not hold", "undecided"]
 
@@ -45,13 +45,13 @@ _USAGE = "as in 'quantile(0.997, PEAK) < 0.02 deg' or 'probability(T_x < 20) > 0
 
 
 def checked_confidence(value: object, origin: str) -> float:
-    """Return the confidence of a bound, 0.95 for None, or refuse it."""
+    """Return the confidence of a bound, 0.95 by default; refuse invalid ones."""
     return float(_CONFIDENCE.check(0.95 if value is None else value, origin))
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A condition, and the least share of all runs that must fulfil it.
+    """A condition, and the smallest share of all runs that must fulfil it.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Requirement:
         return Success(self.condition, self.name)(store, blocks)
 
     def badness(self, store: Store, block: int) -> FloatArray:
-        """Return a number for each run of a block, larger for a worse run; NaN for a run that is not of interest."""
+        """Return a number for each run of a block, larger for worse runs; NaN for irrelevant ones."""
         if not self.number:
             return np.where(self.fulfilled(store, [block]), math.nan, 1.0)
         value = Number(self.number, self.name)(lambda name: column(store, name, [block]))
@@ -146,14 +146,14 @@ def _share(name: str, text: str, written: str, origin: str) -> float:
 
 
 def lower_bound(successes: int, runs: int, confidence: float) -> float:
-    """Return the exact lower bound of a probability for a number of runs that was fixed (Clopper and Pearson 1934)."""
+    """Return the exact lower bound of a probability for a predetermined number of runs (Clopper and Pearson 1934)."""
     from scipy.special import betaincinv
 
     return float(betaincinv(successes, runs - successes + 1, 1 - confidence)) if successes else 0.0
 
 
 def log_evidence(successes: int, runs: int, share: float) -> float:
-    """Return the logarithm of the evidence that a probability is larger than a share, at any number of runs.
+    """Return the logarithm of the evidence that a probability exceeds a share, valid at any number of runs.
 
     The evidence is the likelihood ratio against `share`, averaged uniformly over the larger probabilities. For a true
     probability of at most `share` it is a supermartingale that begins at 1, so it ever reaches 1 / a with a probability
@@ -172,7 +172,7 @@ def log_evidence(successes: int, runs: int, share: float) -> float:
 
 
 def sequential_bound(successes: int, runs: int, confidence: float) -> float:
-    """Return the lower bound of a probability that holds at every number of runs at once; see `log_evidence`."""
+    """Return the lower bound of a probability that holds at all numbers of runs at once; see `log_evidence`."""
     from scipy.optimize import brentq
 
     needed = -math.log1p(-confidence)
@@ -189,7 +189,7 @@ def sequential_bound(successes: int, runs: int, confidence: float) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Runs that were counted, those that fulfil the condition, and both bounds of the share of all runs."""
+    """Number of counted and of fulfilling runs, with both bounds of the share of all runs."""
 
     runs: int
     fulfilled: int
@@ -201,7 +201,7 @@ class Evidence:
         return "holds" if self.low >= share else "does not hold" if self.high < share else "undecided"
 
     def text(self, share: float) -> str:
-        """Return the evidence in words, beside a required share."""
+        """Return the evidence in words, compared with a required share."""
         return (
             f"{self.fulfilled} of {self.runs} runs fulfil it; of all runs between {self.low:.6g} and "
             f"{self.high:.6g} do, required {share:.6g}"
@@ -210,7 +210,7 @@ class Evidence:
 
 @dataclass(frozen=True)
 class RareEvidence:
-    """Runs that were computed to find rare failures, and bounds of the share of all runs that fail."""
+    """Runs of a search for rare failures, with bounds of the share of runs that fail."""
 
     runs: int
     least: float
@@ -228,27 +228,27 @@ class RareEvidence:
 
     @property
     def fulfilled(self) -> None:
-        """No number: failing runs were sought, not counted."""
+        """No number, as failing runs are searched for and not counted."""
 
     def answer(self, share: float) -> Answer:
         """Return the verdict of the bounds on a required share."""
         return "holds" if self.most <= 1 - share else "does not hold" if self.least > 1 - share else "undecided"
 
     def text(self, share: float) -> str:
-        """Return the evidence in words, beside a required share."""
+        """Return the evidence in words, compared with a required share."""
         return (
             f"{self.runs} runs; of all runs between {self.least:.3g} and {self.most:.3g} fail, allowed {1 - share:.3g}"
         )
 
 
 def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evidence:
-    """Return the bounds for some runs, whose number was `fixed` beforehand or not."""
+    """Return the bounds for counted runs; `fixed` is True if their number was chosen in advance."""
     bound = lower_bound if fixed else sequential_bound
     return Evidence(runs, fulfilled, bound(fulfilled, runs, confidence), 1 - bound(runs - fulfilled, runs, confidence))
 
 
 class DecisionRule:
-    """The stop rule that ends a batch as soon as each requirement is decided.
+    """Stop rule that ends a batch as soon as all requirements are decided.
 
     Parameters
     ----------
@@ -274,11 +274,11 @@ class DecisionRule:
         self._needed = -math.log1p(-confidence)
 
     def count(self, store: Store, block: int) -> tuple[int, ...]:
-        """Return how many runs of a block fulfil each requirement."""
+        """Return the number of runs in a block that fulfil each requirement."""
         return tuple(int(np.count_nonzero(r.fulfilled(store, [block]))) for r in self._requirements)
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
-        """Return True once each requirement is decided; the runs are those so far, more at each call."""
+        """Return True if all requirements are decided by the runs so far."""
         for k in sorted(self._open):
             share, failures = self._requirements[k].share, runs - counts[k]
             if max(log_evidence(counts[k], runs, share), log_evidence(failures, runs, 1 - share)) >= self._needed:
@@ -288,7 +288,7 @@ class DecisionRule:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict of the runs on a requirement.
+    """Verdict on a requirement.
 
     Attributes
     ----------
@@ -317,7 +317,7 @@ class Verdict:
 
 
 def recorded(store: Store) -> tuple[dict[str, str], float]:
-    """Return the requirements of a store by name, and their confidence; none for a batch that had none."""
+    """Return the requirements of a store by name, and their confidence; none if the batch had none."""
     rules = json.loads(store.attributes.get("require") or "{}")
     return rules.get("requirements", {}), checked_confidence(rules.get("confidence"), "the store")
 
@@ -374,13 +374,13 @@ def _verdict(
 
 
 def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
-    """Return the worst of the runs that were counted, each with its number."""
+    """Return the worst of the counted runs with their numbers."""
     bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
     return tuple((run, _badness(store, requirement, run)) for run in bad)
 
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
-    """Return the evidence after the first block that decides, or after the last one before a gap."""
+    """Return the evidence after the first deciding block, else after the last block before a gap."""
     rule, fulfilled, runs = DecisionRule([requirement], confidence, "random"), 0, 0
     for place, block in enumerate(store.stored()):
         if block != place:

@@ -16,28 +16,28 @@ from ..store.store import Store
 from .statistics import CONFIDENCE, column, drawn_names, metric_names
 
 _RESAMPLES = 999
-"""Bootstrap resamples, as in SciPy: the ends of an interval are the 25th and the 975th value. For normal scatter they
+"""Bootstrap resamples, as in SciPy: an interval ends at the 25th and the 975th value. For normal scatter its ends
 have a standard deviation of 2 % of its width; with half as many 3 %, with twice as many 1.5 %."""
 _LEAST_GROUPS = 16
-"""Fewest groups for which bootstrap intervals are reliable. Tested on a + 2 b + 3 (a - 1/2)(b - 1/2) in 150 designs:
-the intervals of an index contained it in at least 97 % with 16 groups, 79 % with 8, 61 % with 4; in all with 32."""
+"""Smallest number of groups with reliable bootstrap intervals. In 150 designs for a + 2 b + 3 (a - 1/2)(b - 1/2),
+intervals contained the index in all cases with 32 groups, at least 97 % with 16, 79 % with 8, 61 % with 4."""
 
 _ERROR = 100
-"""Error of a metric over the tolerances of a step: errors at the end of a run were 4 to 600 times as large
-(numerics.md, known-limits.md). Half or twice this value would change the verdict on a scatter between 5e-10 and 2e-9
-of a metric at the default tolerances."""
+"""Error of a metric over the tolerance of a step: final errors were 4 to 600 times as large (numerics.md,
+known-limits.md). Half or twice this value changes the verdict on scatter between 5e-10 and 2e-9 of a metric, at
+default tolerances."""
 
 
 KINDS = {
     "sobol": "Sobol indices, first order / total, with 95 % intervals: shares of the variance",
     "regression": "sensitivities: standardised regression coefficients with 95 % intervals",
 }
-"""Kinds of a sensitivity, in words."""
+"""Kinds of sensitivities in words."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """A sensitivity and its 95 % interval, NaN where undetermined.
+    """A sensitivity with its 95 % interval; NaN if undetermined.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Share:
 
     @property
     def determined(self) -> bool:
-        """True where the interval excludes part of the range of a share."""
+        """True if the interval excludes a part of the possible range."""
         return self.high - self.low < 1
 
     def __str__(self) -> str:
@@ -67,7 +67,7 @@ UNDETERMINED = Share(math.nan, math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Shares of one metric's scatter.
+    """Shares of one metric's scatter that drawn values explain.
 
     Attributes
     ----------
@@ -94,18 +94,18 @@ class Sensitivity:
     runs: int
 
     def text(self, name: str) -> str:
-        """Return the share of a drawn value, for Sobol indices first-order and total."""
+        """Return the share of a drawn value as text; for Sobol indices, first-order and total."""
         shares = [str(group[name]) for group in (self.first, self.total) if name in group]
         return " / ".join(shares) or "-"
 
     @property
     def explained_text(self) -> str:
-        """Return the explained share of the variance; "-" where a share is undetermined."""
+        """Return the explained share of the variance; "-" if a share is undetermined."""
         return f"{self.explained:.3f}" if all(share.determined for share in self.first.values()) else "-"
 
 
 def sensitivities(store: Store) -> list[Sensitivity]:
-    """Return the sensitivities of every metric that scatters.
+    """Return the sensitivities of all metrics that scatter.
 
     A complete store with the design saltelli gives first-order and total Sobol indices (Saltelli et al. 2010) of each
     metric that is finite in all runs, with bootstrap intervals over the groups of the design. Any other store or
@@ -129,7 +129,7 @@ def sensitivities(store: Store) -> list[Sensitivity]:
 
 
 def _rounding(values: FloatArray, options: Mapping[str, float]) -> float:
-    """Return the standard deviation that integration errors would explain by themselves."""
+    """Return the standard deviation that integration errors explain."""
     defaults = RunOptions()
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
@@ -158,14 +158,14 @@ def _sobol(metric: str, values: FloatArray, factors: list[tuple[str, ...]], roun
 
 
 def _products(pages: FloatArray) -> FloatArray:
-    """Return the terms of variance and indices for each group A, B, A with one factor of B, ..."""
+    """Return the terms of variance and indices for each group A, B, then A with one factor of B each."""
     centred = pages - pages[:, :2].mean()
     a, b, mixed = centred[:, :1], centred[:, 1:2], centred[:, 2:]
     return np.hstack([a + b, a * a + b * b, b * (mixed - a), (a - mixed) ** 2 / 2])
 
 
 def _indices(sums: FloatArray, groups: int) -> tuple[FloatArray, FloatArray]:
-    """Return first-order and total indices, Saltelli et al. 2010 (b) and (f), of each row of sums of `_products`."""
+    """Return first-order and total indices of each row of `_products`: Saltelli et al. 2010 (b) and (f)."""
     variance = sums[:, 1:2] / (2 * groups) - (sums[:, :1] / (2 * groups)) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
         indices = sums[:, 2:] / groups / variance
@@ -174,7 +174,7 @@ def _indices(sums: FloatArray, groups: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _resampled(products: FloatArray) -> FloatArray:
-    """Return sums over groups drawn with replacement, one row per draw; the same ones at every call."""
+    """Return sums over groups drawn with replacement, one row per draw; the same ones at each call."""
     draws, n = np.random.Generator(np.random.Philox(0)), len(products)
     counts = (np.bincount(draws.integers(n, size=n), minlength=n) for _ in range(_RESAMPLES))
     return np.stack([times @ products for times in counts])

@@ -20,26 +20,28 @@ from numpy.typing import NDArray
 from ..sampling import FloatArray
 
 Score = Callable[[FloatArray], FloatArray]
-"""Score of each point, shape (n, dimensions): 0 or more fails, infinite for a run without a number."""
+"""Function that scores points of shape (n, dimensions): 0 or more is a failure, infinity a run without a number."""
 
 REPETITIONS = 20
-"""Independent repetitions: their scatter is known to a sixth. Half as many widen a bound of 99 % by a tenth."""
+"""Number of independent repetitions, whose scatter is then known to a sixth. Half as many widen a bound at 99 % by a
+tenth."""
 FEWEST = 250
-"""Points of a repetition. With 250 its probability scatters by some 80 %; with fewer, bounds err too often."""
+"""Smallest number of points per repetition. With 250 its probability scatters by about 80 %; with fewer, bounds are
+wrong too often."""
 _SHARE = 0.1
-"""Survivors of a level. Au and Beck found 0.1 to 0.3 equally good."""
+"""Share of points that survive a level. Au and Beck found 0.1 to 0.3 equally good."""
 _ACCEPTED = 0.4
-"""Share of accepted steps that the width of a step aims at; 0.2 and 0.6 cost little."""
+"""Desired share of accepted steps, which sets the step width; 0.2 and 0.6 are hardly worse."""
 _BEYOND = 30.0
-"""The levels end at a share thirty times smaller than the one that matters: a bound then decides without failures."""
+"""Factor by which the last level lies below the relevant share, so that a bound decides without failures."""
 _STUCK = 0.02
-"""Accepted steps below which chains hardly move, as where noise decides a run more than its values."""
+"""Share of accepted steps below which chains hardly move, because noise matters more than varied values."""
 _SURVIVORS = 0.5
-"""One repetition with more than this part of the sum says that the others miss most of the failures."""
+"""Share of one repetition in the sum above which the others seem to miss most failures."""
 
 
 class Cloud(NamedTuple):
-    """Points, their scores, and the number of the repetition that each belongs to."""
+    """Points with scores and the numbers of their repetitions."""
 
     points: FloatArray
     scores: FloatArray
@@ -52,7 +54,7 @@ class Cloud(NamedTuple):
 
 @dataclass(frozen=True)
 class Levels:
-    """Rising levels, the width of a step above each, and why they do not lead to failures, empty where they do."""
+    """Rising levels with their step widths, and the reason if they do not reach failures."""
 
     levels: tuple[float, ...]
     widths: tuple[float, ...]
@@ -62,7 +64,7 @@ class Levels:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Result of the repetitions.
+    """Estimate of the repetitions.
 
     Attributes
     ----------
@@ -83,7 +85,7 @@ class Estimate:
 
 
 def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Generator) -> Levels:
-    """Return levels up to a failure, or to a share far below the `least` one that matters."""
+    """Return levels up to a failure, or to a share far below the smallest relevant one, `least`."""
     cloud = _first(score, dimensions, n, 1, rng)
     levels: list[float] = []
     widths: list[float] = []
@@ -105,7 +107,7 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
 
 
 def estimate(score: Score, dimensions: int, n: int, stages: Levels, rng: np.random.Generator) -> Estimate:
-    """Return the probability of a failure by repetitions of n points."""
+    """Return the probability of a failure from repetitions with n points."""
     cloud, runs, problem = _first(score, dimensions, n, REPETITIONS, rng), n * REPETITIONS, ""
     shares = np.ones(REPETITIONS)
     for level, width in zip(stages.levels, stages.widths, strict=True):
@@ -121,7 +123,7 @@ def estimate(score: Score, dimensions: int, n: int, stages: Levels, rng: np.rand
 
 
 def bounds(shares: FloatArray, confidence: float) -> tuple[float, float]:
-    """Return bounds of the mean of positive estimates, each at a confidence.
+    """Return bounds of the mean of positive estimates at given confidences.
 
     The estimates are nearly lognormal (Cerou and Guyader 2016). Of Student's interval of the logarithm of the mean and
     Cox's interval of a lognormal mean, each side takes the wider: few estimates make the first too narrow above.
@@ -146,7 +148,7 @@ def _first(score: Score, dimensions: int, n: int, groups: int, rng: np.random.Ge
 def _spread(
     score: Score, now: Cloud, n: int, level: float, width: float, rng: np.random.Generator
 ) -> tuple[Cloud, float]:
-    """Return n points a group above a level, and the share of accepted steps.
+    """Return n points per group above a level, and the share of accepted steps.
 
     Each survivor begins a chain; all its states count, and the chains of a group have as equal lengths as can be. A
     step mixes a point with a new one and is refused at or below the level, which keeps the distribution.
@@ -168,7 +170,7 @@ def _spread(
 
 
 def _lengths(group: NDArray[np.intp], n: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Return lengths of the chains whose sum is n in each group; by lot, some are longer by one."""
+    """Return chain lengths with the sum n per group; randomly chosen chains are longer by one."""
     lengths = np.zeros(len(group), np.intp)
     for number in np.unique(group):
         places = rng.permutation(np.flatnonzero(group == number))
@@ -183,7 +185,7 @@ def _stuck(accepted: float) -> str:
 
 
 def _disagreement(shares: FloatArray) -> str:
-    """Return why the repetitions prove nothing together; an empty text where they do."""
+    """Return the reason why the repetitions contradict each other; empty if they agree."""
     missed = int(np.count_nonzero(shares == 0))
     if missed:
         return f"{missed} of {len(shares)} repetitions met no failure: more runs decide"

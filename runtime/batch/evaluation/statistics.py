@@ -30,20 +30,20 @@ from .conditions import Criterion
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
-"""Bytes of a slab. Series of all runs are read in slabs of 64 MiB, and a quantile needs a few copies of one. Half as
-much means twice the passes over chunks that hold more samples than a slab."""
+"""Bytes of a slab of series that is read at once, 64 MiB; a quantile needs several copies. Half as much doubles the
+passes over chunks that hold more samples than a slab."""
 SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
-"""A name of one number per run that a summary of the run holds."""
+"""Pattern of a name of one number per run in its summary."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
 }
-"""Designs whose share of successful runs estimates no probability, or has an unknown error."""
+"""Designs whose share of successful runs is no probability, or has an unknown error."""
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
 class Success:
-    """The successful runs: those that reached their end and fulfil a condition, if there is one.
+    """Success of runs: reaching the end and, if there is a condition, fulfilling it.
 
     A condition on the status replaces the first requirement: runs that ended early may then fulfil it.
 
@@ -57,7 +57,7 @@ class Success:
         self._criterion = None if text is None else Criterion(text, origin)
 
     def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
-        """Return True for each stored run of some blocks that succeeds."""
+        """Return True for each successful run of some stored blocks."""
         status = store.read(STATUS, blocks)
         if self._criterion is None:
             return np.isin(status, COMPLETE)
@@ -65,13 +65,13 @@ class Success:
         return self._criterion.succeeds(status, lambda name: column(store, name, blocks))
 
     def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError when the condition has unknown names, names without a number, or mixed units."""
+        """Raise InputError if the condition has unknown names, names without a number, or mixed units."""
         if self._criterion is not None:
             self._criterion.check(units, notes)
 
 
 class StopRule:
-    """A condition on the runs so far that ends a batch.
+    """Condition on the runs so far that ends a batch.
 
     Parameters
     ----------
@@ -98,24 +98,24 @@ class StopRule:
         if not 0 < self._width < 1:
             raise bad_value("until", text, "'ci(success) < WIDTH' with a WIDTH between 0 and 1, or 'decided'")
         if design == "listed":
-            raise InputError(f"until = {text!r} needs drawn values: values(...) is not a random sample")
+            raise InputError(f"until = {text!r} needs random draws: values(...) lists are not random")
         if design not in OPEN_DESIGNS:
             raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {design} needs all n runs")
 
         self._success = success or Success(None)
 
     def count(self, store: Store, block: int) -> tuple[int, ...]:
-        """Return how many runs of a block succeed."""
+        """Return the number of successful runs in a block."""
         return (int(np.count_nonzero(self._success(store, [block]))),)
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
-        """Return True when the interval is narrow enough."""
+        """Return True if the interval is narrow enough."""
         low, high = interval(counts[0], runs)
         return high - low < self._width
 
 
 def interval(successes: int, runs: int) -> tuple[float, float]:
-    """Return the exact interval of a probability at 95 % (Clopper and Pearson 1934)."""
+    """Return the exact 95 % interval of a probability (Clopper and Pearson 1934)."""
     from scipy.special import betaincinv
 
     tail, failures = (1 - CONFIDENCE) / 2, runs - successes
@@ -125,19 +125,19 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
 
 
 def design_of(attributes: Mapping[str, Any]) -> str:
-    """Return the design of a batch's runs by the attributes of its store: a sampling design, or "listed"."""
+    """Return the design of a batch, by its store's attributes: a sampling design, or "listed"."""
     campaign = json.loads(attributes.get("campaign", "{}"))
     dispersions = read_dispersions(campaign.get("vary", {}))
     return "listed" if any(d.listed for d in dispersions) else str(campaign.get("sampling", "random"))
 
 
 def notes(store: Store) -> dict[str, str]:
-    """Return the reasons in a store why metrics have no number in any run."""
+    """Return the reasons in a store why a metric has no value in any run."""
     return {name: v.attributes["note"] for name, v in store.variables().items() if "note" in v.attributes}
 
 
 def scalars(store: Store) -> dict[str, str]:
-    """Return the unit of every name that stands for one number per run, as conditions use them."""
+    """Return the unit of every name in conditions; each is one number per run."""
     units: dict[str, str] = {}
     attributes = store.array_attributes().get("variable", {})
     wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
@@ -150,7 +150,7 @@ def scalars(store: Store) -> dict[str, str]:
 
 
 def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
-    """Return one number per stored run, by a name of `scalars`."""
+    """Return a number of each stored run, by a name of `scalars`."""
     match = SUMMARY.match(name)
     if not match:
         return store.read(name, blocks)
@@ -162,7 +162,10 @@ def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> Floa
 
 @dataclass(frozen=True)
 class MetricStatistics:
-    """One number of the runs: mean of the finite values, quantiles of the known ones, runs with the extremes.
+    """Statistics of one number of the runs: mean of finite values, quantiles of known ones, extreme runs.
+
+    `note` is the reason if no run has the number. `intervals` holds the 95 % interval of each quantile; an end is NaN
+    where too few runs determine it, and both are where the design has no interval.
 
     `note` says why no run has the number. `intervals` holds the 95 % interval of each quantile; an end is NaN where
     too few runs determine it, and both are where the design has no interval.
@@ -258,7 +261,7 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
 
 
 def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
-    """Return the blocks that are stored and intact, and the process that is writing the store now.
+    """Return the intact stored blocks, and the process that currently writes the store.
 
     Raises
     ------
@@ -277,7 +280,7 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
 
 
 def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
-    """Return the number of runs that each event ended, and at their start; failures come first, as in a run."""
+    """Return the number of runs that each event ended, and ended at the start; failures come first, as in a run."""
     ends = store.array_attributes().get("event", {}).get("ends", ())
     if not any(ends):
         return {}
@@ -295,18 +298,18 @@ NO_METRICS = "the model declares no metrics (in scenarios.toml, or System(metric
 
 
 def metric_names(store: Store) -> list[str]:
-    """Return the names of the model's metrics in a store, in the model's order."""
+    """Return the model's metrics in a store, in the model's order."""
     names: list[str] = json.loads(store.attributes["metrics"])
     return names
 
 
 def summary_names(store: Store) -> list[str]:
-    """Return the names of the metrics; of a model without metrics, those of the states at the end."""
+    """Return the names of the metrics; for a model without metrics, of the final states."""
     return metric_names(store) or [f"final({state})" for state in store.coordinate("state")]
 
 
 def drawn_names(store: Store) -> list[str]:
-    """Return the names of the drawn values in a store, in the order of the dispersions."""
+    """Return the drawn values in a store, in the order of the dispersions."""
     names: list[str] = json.loads(store.attributes["drawn"])
     return names
 
@@ -334,7 +337,7 @@ def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: 
 
 
 def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
-    """Return quantiles over the runs of a stored series, shape (quantiles, samples); ended runs are omitted.
+    """Return quantiles over the runs of a stored series, shape (quantiles, samples), without ended runs.
 
     Raises
     ------
@@ -360,7 +363,7 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
 
 
 def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
-    """Return the statistics of one number of a run over the runs of some blocks, by a name of `scalars`."""
+    """Return the statistics of one number per run over some blocks, by a name of `scalars`."""
     attributes = number_attributes(store, name)
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
     smallest, largest = (-1, math.nan), (-1, math.nan)
@@ -396,14 +399,14 @@ def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: st
 
 
 def number_attributes(store: Store, name: str) -> Mapping[str, Any]:
-    """Return unit, description and note of a number of a run."""
+    """Return unit, description and note of one number per run."""
     if name in (variables := store.variables()):
         return variables[name].attributes
     return {"units": scalars(store)[name], "long_name": "where the run ended"}
 
 
 def _ends(values: FloatArray) -> list[tuple[int, float]]:
-    """Return index and value of the smallest and the largest number; nothing when there is none."""
+    """Return index and value of the smallest and the largest number; empty without numbers."""
     places = np.flatnonzero(~np.isnan(values))
     if not places.size:
         return []
@@ -412,7 +415,7 @@ def _ends(values: FloatArray) -> list[tuple[int, float]]:
 
 
 def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tuple[float, float]]]:
-    """Return quantiles and their intervals, without interpolation, so that infinite values keep their meaning.
+    """Return quantiles and their intervals without interpolation, as values may be infinite.
 
     Sorts in place.
     """
@@ -427,7 +430,7 @@ def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tupl
 
 
 def ranks(q: float, n: int) -> tuple[int, int]:
-    """Return the ranks, among n ordered independent numbers, that enclose quantile q at 95 % for any distribution.
+    """Return the ranks among n ordered independent numbers that enclose quantile q at 95 %, for any distribution.
 
     The count of numbers below the quantile is binomial (David and Nagaraja, Order Statistics, 2003, 7.1). Rank 0 or
     n + 1 means that n is too small for that end.

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Batch on disk: arrays, the records that verify them, and the writer's lock."""
+"""Batch on disk: arrays, verification records, and a lock for the writer."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Attributes of a batch store, checked against a schema before use."""
+"""Attributes of a batch store, checked by a schema before use."""
 
 import json
 from collections.abc import Collection, Mapping
@@ -11,15 +11,15 @@ from mehvar.base.schema import SchemaError, parse, read
 from .records import FORMAT, digest
 
 NAMES = ("mehvar_batch", "variables")
-"""Attributes of every store: its format, and the names of its variables."""
+"""Attributes of every store: format, and names of variables."""
 IDENTITY = ("model", "model_hash", "campaign", "success", "until", "require", "numerics", "law")
-"""Attributes shared by all blocks: every record has a hash of them. Only a law in Python has `law`, only a batch with
-requirements has `require`."""
+"""Attributes common to all blocks, whose hash every record contains. `law` exists for laws in Python only, `require`
+for batches with requirements only."""
 
 
 @dataclass(frozen=True)
 class Attributes:
-    """Attributes of the group of a store, besides its format.
+    """Attributes of a store's group, without its format.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Attributes:
 
 @dataclass(frozen=True)
 class CampaignText:
-    """A `Campaign` without its options, whose values are texts or numbers."""
+    """A `Campaign` without its options, which are texts or numbers."""
 
     controller: str
     n: int
@@ -82,7 +82,7 @@ class CampaignText:
 
 @dataclass(frozen=True)
 class RequireText:
-    """Requirements by name, and the confidence they are decided with."""
+    """Requirements by name, with their confidence."""
 
     requirements: Mapping[str, str]
     confidence: float
@@ -90,7 +90,7 @@ class RequireText:
 
 @dataclass(frozen=True)
 class Texts:
-    """Attributes that hold JSON."""
+    """Attributes that contain JSON."""
 
     campaign: CampaignText
     numerics: Mapping[str, str]
@@ -102,13 +102,13 @@ class Texts:
 
 
 _KINDS = {"long_name": str, "units": str, "note": str, "flag_values": int, "flag_meanings": str, "ends": str}
-"""Types of an array's attributes: each is of its type, or a list of it."""
+"""Allowed types of array attributes; lists of a type are allowed too."""
 _OWN = ("t_stop", "error", "t_stiff")
-"""Numbers of a run that are neither drawn nor metrics."""
+"""Numbers of a run that are neither drawn values nor metrics."""
 
 
 def batch_hash(identity: Mapping[str, Any], chunk: int) -> str:
-    """Return a hash of everything that all blocks share, and of the runs per block."""
+    """Return a hash of everything common to all blocks, and of the runs per block."""
     return digest(json.dumps([identity, chunk], sort_keys=True).encode())
 
 
@@ -122,7 +122,8 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
     """
     if attributes.get("mehvar_batch") != FORMAT:
         raise SchemaError(
-            f" = {attributes.get('mehvar_batch')!r}: must be {FORMAT}, the version that we read", NAMES[0]
+            f" = {attributes.get('mehvar_batch')!r}: must be {FORMAT}, the only version that this mehvar reads",
+            NAMES[0],
         )
     about = read(Attributes, attributes, any_age=True)
     texts = _texts(about)
@@ -149,7 +150,7 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
 
 
 def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None:
-    """Refuse attributes of another batch than a record's.
+    """Refuse attributes of another batch than the record's.
 
     Raises
     ------
@@ -162,7 +163,7 @@ def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None
 
 
 def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own: Mapping[str, Any]) -> None:
-    """Refuse variables that contradict the attributes, and attributes of arrays that this project does not write.
+    """Refuse variables that contradict the attributes, and array attributes that mehvar does not write.
 
     An unknown attribute can change what others read: `scale_factor` multiplies the values in xarray.
 
@@ -182,7 +183,9 @@ def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own
     """
     drawn, metrics = parse(attributes["drawn"]), parse(attributes["metrics"])
     if sorted([*drawn, *metrics]) != sorted(set(numbers) - set(_OWN)):
-        raise SchemaError(f" = {attributes['metrics']!r}: with what is drawn, must be the numbers of a run", "metrics")
+        raise SchemaError(
+            f" = {attributes['metrics']!r}: together with the drawn values, must be the numbers of a run", "metrics"
+        )
     for name, values in own.items():
         place = f"{name}.attributes"
         if unknown := sorted(values.keys() - _KINDS.keys()):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a store as Zarr reads and writes them; each file read is checked against its record."""
+"""Files of a store as Zarr reads and writes them; each file is checked against its record when read."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Chunks(WrapperStore[LocalStore]):
-    """A folder as a store of Zarr.
+    """A folder as a Zarr store.
 
     A chunk of a block without a record counts as absent: its writer is still at work, or was killed.
 
@@ -42,7 +42,7 @@ class Chunks(WrapperStore[LocalStore]):
 
     @property
     def record(self) -> Record:
-        """The record of the store.
+        """Record of the store.
 
         Raises
         ------
@@ -54,7 +54,7 @@ class Chunks(WrapperStore[LocalStore]):
         return self._proof.store
 
     def block(self, block: int) -> Record | None:
-        """Return the record of a block; None if it has not been written.
+        """Return the record of a block; None if the block is not stored.
 
         Raises
         ------
@@ -71,12 +71,12 @@ class Chunks(WrapperStore[LocalStore]):
         return self._blocks[block]
 
     def forget(self, block: int) -> None:
-        """Read a record again at its next use, as its block is rewritten; its digest in the end record is void."""
+        """Discard a cached record, as its block is rewritten; its digest in the end record no longer counts."""
         self._blocks.pop(block, None)
         self._proof.unseal(block)
 
     async def get(self, key: str, prototype: BufferPrototype, byte_range: ByteRequest | None = None) -> Buffer | None:
-        """Return a file; Zarr asks for parts of a file only in arrays with shards, and these have none."""
+        """Return a file; parts of files are never requested, as the arrays have no shards."""
         where, record = "", self.record
         if key not in record.digests:
             block = _block_of(key)
@@ -93,7 +93,7 @@ class Chunks(WrapperStore[LocalStore]):
         return content
 
     async def set(self, key: str, value: Buffer) -> None:
-        """Write a file, and keep its digest."""
+        """Write a file and keep its digest."""
         make_place(self.root, key)
         self.digests[key] = digest(value.as_buffer_like())
         await super().set(key, value)
@@ -106,12 +106,12 @@ class Chunks(WrapperStore[LocalStore]):
 
 
 def _block_of(key: str) -> int | None:
-    """Return the block of a chunk; None for other names, such as files that Zarr looks for in vain."""
+    """Return the block of a chunk; None for other names, such as files that Zarr looks for."""
     name = key.split("/")
     return int(name[2]) if len(name) > 2 and name[1] == "c" else None
 
 
 def runs_text(block: int, store: Record) -> str:
-    """Return the runs of a block as messages name them."""
+    """Return the runs of a block as text for messages."""
     chunk = store.about["chunk"]
     return f"runs {block * chunk} to {min((block + 1) * chunk, store.about['runs']) - 1}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layout of a store: its arrays, names and attributes as Zarr keeps them, without runs."""
+"""Layout of a store without runs: arrays, names and attributes in Zarr's form."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 STATUS = "status"
 NOT_RUN = 255
 _LARGEST_CHUNK = 2**22
-"""Bytes of a chunk of series, which is held in memory and compressed as a whole. Half as many make twice the files; a
-reader of a few samples then decompresses half as much."""
+"""Bytes of a chunk of series, which is compressed as a whole in memory. Half as many double the files; short reads
+then decompress half as much."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """An array of a store: one row per run, or a coordinate without the run dimension.
+    """An array of a store: one row per run, or a coordinate without run dimension.
 
     `size` is the length of a second dimension.
     """
@@ -41,7 +41,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """Coordinate along a second dimension: names, or numbers such as instants."""
+    """Coordinate of a second dimension: names or numbers, such as instants."""
 
     values: Sequence[str] | NDArray[np.float64]
     attributes: Mapping[str, Any] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Layout:
-    """Everything in a store except its runs.
+    """All contents of a store except its runs.
 
     Attributes
     ----------
@@ -74,11 +74,11 @@ class Layout:
 
     @property
     def batch(self) -> str:
-        """A hash of the identity, which every record holds."""
+        """Hash of the identity, which every record contains."""
         return batch_hash(self.identity, self.chunk)
 
     def about(self, **more: Any) -> dict[str, Any]:
-        """Return the facts in every record: its batch, and the runs per block."""
+        """Return the facts in every record: batch and runs per block."""
         return {"format": FORMAT, "batch": self.batch, "chunk": self.chunk, **more}
 
     def build(self, target: Any) -> zarr.Group:
@@ -101,13 +101,13 @@ class Layout:
         return made
 
     def build_files(self, folder: Path) -> None:
-        """Write the layout into an empty folder, with the record of the store."""
+        """Write the layout with the store's record into an empty folder."""
         self.build(folder)
         (folder / STORE).parent.mkdir()
         (folder / STORE).write_bytes(self.record(folder).content())
 
     def record(self, folder: Path) -> Record:
-        """Return the record of the files that `build` has written."""
+        """Return the record of the files written by `build`."""
         own = [
             *folder.rglob("zarr.json"),
             *(path for name in self.coordinates for path in (folder / name).rglob("c/*")),
@@ -117,7 +117,7 @@ class Layout:
 
 
 def consolidate(group: zarr.Group) -> None:
-    """Copy all metadata into the group's own metadata, where xarray looks first."""
+    """Copy all metadata into the group's metadata, where xarray looks first."""
     import zarr
 
     with warnings.catch_warnings():
@@ -148,7 +148,7 @@ def _array(variable: Variable, n: int, chunk: int) -> Any:
 
 
 def _coordinate(name: str, coordinate: Coordinate) -> Any:
-    """Return the metadata of a coordinate, which has one chunk."""
+    """Return the metadata of a coordinate, stored as one chunk."""
     values = _values(coordinate)
     text = values.dtype == object
     return _metadata(
@@ -174,7 +174,7 @@ def _bytes(dtype: str) -> dict[str, Any]:
 
 
 def _metadata(shape: Sequence[int], chunks: Sequence[int], dtype: str, **more: Any) -> Any:
-    """Return metadata of the Zarr core specification, version 3."""
+    """Return array metadata by the Zarr core specification, version 3."""
     from zarr.core.metadata.v3 import ArrayV3Metadata
 
     return ArrayV3Metadata.from_dict(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lock of a store: a locked file that names the one process allowed to write."""
+"""Lock of a store: a locked file that names the only process allowed to write."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .places import make_place
 
 FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Flags of a lock file, which is emptied and written: links are not followed, and a pipe does not block."""
+"""Flags for opening a lock file: links are not followed, and pipes do not block."""
 _LOOKS, _LOOK = 200, 0.005
-"""Attempts of a writer, and seconds between them. A process that only checks the lock holds it for microseconds, but
-may lose its processor meanwhile: on two busy cores four of them kept a writer out for 0.1 s."""
+"""Attempts of a writer and seconds between them. A checking process holds the lock for microseconds, unless it loses
+its processor: on two busy cores, four of them blocked a writer for 0.1 s."""
 _LONGEST = 256
-"""Bytes of a file that names a process: a host name has 255 at most, and more than a line would not help."""
+"""Bytes of a file that names a process: a host name has at most 255."""
 
 
 class Lock:
-    """The right to write into a folder, until it is released or the process ends.
+    """Right to write into a folder, until release or end of the process.
 
     The file is removed at the end; the file of a killed process is not locked.
 
@@ -50,12 +50,12 @@ class Lock:
         os.write(self._handle, f"process {os.getpid()} on {platform.node()}\n".encode())
 
     def __del__(self) -> None:
-        """Release the lock, if that was not done before."""
+        """Release the lock if it is still held."""
         if self._handle >= 0:
             os.close(self._handle)
 
     def follow(self, folder: Path) -> None:
-        """Register that the folder has been renamed."""
+        """Follow a renamed folder."""
         self._place = folder / FILE
 
     @deferred()
@@ -67,7 +67,7 @@ class Lock:
 
 
 def holder(folder: Path) -> str | None:
-    """Return the process that is writing into a folder; None if there is none."""
+    """Return the process that currently writes into a folder; None without one."""
     try:
         handle = os.open(folder / FILE, os.O_RDONLY | _PLAIN)
     except OSError:
@@ -79,7 +79,7 @@ def holder(folder: Path) -> str | None:
 
 
 def is_abandoned(folder: Path) -> bool:
-    """Return True if a process that made this folder named itself in the lock, and has ended.
+    """Return True if the process that made this folder is recorded in the lock and has ended.
 
     A lock without a name may belong to a process that is about to lock it.
     """
@@ -122,7 +122,7 @@ def _locks(handle: int) -> bool:
 
 
 def _lock(handle: int, alone: bool = True) -> bool:
-    """Lock a file until it is closed; return False when another process has it. Without file locks, return True.
+    """Lock a file until it is closed; return False if another process has it. Return True if locks are not supported.
 
     Without `alone`, the lock is shared: several processes can check a file at the same time.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Allowed contents of a store: plain files and folders. Nothing else is followed or written through."""
+"""Allowed contents of a store: plain files and folders. Links are never followed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 
 
 def foreign(folder: Path) -> dict[str, str]:
-    """Return the paths of links, pipes and devices below a folder, and the kind of each."""
+    """Return the paths of links, pipes and devices below a folder, with their kinds."""
     result: dict[str, str] = {}
     for parent, folders, files in os.walk(folder):
         for path in (Path(parent, name) for name in sorted((*folders, *files))):
@@ -20,13 +20,13 @@ def foreign(folder: Path) -> dict[str, str]:
 
 
 def is_plain(folder: Path, name: str) -> bool:
-    """Return True for a file in a folder that no link leads to."""
+    """Return True for a plain file whose folders are not links."""
     places = [folder / name, *(folder / above for above in PurePosixPath(name).parents if above.name)]
     return (folder / name).is_file() and not any(place.is_symlink() for place in places)
 
 
 def _kind(path: Path) -> str:
-    """Return the kind of a path that is neither file nor folder; an empty text where a writer has removed it again."""
+    """Return the kind of a path that is neither file nor folder; empty if it has disappeared."""
     try:
         mode = path.lstat().st_mode
     except FileNotFoundError:
@@ -37,13 +37,13 @@ def _kind(path: Path) -> str:
 
 
 def remove_foreign(folder: Path) -> None:
-    """Remove links (never their targets), pipes and devices."""
+    """Remove links (not their targets), pipes and devices."""
     for name in foreign(folder):
         (folder / name).unlink()
 
 
 def make_place(folder: Path, name: str) -> None:
-    """Clear the path of a file to be written: remove a folder at it, and anything but folders above it."""
+    """Make a path writable: remove a folder at it, and everything but folders above it."""
     place = folder
     *above, _ = name.split("/")
     for part in above:

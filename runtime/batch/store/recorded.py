@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The runs of a batch as its dataset holds them."""
+"""Runs of a batch as its dataset holds them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Recorded:
-    """A dataset of a batch that reads like a store.
+    """A batch's dataset with the interface of a store.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Recorded:
         return [block for block in range(self.blocks()) if self.has(block)]
 
     def runs(self, block: int) -> range:
-        """Return the numbers of a block's runs."""
+        """Return the run numbers of a block."""
         return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Records of a store: one of the store, one of each block, one of the end, forced to disk.
+"""Records of a store, flushed to disk: of the store, of each block, and of the end.
 
 A record is a file that lists other files with their digests, and a digest of itself. It is written in one piece after
 its files are on disk. Each listed file is therefore either intact, byte for byte, or damaged.
@@ -24,23 +24,23 @@ from .places import is_plain, make_place
 FOLDER = "records"
 STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
 ROOT = "zarr.json"
-"""Metadata of the group, with the attributes."""
+"""Metadata of the group with the attributes."""
 FORMAT = 2
 _PARTIAL = ".partial"
-"""Ending of files that are being written, as in Zarr."""
+"""Ending of unfinished files, as in Zarr."""
 _LEFTOVER = re.compile(rf".+\.(?:[0-9a-f]{{16}}|[0-9a-f]{{32}}){re.escape(_PARTIAL)}")
-"""Names of such files: those with the random number of Zarr or `replace_file`. Others may be the user's."""
+"""Pattern of unfinished files by Zarr or `replace_file`; others may be the user's."""
 _SELF = "sha256"
 CURE = "the command that made it mends it with --resume (resume=True)"
 
 
 class DamageError(InputError):
-    """A file of a store is missing or changed; the message names its block and runs."""
+    """A file of a store is missing or changed. The message names its block and runs."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """Facts, and the digests of their files.
+    """Facts and file digests.
 
     Attributes
     ----------
@@ -54,20 +54,20 @@ class Record:
     digests: Mapping[str, str]
 
     def content(self) -> bytes:
-        """Return the bytes of the file, the same ones for equal records."""
+        """Return the bytes of the record's file; equal records give equal bytes."""
         facts = {"about": self.about, "files": self.digests}
         return _text({**facts, _SELF: digest(_text(facts))})
 
 
 @dataclass(frozen=True)
 class Stray:
-    """A record that is not valid at its path; `what` says why, as in "of another batch"."""
+    """A record that is invalid at its path; `what` says why, as in "of another batch"."""
 
     what: str
 
 
 class Proof:
-    """The records of a store, each checked for its batch. Readers of a store use this class.
+    """Records of a store, each checked for its batch; readers use this class.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Proof:
         self._seals = dict(self.end.digests) if isinstance(self.end, Record) else {}
 
     def block(self, block: int) -> Record | Stray | None:
-        """Return the record of a block; None if it has not been written."""
+        """Return the record of a block; None if the block is not stored."""
         name = block_record(block)
         record = self._read(name)
         if record is None:
@@ -98,7 +98,7 @@ class Proof:
         return record
 
     def unseal(self, block: int) -> None:
-        """Trust a block's own record, even if the end lists the digest of an older one."""
+        """Trust a block's record even if the end record contains the digest of an older one."""
         self._seals.pop(block_record(block), None)
 
     def _read(self, name: str) -> Record | Stray | None:
@@ -119,12 +119,12 @@ def block_record(block: int) -> str:
 
 
 def digest(content: Any) -> str:
-    """Return the digest of bytes, or of an object with a buffer."""
+    """Return the digest of bytes or of an object with a buffer."""
     return hashlib.sha256(content).hexdigest()
 
 
 def file_digest(path: Path) -> str | None:
-    """Return the digest of a file; None if it cannot be read, or is a pipe or a device."""
+    """Return the digest of a file; None if it is unreadable, a pipe or a device."""
     if not path.is_file():
         return None
     try:
@@ -135,7 +135,7 @@ def file_digest(path: Path) -> str | None:
 
 
 def read_record(path: Path) -> Record | None:
-    """Return a record by its path; None if the file is missing or damaged."""
+    """Return the record at a path; None if it is missing or damaged."""
     try:
         content = path.read_bytes() if is_plain(path.parents[1], f"{FOLDER}/{path.name}") else b""
         facts = json.loads(content)
@@ -163,7 +163,7 @@ def check_format(path: Path) -> None:
 
 
 def _is_about_a_store(about: Mapping[str, Any]) -> bool:
-    """Return True if facts have the types that `Layout.about` writes: of the store and the end, or of a block."""
+    """Return True if facts have the types that `Layout.about` writes, for a store, its end or a block."""
     own = ("block", "first", "last") if "block" in about else ("runs",)
     counts = {name: about[name] for name in ("format", "chunk", *own)}
     refusals = about.get("refusals", {})
@@ -177,13 +177,13 @@ def _is_about_a_store(about: Mapping[str, Any]) -> bool:
 
 
 def write_record(folder: Path, name: str, record: Record) -> None:
-    """Write a record; return when it is on disk."""
+    """Write a record to disk and return afterwards."""
     replace_file(folder, name, record.content())
     force([(folder / name).parent])
 
 
 def replace_file(folder: Path, name: str, content: bytes) -> None:
-    """Write a complete file in a store, by renaming; its bytes are on disk before its name is."""
+    """Write a file of a store by renaming; its bytes reach the disk before its name."""
     path = folder / name
     make_place(folder, name)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -196,12 +196,12 @@ def replace_file(folder: Path, name: str, content: bytes) -> None:
 
 
 def leftovers(folder: Path) -> list[Path]:
-    """Return the unfinished files of a killed process."""
+    """Return the unfinished files of killed processes."""
     return [path for path in folder.rglob(f"*{_PARTIAL}") if _LEFTOVER.fullmatch(path.name)]
 
 
 def force(paths: Iterable[Path]) -> None:
-    """Return when files, and the names in folders, are on disk."""
+    """Flush files, and the names in folders, to disk."""
     for path in paths:
         handle = os.open(path, os.O_RDONLY)
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Batch on disk: a Zarr group whose blocks of runs are either recorded or absent.
+"""Batch on disk: a Zarr group in which each block of runs is either recorded or absent.
 
 One chunk of every variable is one block of runs. When all chunks of a block are on disk, its record is written with
 their digests. A block counts as stored when its record exists. Other files of a killed process are written again,
@@ -66,14 +66,14 @@ if TYPE_CHECKING:
     from .chunks import Chunks
 
 _CODECS = {"bytes", "vlen-utf8", "zstd"}
-"""Codecs of our stores; a codec of any other name is code that somebody else registered."""
+"""Codecs of our stores; other names belong to code that somebody else registered."""
 
 _NEW = ".new"
-"""Ending of a store that is being made."""
+"""Ending of an unfinished store."""
 
 
 class StoreError(MehvarError, OSError):
-    """The store cannot take the next block; it keeps what it has."""
+    """The store cannot take the next block. It keeps the stored ones."""
 
     exit_status = 3
     resumable = True
@@ -108,12 +108,12 @@ class Store:
 
     @property
     def n(self) -> int:
-        """Runs in all, stored or not."""
+        """Number of runs, stored or not."""
         return int(self._status.shape[0])
 
     @property
     def name(self) -> str:
-        """Name in messages."""
+        """Name for messages."""
         return str(self.path) if self.path else "the store in memory"
 
     def blocks(self) -> int:
@@ -121,7 +121,7 @@ class Store:
         return -(-self.n // self.chunk)
 
     def runs(self, block: int) -> range:
-        """Return the runs of a block."""
+        """Return the run numbers of a block."""
         return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
 
     def stored(self) -> list[int]:
@@ -137,7 +137,7 @@ class Store:
         return [block for block in range(self.blocks()) if self.has(block)]
 
     def has(self, block: int) -> bool:
-        """Return whether a block is stored.
+        """Return True if a block is stored.
 
         Raises
         ------
@@ -147,7 +147,7 @@ class Store:
         return block in self._memory if self._chunks is None else self._chunks.block(block) is not None
 
     def about(self, block: int) -> Mapping[str, Any]:
-        """Return the facts recorded with a stored block."""
+        """Return the facts in the record of a stored block."""
         if self._chunks is None:
             return self._memory[block]
         record = self._chunks.block(block)
@@ -156,7 +156,7 @@ class Store:
         return record.about
 
     def verify(self) -> Verification:
-        """Check every file against the records; a store in memory has no files."""
+        """Check every file against its record; a store in memory has no files."""
         if self.path is not None:
             return verify(self.path)
         whole = self.stored()
@@ -165,7 +165,7 @@ class Store:
 
     @deferred()
     def write(self, block: int, values: Mapping[str, NDArray[Any]], **about: Any) -> None:
-        """Store a block; return when its chunks, and then its record, are on disk.
+        """Store a block: first its chunks, then its record, on disk.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class Store:
 
     @deferred()
     def end(self, n: int) -> None:
-        """End the batch after its first n runs, a whole number of blocks or all; later runs are removed.
+        """End the batch after its first n runs, in whole blocks; remove later runs.
 
         Raises
         ------
@@ -226,7 +226,7 @@ class Store:
             raise _store_error(error, self.name) from error
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
-        """Return a variable's values for the stored runs of some blocks, or of all stored blocks.
+        """Return a variable's values in stored runs, of some or all blocks.
 
         Raises
         ------
@@ -245,13 +245,13 @@ class Store:
         return out
 
     def coordinate(self, name: str) -> NDArray[Any]:
-        """Return a variable without the run dimension."""
+        """Return a coordinate or other variable without run dimension."""
         with self._reading(name):
             values: NDArray[Any] = self._array(name)[:]
         return values
 
     def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
-        """Return the samples first ... last - 1 of a stored series, shape (runs, samples)."""
+        """Return samples first ... last - 1 of a stored series, shape (runs, samples)."""
         array = self._array(name)
         with self._reading(name):
             return np.concatenate([array[self.runs(b).start : self.runs(b).stop, first:last] for b in blocks])
@@ -272,7 +272,7 @@ class Store:
 
     @deferred()
     def dataset(self) -> xarray.Dataset:
-        """Open it with xarray; values are read, and checked against the records, on use."""
+        """Return the store as an xarray dataset; values are read and verified at first use."""
         import xarray
 
         names: list[str] = self.attributes["variables"]
@@ -283,7 +283,7 @@ class Store:
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
-        """Keep other processes from writing.
+        """Prevent other processes from writing.
 
         Raises
         ------
@@ -320,7 +320,7 @@ class Store:
 
     @contextlib.contextmanager
     def _reading(self, name: str, where: str = "") -> Iterator[None]:
-        """Turn any error of Zarr and its codecs for a chunk that we did not write into an error that names the file.
+        """Convert any error of Zarr and its codecs about a foreign chunk into an error that names the file.
 
         Missing or changed chunks are refused before Zarr reads them.
         """
@@ -336,7 +336,7 @@ class Store:
 
 @deferred()
 def create(path: Path | None, layout: Layout) -> Store:
-    """Make a store without runs; it appears under its name when complete, locked by this process.
+    """Create a store without runs, locked by this process; its name appears when it is complete.
 
     Parameters
     ----------
@@ -368,7 +368,7 @@ def create(path: Path | None, layout: Layout) -> Store:
 
 @deferred()
 def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
-    """Open a store to continue it, locked by this process; repair damaged metadata, names and instants.
+    """Open a store to continue it, locked by this process, after repairing metadata, names and instants.
 
     Nothing is changed before `compare` has accepted the folder as a store to continue. A complete store that cannot
     be written is opened for reading.
@@ -461,7 +461,7 @@ def _group(folder: Path, mode: Literal["r", "r+"]) -> tuple[Any, Chunks]:
 
 
 def _arrays(group: Any) -> dict[str, Any]:
-    """Return the variables and the coordinates along their second dimensions, by name.
+    """Return variables and the coordinates of their second dimensions, by name.
 
     A chunk of fill values is stored as a file too, so that a missing file is detected.
     """
@@ -480,7 +480,7 @@ def _arrays(group: Any) -> dict[str, Any]:
 
 
 def _created(path: Path, layout: Layout) -> Lock:
-    """Make a store under a temporary name, and rename it when it is complete and on disk."""
+    """Create a store under a temporary name; rename it when it is complete on disk."""
     scratch = path.with_name(f".{path.name}.{secrets.token_hex(8)}{_NEW}")
     scratch.mkdir()
     try:
@@ -508,7 +508,7 @@ def _refuse_existing(path: Path) -> None:
 
 
 def _remove_abandoned(path: Path) -> None:
-    """Remove the remains of processes that were killed while making this store."""
+    """Remove what killed processes left while they created this store."""
     for scratch in path.parent.glob(f".{glob.escape(path.name)}.*{_NEW}"):
         if is_abandoned(scratch):
             shutil.rmtree(scratch, ignore_errors=True)
@@ -520,7 +520,7 @@ def _open_for_writing(path: Path, layout: Layout, lock: Lock) -> Store:
 
 
 def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:
-    """Repair damaged metadata, names and instants, complete an unfinished end, and return the layout."""
+    """Repair metadata, names and instants, complete an unfinished end, and return the layout."""
     layout, record, files = _layout_there(path, layout, compare)
     if record is None or files or record.about["runs"] != layout.n:
         _lay_again(path, layout, record)
@@ -531,7 +531,7 @@ def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], N
 def _layout_there(
     path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]
 ) -> tuple[Layout, Record | None, Mapping[str, str]]:
-    """Return the layout of a store to continue, its record, and the damage of its own files.
+    """Return the layout of a store to continue, its record, and the damage to files outside of blocks.
 
     Raises
     ------
@@ -553,7 +553,7 @@ def _layout_there(
 
 
 def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> int:
-    """Return the runs per block of a store with damaged attributes, if its intact part identifies this batch."""
+    """Return the runs per block of a store with damaged attributes, if its intact part identifies the batch."""
     records = [record for file in (path / FOLDER).glob("*.json") if (record := read_record(file)) is not None]
     for record in records:
         if record.about["batch"] != replace(layout, chunk=record.about["chunk"]).batch:
@@ -565,7 +565,7 @@ def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[st
 
 
 def _chunk_by_metadata(path: Path) -> int:
-    """Return the runs per block from the metadata of a variable, unverified; 0 if they have none."""
+    """Return the runs per block from a variable's metadata, unverified; 0 if that is missing."""
     try:
         metadata = json.loads((path / STATUS / ROOT).read_bytes())
         runs = metadata["chunk_grid"]["configuration"]["chunk_shape"][0]
@@ -575,7 +575,7 @@ def _chunk_by_metadata(path: Path) -> int:
 
 
 def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
-    """Write everything in a store except its runs, and except files that a record of the same size confirms."""
+    """Rewrite everything except the runs and files that a matching record confirms."""
     kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
     with tempfile.TemporaryDirectory() as scratch:
         fresh = Path(scratch) / "store"
@@ -591,20 +591,20 @@ def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
 
 
 def _remove_beyond(folder: Path, blocks: int) -> None:
-    """Remove the blocks from a number on: records first, since chunks without a record do not count."""
+    """Remove the blocks from a number on: records first, as chunks without record do not count."""
     for path in (*folder.glob(f"{FOLDER}/*.json"), *folder.glob("*/c/*")):
         if path.stem.isdigit() and int(path.stem) >= blocks and path.parent.parent.name not in _coordinates(folder):
             shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def _coordinates(folder: Path) -> set[str]:
-    """Return the variables whose chunks are not blocks: those in the record of the store."""
+    """Return the variables whose chunks are not blocks; the store's record lists them."""
     record = read_record(folder / STORE)
     return {name.split("/")[0] for name in (record.digests if record else ()) if "/c/" in name}
 
 
 def _force_files(folder: Path, names: Iterable[str]) -> None:
-    """Return when files, and all folders on their paths, are on disk."""
+    """Flush files and all folders on their paths to disk."""
     files = [folder / name for name in names]
     parents = {parent for file in files for parent in file.parents if parent.is_relative_to(folder)}
     force([*files, *sorted(parents)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verification of a store: every file checked against the records, without reading an array."""
+"""Verification of a store: every file against its record, without reading arrays."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from .records import (
 T = TypeVar("T")
 
 _LOOKS, _LOOK = 10, 0.1
-"""Attempts at a store that is being written, and seconds between them: ending a batch early rewrites its metadata in
-some 0.1 s. Only the repair of a damaged store takes longer; it is not waited for."""
+"""Attempts at a store that is being written, and seconds between them: an early end rewrites metadata in 0.1 s.
+Repairs of damaged stores take longer and are not waited for."""
 _SHOWN = 3
-"""Number of files of a block, and of blocks, in a message: a few lines of a terminal."""
+"""Files of a block, and blocks, that a message names."""
 
 
 @dataclass(frozen=True)
 class BlockDamage:
-    """A block whose files differ from its record.
+    """A block with files that contradict its record.
 
     Attributes
     ----------
@@ -101,26 +101,26 @@ class Verification:
 
     @property
     def sound(self) -> bool:
-        """True where nothing is damaged, finished or not."""
+        """True if nothing is damaged, complete or not."""
         return not self.damaged and not self.files
 
     @property
     def complete(self) -> bool:
-        """True where it is sound and holds all its runs."""
+        """True if it is undamaged and contains all runs."""
         return self.sound and self.ended and not self.missing
 
     def damage(self) -> list[str]:
-        """Return one line for all files outside the blocks, and one for each damaged block."""
+        """Return one line for all files outside of blocks, and one per damaged block."""
         return [*([listed(self.files)] if self.files else []), *map(str, self.damaged)]
 
     def summary(self) -> str:
-        """Return the first of these lines, and the number of the others."""
+        """Return the first of these lines and the number of others."""
         lines = self.damage()
         more = f"; and {len(lines) - _SHOWN} more" if len(lines) > _SHOWN else ""
         return "; ".join(lines[:_SHOWN]) + more
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return the result as JSON values."""
         damaged = [{"block": d.block, "first": d.first, "last": d.last, "files": dict(d.files)} for d in self.damaged]
         return {
             **{"store": self.store, "complete": self.complete, "sound": self.sound, "ended": self.ended},
@@ -130,7 +130,7 @@ class Verification:
 
 
 def verify(path: str | os.PathLike[str]) -> Verification:
-    """Check every file of a store against its records.
+    """Check every file of a store against its record.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def verify(path: str | os.PathLike[str]) -> Verification:
 
 
 def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T], bool]) -> T:
-    """Return the result of `look`; repeat it while it is not sound and a process is writing.
+    """Return the result of `look`; repeat it while damage is found and a process writes.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
 
 
 def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
-    """Return the records of a store, and the damage of its own record, of the files it lists, and of foreign paths.
+    """Return the records of a store, and the damage: to its record, to files in it, and foreign paths.
 
     Raises
     ------
@@ -215,7 +215,7 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
 
 
 def check_identified(folder: Path) -> None:
-    """Refuse a folder whose records and attributes name no batch: it cannot be repaired."""
+    """Refuse a folder whose records and attributes identify no batch, as it cannot be repaired."""
     if any(map(read_record, (folder / FOLDER).glob("*.json"))):
         return
     try:
@@ -225,7 +225,7 @@ def check_identified(folder: Path) -> None:
 
 
 def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
-    """Return the attributes of a store from its file.
+    """Return the checked attributes of a store from its file.
 
     Raises
     ------
@@ -245,7 +245,7 @@ def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
 
 
 def listed(files: Mapping[str, str]) -> str:
-    """Return the damage of files in a line, the first ones by name."""
+    """Return the damage of files on one line, with the first names."""
     shown = [f"{name} is {what}" for name, what in list(files.items())[:_SHOWN]]
     more = len(files) - len(shown)
     return ", ".join([*shown, *([f"and {more} more files"] if more > 0 else [])])
@@ -279,7 +279,7 @@ def _blocks(proof: Proof, files: dict[str, str], writer: str | None) -> Verifica
 
 
 def _others(folder: Path, known: Collection[str]) -> Iterator[str]:
-    """Yield the paths of plain files that are not known."""
+    """Yield the paths of unknown plain files."""
     for parent, folders, files in os.walk(folder):
         folders.sort()
         for place in (Path(parent, name) for name in sorted(files)):
@@ -289,7 +289,7 @@ def _others(folder: Path, known: Collection[str]) -> Iterator[str]:
 
 
 def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int | None, int, int]:
-    """Return the total runs, runs per block and number of blocks from any intact record."""
+    """Return total runs, runs per block and number of blocks from any intact record."""
     record = end or store
     if record is not None:
         runs, chunk = record.about["runs"], record.about["chunk"]

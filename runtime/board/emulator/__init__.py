@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Emulated board inside this process, and the cost of a step on it."""
+"""Emulated board within this process, and the cost of a step on it."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Emulated board inside this process: Unicorn runs the whole image with its drivers; this module is the hardware.
+"""Emulated board: Unicorn runs the complete image with its drivers, this module simulates the hardware.
 
 Time advances only by `advance`, so every run is the same.
 """
@@ -38,11 +38,11 @@ _IWDG_KR, _IWDG_PR, _IWDG_RLR = 0x3000, 0x3004, 0x3008
 _IWDG_START, _IWDG_RELOAD, _IWDG_HERTZ = 0xCCCC, 0xAAAA, 32_000
 _HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
-"""The counter's flag shows only one overflow, so the program must run at least once between two: 2^24 ticks are
-99.9 ms at the 168 MHz of the fastest board."""
+"""Milliseconds per emulation step. A 24-bit counter overflows after 99.9 ms at 168 MHz, the fastest board, and its
+flag shows one overflow only."""
 
 Hook = Callable[[int, int], None]
-"""Called with address and size of each block of instructions before it runs."""
+"""Function called before each block of instructions, with its address and size."""
 
 
 class EmulatedBoard:
@@ -65,9 +65,9 @@ class EmulatedBoard:
         self._reboot = False
         self._hooks: list[int] = []
         self.watchdog: int | None = None
-        """Ticks at which the independent watchdog was last reloaded; None until it is started."""
+        """Ticks of the last reload of the independent watchdog; None before its start."""
         self.registers: dict[int, int] = {}
-        """Values written to peripheral registers without behaviour of their own."""
+        """Values in peripheral registers without simulated behaviour."""
         self.clock_control = {_RCC_CR: _HSI_ON_AND_READY, _RCC_CFGR: 0}
         self._uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         self._uc.ctl_set_cpu_model(_CPUS[board.cpu])
@@ -75,7 +75,7 @@ class EmulatedBoard:
         self.power_on()
 
     def power_on(self) -> None:
-        """Load the image and start it, as after a reset."""
+        """Load the image and start it as after a reset."""
         address, size = self._board.ram
         self._uc.mem_write(address, b"\xa5" * size)
         first, size = self._board.flash
@@ -94,18 +94,18 @@ class EmulatedBoard:
         self.run()
 
     def write(self, data: bytes) -> None:
-        """Put bytes on the line to the board."""
+        """Send bytes on the line to the board."""
         self._to_board.extend(data)
 
     def read(self) -> bytes:
-        """Run until the board sleeps; return what it sent."""
+        """Run until the board sleeps, and return the bytes that it sent."""
         self.run()
         data = bytes(self._from_board)
         self._from_board.clear()
         return data
 
     def run(self) -> None:
-        """Run until the board sleeps with nothing on the line, or hangs and reads nothing from it."""
+        """Run until the board sleeps with an empty line, or hangs without reading."""
         while True:
             waiting = len(self._to_board)
             try:
@@ -121,7 +121,7 @@ class EmulatedBoard:
                 return
 
     def advance(self, ms: float) -> None:
-        """Advance the time."""
+        """Advance the simulated time."""
         while ms > 0:
             step = min(ms, _STEP_MS)
             before = self._ticks
@@ -134,11 +134,11 @@ class EmulatedBoard:
             ms -= step
 
     def reload_watchdog(self) -> None:
-        """Restart the count of the independent watchdog."""
+        """Restart the independent watchdog's count."""
         self.watchdog = self._ticks
 
     def pulses(self) -> tuple[int, ...]:
-        """Return the pulse widths set in the output timer, in its ticks."""
+        """Return the pulse widths of the output timer in ticks."""
         return tuple(self.registers.get(at, 0) for at in _TIM3_CCR)
 
     def _hung(self) -> bool:
@@ -153,7 +153,7 @@ class EmulatedBoard:
         return bytes(self._uc.mem_read(address, size))
 
     def on_range(self, first: int, last: int, hook: Hook) -> None:
-        """Call `hook` for each block of instructions that starts within a range of addresses."""
+        """Call `hook` for each block of instructions that starts in a range of addresses."""
 
         def called(_uc: Any, address: int, size: int, _data: Any) -> None:
             hook(address, size)
@@ -171,7 +171,7 @@ class EmulatedBoard:
         self._uc.ctl_flush_tb()
 
     def flags(self) -> int:
-        """Return the processor's status word, whose highest bits are N, Z, C and V."""
+        """Return the processor's status register, whose highest bits are N, Z, C and V."""
         return int(self._uc.reg_read(arm_const.UC_ARM_REG_CPSR))
 
     def register(self, name: str) -> int:
@@ -229,15 +229,15 @@ class EmulatedBoard:
             self._uc.emu_stop()
 
     def receive(self) -> int:
-        """Return the next byte on the line to the board; the line is not empty."""
+        """Return the next byte on the line, which must not be empty."""
         return self._to_board.popleft()
 
     def waiting(self) -> bool:
-        """Return True if a byte is waiting for the board."""
+        """Return True if a byte for the board is on the line."""
         return bool(self._to_board)
 
     def send(self, byte: int) -> None:
-        """Take a byte that the board sends."""
+        """Accept a byte that the board sends."""
         self._from_board.append(byte & 0xFF)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cost of a step on the target: exact instruction counts, estimated cycles, and the lines that ran.
+"""Cost of a step on the board: exact instruction counts, estimated cycles, executed lines.
 
 The image is the one for flashing, without instrumentation: the emulator reports the blocks that it runs.
 """
@@ -20,16 +20,16 @@ from .machine import EmulatedBoard
 STEP = "mv_app_step"
 _NOT_THE_LAW = ("mv_server_", "mv_link_", "mv_board_", "main", "Reset_", "Default_", "mv_app_selftest")
 _TAKEN = 2
-"""Cycles that a taken branch adds to refill the pipeline: the middle of the 1 to 3 that the manual below states."""
+"""Cycles of a taken branch's pipeline refill: the middle of the manual's range, 1 to 3."""
 _CYCLES = {"vdiv": 14, "vsqrt": 14, "vfma": 3, "vfms": 3, "vmla": 3, "vmls": 3, "vnmla": 3, "vnmls": 3, "vmrs": 1,
            "vldr": 2, "vstr": 2, "ldr": 2, "ldrb": 2, "ldrh": 2, "str": 2, "strb": 2, "udiv": 7, "sdiv": 7}  # fmt: skip
-"""Cortex-M4 Technical Reference Manual, instruction timings; one cycle for the rest."""
+"""Cycles of instructions by the Cortex-M4 Technical Reference Manual; others take one."""
 _PER_REGISTER = ("ldm", "stm", "push", "pop", "vldm", "vstm", "vpush", "vpop")
 
 
 @dataclass
 class Profile:
-    """Counts of the steps so far.
+    """Counts over all steps so far.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Profile:
 
 
 class StepProfiler:
-    """Watches a machine while it evaluates steps.
+    """Observer of a machine that counts the instructions of steps.
 
     Call `count` after each exchange; the first call only finds the return address of a step.
     """
@@ -79,7 +79,7 @@ class StepProfiler:
             self._blocks.append((address, size))
 
     def count(self) -> None:
-        """Count the last step."""
+        """Add the last step to the counts."""
         if self._return is None:
             return
         if not self.profile.steps and not self._blocks:
@@ -97,7 +97,7 @@ class StepProfiler:
         blocks.clear()
 
     def _length(self, block: tuple[int, int]) -> int:
-        """Return the number of instructions of a block, and record them as executed at the first call."""
+        """Return the number of instructions in a block; record them as executed at first use."""
         if block not in self._lengths:
             instructions = self._instructions(*block)
             self.profile.addresses.update(address for address, _, _ in instructions)
@@ -116,7 +116,7 @@ class StepProfiler:
             self._machine.on_range(address, address + size - 1, self._begin)
 
     def _functions(self) -> list[tuple[int, int]]:
-        """Return the addresses of the functions that a step may call, each once."""
+        """Return the addresses of all functions that a step may call."""
         ranges: list[tuple[int, int]] = []
         places = {place for name, place in self._elf.symbols.items() if not name.startswith(_NOT_THE_LAW)}
         for address, size in sorted(places, key=lambda place: (place[0], -place[1])):
@@ -142,7 +142,7 @@ class StepProfiler:
 
 
 def disassemble(code: bytes, address: int) -> list[tuple[int, str, str]]:
-    """Return address, mnemonic without suffixes, and operands of each instruction."""
+    """Return address, mnemonic without suffix, and operands of each instruction."""
     engine = _engine()
     instructions = []
     at = 0
@@ -185,7 +185,7 @@ def registers(operands: str) -> int:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Lines of a source file that have code in a function, and those that ran."""
+    """Lines of a function in a source file: those with code, and the executed ones."""
 
     function: str
     lines: int
@@ -194,7 +194,7 @@ class Coverage:
 
 
 def coverage(path: Path, elf: Elf, functions: list[str], addresses: set[int]) -> list[Coverage]:
-    """Return the number of lines of each function that ran.
+    """Return the executed lines of each function.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def coverage(path: Path, elf: Elf, functions: list[str], addresses: set[int]) ->
 
 
 def line_table(path: Path) -> list[tuple[int, str, int]]:
-    """Return address, file and line of each row of an image's line table, in the order of addresses."""
+    """Return address, file and line of each row in an image's line table, by address."""
     rows = []
     with path.open("rb") as file:
         dwarf = ELFFile(file).get_dwarf_info()

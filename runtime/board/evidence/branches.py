@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outcomes of each conditional instruction of a law in an emulator.
+"""Outcomes of each conditional instruction of an emulated law.
 
 A compiler turns each condition of the source into a conditional branch or an IT block. Both outcomes of each give
 decision and condition coverage of the code. This is not MC/DC, where each condition must decide independently.
@@ -51,7 +51,7 @@ class Condition:
 
 @dataclass
 class _Call:
-    """A call that has not returned: function, return address, and its instructions so far."""
+    """An unfinished call: function, return address, instructions so far."""
 
     function: str
     back: int
@@ -59,7 +59,7 @@ class _Call:
 
 
 class Outcomes:
-    """Watches a machine evaluate steps.
+    """Observer of a machine that records branch outcomes.
 
     Parameters
     ----------

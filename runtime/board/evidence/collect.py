@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Collection of all evidence for a law in an image for an emulated board."""
+"""Collection of all evidence about a law in an image for an emulated board."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from .trace import Traced, trace
 
 
 class EvidenceError(MehvarError, RuntimeError):
-    """Evidence of an image is incomplete: no page is written."""
+    """Incomplete evidence about an image; no page is written."""
 
 
 _ODD = (0.0, -0.0, 1e-40, 1e-20, 1e31, -3e38, np.inf, -np.inf, np.nan)
-"""Values from a broken sensor or line: zeros of both signs, subnormal, too large, infinite, NaN."""
+"""Values of a broken sensor or line: signed zeros, subnormal, too large, infinite, NaN."""
 _SCALES = (-3.0, 3.0)
-"""Powers of ten that scale memory and measurements: estimates may be off by a factor of a thousand either way."""
+"""Powers of ten by which memory and measurements are scaled: estimates may be wrong by a factor of a thousand."""
 
 
 @dataclass(frozen=True)
 class Length:
-    """Duration of a function and everything it calls, in instructions.
+    """Instructions of a function with everything it calls.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Length:
 
 @dataclass(frozen=True)
 class Reached:
-    """Instructions of a function that ran in the campaign."""
+    """Executed instructions of a function."""
 
     function: str
     instructions: int
@@ -65,7 +65,7 @@ class Reached:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Evidence for a law in an image.
+    """Evidence about a law in an image.
 
     Attributes
     ----------
@@ -137,13 +137,15 @@ def collect(
 
 
 def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
-    """Refuse evidence without a function that ran, or without instructions of the closed loop's longest step."""
+    """Refuse evidence without an executed function, or without the longest step of the closed loop."""
     missing = sorted(outcomes.most.keys() - names)
     if missing:
-        raise EvidenceError(f"a step runs {', '.join(missing)}, which no call with a known target reaches")
+        raise EvidenceError(f"a step runs {', '.join(missing)}, but no call to it was found in the code")
     most, seen = run.profile.most if run.profile else 0, outcomes.most.get(STEP, 0)
     if seen < most:
-        raise EvidenceError(f"a step has {seen} instructions in the campaign, fewer than the {most} of the closed loop")
+        raise EvidenceError(
+            f"the longest step of the campaign has {seen} instructions, fewer than the {most} in the closed loop"
+        )
 
 
 def _length(flow: Flow, name: str, outcomes: Outcomes) -> Length:
@@ -185,7 +187,7 @@ def _start(link: Link, run: BoardRun) -> None:
 
 
 def _numbers(model: Model, run: BoardRun, k: int) -> NDArray[np.float64]:
-    """Return the numbers sent to the board at a sample of the closed loop."""
+    """Return the numbers sent to the board at a sample."""
     single = run.single
     r = model.functions["reference"](single.t[k], single.parameters.p, single.parameters.s)
     applied = single.u[k - 1] if k else np.zeros(single.u.shape[1])
@@ -197,7 +199,7 @@ def _numbers(model: Model, run: BoardRun, k: int) -> NDArray[np.float64]:
 
 
 def _stretched(rng: np.random.Generator, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return numbers with a random part of them scaled up or down."""
+    """Return numbers with a random selection scaled up or down."""
     which = rng.random(values.size) < rng.choice([0.0, 0.05, 0.3])
     return np.where(which, values * 10 ** rng.uniform(*_SCALES, values.size), values)
 
@@ -210,7 +212,7 @@ def _broken(rng: np.random.Generator, values: NDArray[np.float64]) -> NDArray[np
 
 
 def _drawn_parameters(run: BoardRun, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the law's parameters, some of them at their bounds."""
+    """Return the law's parameters with some at their bounds."""
     values = run.single.parameters.c.copy()
     for i, parameter in enumerate(run.image.program.law.parameters):
         ends = [end for end in (parameter.lower, parameter.upper) if np.isfinite(end)]

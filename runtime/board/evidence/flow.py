@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Upper bounds on the instructions of a function, from the instructions of the image alone.
+"""Upper bounds on a function's instructions, from the image only.
 
 A function is a graph of blocks. Without loops, its longest path counts. A loop is bounded when a register moves
 between two known values in constant steps: the bound is the number of iterations times the longest iteration. Unknown
@@ -21,10 +21,10 @@ _ARGUMENTS = ("r0", "r1", "r2", "r3")
 _CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
 _LITERAL = re.compile(r"ldr(?:\.w)? (\w+), \[pc, #(-?0x[0-9a-f]+|-?\d+)\]")
 _PC_AHEAD = 4
-"""Bytes by which the program counter is ahead of the instruction that reads it, before rounding down to words."""
+"""Bytes between an instruction and the program counter that it reads, before rounding down to words."""
 
 Value = tuple[str, int]
-"""Value of a register: an offset from a register at the start of the function, or from "" for a constant."""
+"""Value of a register: an offset from another register at the function's start; with "", a constant."""
 State = dict[str, Value]
 
 
@@ -33,7 +33,7 @@ _END = Instruction(-1, 0, "", "", None, frozenset())
 
 @dataclass(frozen=True)
 class Worst:
-    """Largest number of instructions of one call of a function: in total, and its own."""
+    """Largest number of instructions per call of a function, with and without called functions."""
 
     instructions: int
     own: int
@@ -48,7 +48,7 @@ class Flow:
         self._known: dict[tuple[str, tuple[Value, ...]], Worst] = {}
 
     def worst(self, name: str, arguments: Mapping[str, Value] | None = None, above: tuple[str, ...] = ()) -> Worst:
-        """Return the most instructions of a call.
+        """Return the largest number of instructions per call.
 
         Parameters
         ----------
@@ -85,7 +85,7 @@ class Flow:
         return result - {name}
 
     def loops(self, name: str) -> int:
-        """Return the number of outermost loops of a function.
+        """Return the number of a function's outermost loops.
 
         Raises
         ------
@@ -95,7 +95,7 @@ class Flow:
         return _Function(self, self._elf, name, {}, ()).loops()
 
     def owner(self, address: int) -> str | None:
-        """Return the function that begins at an address."""
+        """Return the function that starts at an address."""
         return self._names.get(address)
 
 
@@ -166,7 +166,7 @@ class _Function:
         return after
 
     def _through(self, first: int, state: State) -> Iterator[tuple[Instruction, State]]:
-        """Yield the instructions of a block with the known values before each, and finally those after the block."""
+        """Yield each instruction of a block with the known values before it, then the values after the block."""
         state = dict(state)
         condition = 0
         for i in self._blocks[first]:
@@ -182,7 +182,7 @@ class _Function:
         yield _END, state
 
     def _value(self, i: Instruction, state: State) -> tuple[str, Value] | None:
-        """Return the register that an instruction sets to a known value, which may be a constant of the image."""
+        """Return the register that an instruction sets to a known value, possibly a constant of the image."""
         if match := _LITERAL.fullmatch(f"{i.mnemonic} {i.operands}"):
             place = (i.address + _PC_AHEAD & ~3) + int(match[2], 0)
             return match[1], ("", int.from_bytes(self._elf.stored(place, 4), "little"))
@@ -191,11 +191,11 @@ class _Function:
     # calls
 
     def called(self) -> set[str | None]:
-        """Return the functions that it calls, by address or through a register with a known value."""
+        """Return the called functions, by address or by a register with known value."""
         return {self._callee(i, state) for n, before in self._states.items() for i, state in self._through(n, before)}
 
     def _callee(self, i: Instruction, state: State) -> str | None:
-        """Return the function that an instruction calls or continues with."""
+        """Return the function that an instruction calls or jumps to."""
         target = None if i.target in self._instructions else i.target
         if i.call and state.get(i.operands, ("unknown", 0))[0] == "":
             target = state[i.operands][1] & ~1
@@ -204,7 +204,7 @@ class _Function:
     # lengths
 
     def _cost(self, first: int) -> tuple[int, int]:
-        """Return the instructions of a block: with its calls, and its own."""
+        """Return the instructions of a block, with and without those of its calls."""
         own = total = len(self._blocks[first])
         for i, state in self._through(first, self._states.get(first, {})):
             called = self._callee(i, state)
@@ -216,7 +216,7 @@ class _Function:
         return total, own
 
     def _longest(self, nodes: set[int], entry: int) -> tuple[int, int]:
-        """Return the length of the longest path from an entry within some blocks; no path returns to the entry."""
+        """Return the longest path from an entry within some blocks that does not return to the entry."""
         arrows = {n: [m for m in self._next[n] if m in nodes and m != entry] for n in nodes}
         length: dict[int, tuple[int, int]] = {}
         for component in _components(arrows, entry):  # each after its successors
@@ -238,7 +238,7 @@ class _Function:
         return len(component) > 1 or any(n in arrows[n] for n in component)
 
     def _turns(self, loop: set[int], nodes: set[int]) -> tuple[int, int]:
-        """Return the length of a loop: its longest iteration times the number of iterations."""
+        """Return the length of a loop: its longest iteration times their number."""
         entries = {m for n in nodes - loop for m in self._next[n] if m in loop}
         if len(entries) != 1:
             raise self._unbounded(loop, "more than one way leads into it")
@@ -298,7 +298,7 @@ def _common(one: State, other: State) -> State:
 
 
 def _components(arrows: Mapping[int, list[int]], entry: int) -> list[set[int]]:
-    """Return the strongly connected components reachable from an entry, each after its successors (Tarjan 1972)."""
+    """Return the strongly connected components reachable from an entry, successors first (Tarjan 1972)."""
     index: dict[int, int] = {}
     low: dict[int, int] = {}
     stack: list[int] = []
@@ -339,7 +339,7 @@ _REGISTER_REGISTER = re.compile(r"(\w+), (?:(\w+), )?(\w+)(?:, lsl #(\d+))?$")
 
 
 def _value(i: Instruction, state: State) -> tuple[str, Value] | None:
-    """Return the register that an instruction sets to a known value, and the value."""
+    """Return the register that an instruction sets to a known value, with the value."""
     name = i.mnemonic.split(".")[0]
     if match := _REGISTER_NUMBER.match(i.operands):
         to, source, number = match[1], match[2] or match[1], int(match[3], 0)
@@ -366,7 +366,7 @@ def _sets_flags(i: Instruction) -> bool:
 
 
 def _compared(test: Instruction, start: State) -> list[tuple[str, str | int]]:
-    """Return the operands that a test compares, in both orders where both are registers."""
+    """Return the operands of a comparison, in both orders if both are registers."""
     name = test.mnemonic.split(".")[0]
     if name == "cmp":
         if match := _REGISTER_NUMBER.match(test.operands):
@@ -382,7 +382,7 @@ _WRITEBACK = re.compile(r"\[(\w+)\], #(-?0x[0-9a-f]+|-?\d+)$|\[(\w+), #(-?0x[0-9
 
 
 def _step(i: Instruction, register: str) -> int | None:
-    """Return the step by which an instruction changes a register."""
+    """Return the change of a register by an instruction."""
     name = i.mnemonic.split(".")[0]
     if match := _WRITEBACK.search(i.operands):
         base, number = (match[1], match[2]) if match[1] else (match[3], match[4])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evidence for a law in an image that another project built, from the image alone; nothing is run."""
+"""Evidence about a law in another project's image, without running it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Inspected:
 
 @dataclass(frozen=True)
 class Inspection:
-    """Evidence for a law in another project's image.
+    """Evidence about a law in another project's image.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Inspection:
 
 
 def inspect(path: Path, symbol: str, linked: LinkMap | None = None) -> Inspection:
-    """Return the evidence for a law in an image for a Cortex-M or for RISC-V of 64 bits.
+    """Return the evidence about a law in an image for Cortex-M or 64-bit RISC-V.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def inspect(path: Path, symbol: str, linked: LinkMap | None = None) -> Inspectio
 
 
 def _check(path: Path) -> None:
-    """Refuse what is not a linked image for a Cortex-M or RISC-V with its symbols."""
+    """Refuse files that are not linked images for Cortex-M or RISC-V with symbols."""
     with path.open("rb") as file:
         try:
             elf = ELFFile(file)
@@ -129,7 +129,7 @@ def _check(path: Path) -> None:
 
 
 def _depth(elf: Elf, flow: Flow, name: str) -> int | None:
-    """Return the functions in the longest chain of calls, or None for one without an end."""
+    """Return the length of the longest chain of calls; None for recursion."""
     below = flow.callees(name)
     if _calls_itself(elf, flow, name) or any(name in flow.callees(called) for called in below):
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The map that GNU ld writes of an image (`-Wl,-Map=FILE`): origins of addresses, members of libraries."""
+"""Map file of GNU ld for an image (`-Wl,-Map=FILE`): origins of addresses, library members."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MEMBER = re.compile(r"^(\S+\(\S+\))\s+(\S.*?) \((\S+)\)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Member:
-    """A member of a library in the image, with the file and the symbol of its that asked for it."""
+    """A library member in the image, with the file and symbol that required it."""
 
     member: str
     file: str
@@ -25,7 +25,7 @@ class Member:
 
 @dataclass(frozen=True)
 class LinkMap:
-    """Contents of a map.
+    """Contents of a map file.
 
     Attributes
     ----------
@@ -39,12 +39,12 @@ class LinkMap:
     pieces: tuple[tuple[int, int, str], ...]
 
     def origin(self, address: int) -> str | None:
-        """Return the object file at an address."""
+        """Return the object file of an address."""
         return next((file for first, size, file in self.pieces if first <= address < first + size), None)
 
 
 def read_map(path: Path) -> LinkMap:
-    """Read a map.
+    """Read a map file.
 
     Raises
     ------

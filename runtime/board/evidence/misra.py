@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Findings in the code of a law and its firmware, by rule of MISRA C:2012."""
+"""Findings about a law and its firmware, by rule of MISRA C:2012."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Findings = Counter[tuple[str, str]]
 
 
 def findings(image: Image) -> Findings | None:
-    """Return the findings of cppcheck's addon; None where cppcheck is not installed."""
+    """Return the findings of cppcheck's addon; None if cppcheck is not installed."""
     if shutil.which("cppcheck") is None:
         return None
     with tempfile.TemporaryDirectory() as name:

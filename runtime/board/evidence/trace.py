@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From the equations of a paper to the lines of generated C and from there to addresses in an image."""
+"""Traces from a paper's equations to lines of generated C and addresses in an image."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NUMBER = re.compile(r"/\* (\([^)]*\)[^*]*?) \*/\s*$")
 
 @dataclass(frozen=True)
 class Traced:
-    """A step of a law.
+    """A step of a law with its lines and addresses.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Traced:
 
 
 def trace(model: Model, law: str, elf: Elf, path: Path) -> list[Traced]:
-    """Return the steps of a law in the order of its code.
+    """Return the steps of a law in code order.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _titles(model: Model) -> dict[str, str]:
 
 
 def _statements(text: str, symbol: str) -> Iterator[tuple[str, str, int, int]]:
-    """Yield equation number, name, first and last line of each statement of a function."""
+    """Yield equation number, name, and first and last line of each statement."""
     lines = text.splitlines()
     begin = next(k for k, line in enumerate(lines) if re.match(rf"void {symbol}\(.*\)$", line))
     first, name = 0, ""
@@ -110,7 +110,7 @@ def _runs(addresses: list[int], sizes: dict[int, int]) -> tuple[tuple[int, int],
 
 
 def _lines(path: Path, symbol: str, file: str) -> Callable[[int], int | None]:
-    """Return a map from address to line of the law's code: its own line, or that of the inlined call."""
+    """Return the line of the law's code for each address: its own, or that of the inlined call."""
     rows = line_table(path)
     starts = [address for address, _, _ in rows]
     calls = {at: line for low, high, line in _inlined(path, symbol) for at in range(low, high, 2)}
@@ -123,7 +123,7 @@ def _lines(path: Path, symbol: str, file: str) -> Callable[[int], int | None]:
 
 
 def _inlined(path: Path, symbol: str) -> Iterator[tuple[int, int, int]]:
-    """Yield the address ranges of functions inlined into a function, and the lines of their calls."""
+    """Yield the address ranges of functions inlined into a function, with the lines of their calls."""
     with path.open("rb") as stream:
         dwarf = ELFFile(stream).get_dwarf_info()
         for unit in dwarf.iter_CUs():

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images for boards, built from a generated model, and their contents."""
+"""Images for boards: build and contents."""

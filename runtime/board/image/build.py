@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Build of a board program from a generated model, compiled once per content."""
+"""Build of a board's program from a generated model; equal contents are compiled once."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 STACK_SIZE = 1536
-"""Bytes reserved; the actual use is measured."""
+"""Reserved bytes of stack; the actual use is measured."""
 FLAGS = (
     "-std=c99", "-pedantic", "-g", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-I.",
     "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
 )  # fmt: skip
-"""For every board and compiler. None of them changes a result: no contraction, no reassociation."""
+"""Compiler flags for all boards. None changes results: no contraction, no reassociation."""
 LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
-"""Generated code is compiled for speed, the rest for size."""
+"""Optimisation: for speed in generated code, for size elsewhere."""
 _KIND, _OBJECTS, _ELF, _LAW = "boards", "objects", "firmware.elf", "law.c"
 _INCLUDE = re.compile(r'^#\s*include\s*["<](.+?)[">]', re.MULTILINE)
 _LARGEST = (2 - 2.0**-23) * 2.0**127
@@ -51,7 +51,7 @@ _SMALL = ("-ffreestanding", "-fno-builtin", "-Ilibc", "-fno-strict-aliasing")
 
 @dataclass(frozen=True)
 class Program:
-    """Ingredients of a firmware.
+    """Inputs of a firmware build.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Program:
 
     @property
     def layout(self) -> Layout:
-        """Data that go over the link."""
+        """Layout of the data on the link."""
         return layout(self.model.manifest, self.law)
 
 
@@ -99,12 +99,12 @@ class Image:
 
 
 def period_of(law: Controller, scenario: Scenario, resolved: Resolved) -> float:
-    """Return the time between two samples of a law, s; a continuous one is sampled every 20 ms or faster."""
+    """Return the time between two samples, s; a continuous law is sampled every 20 ms or faster."""
     return resolved.values[law.period] if law.period else min(scenario.step, _LONGEST_HOLD)
 
 
 def delay_of(law: Controller) -> int:
-    """Return the samples between computing and applying an input: one for a law designed for a delay."""
+    """Return the samples between computing and applying an input: one if the law is designed for a delay."""
     return int(law.delay is not None)
 
 
@@ -117,7 +117,7 @@ def program(
     tunable: Sequence[str] | None = None,
     resolved: Resolved | None = None,
 ) -> Program:
-    """Return the ingredients of a law's firmware; its compiled-in parameters are those of a scenario.
+    """Return the inputs of a firmware build for a law; a scenario gives the compiled-in parameters.
 
     Over a line, a command acts one sample after it was computed. A law that can be designed for that is.
 
@@ -144,7 +144,7 @@ def program(
 
 
 def check_float(resolved: Resolved) -> None:
-    """Refuse a finite parameter that is infinite in float.
+    """Refuse finite parameters that overflow in float.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def check_float(resolved: Resolved) -> None:
 
 
 def sources(firmware: Program, board: Board | None) -> dict[str, str]:
-    """Return every file of a firmware by name: generated C, mathematics, link, application, board."""
+    """Return all files of a firmware by name: generated C, mathematics, link, application, board."""
     manifest = firmware.model.manifest
     name = manifest.model
     server = "raw.c" if firmware.raw else "server.c"
@@ -181,7 +181,7 @@ def sources(firmware: Program, board: Board | None) -> dict[str, str]:
 
 
 def build(firmware: Program, board: Board | None, toolchain: Toolchain) -> Image:
-    """Compile a firmware unless the cache has it.
+    """Compile a firmware, or return it from the cache.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def _compile(folder: Path, texts: Mapping[str, str], commands: list[list[str]], 
 
 
 def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolchain: Toolchain) -> None:
-    """Put the object of a unit into a folder; firmwares of one model, or of one compiler, share most objects."""
+    """Put a unit's object file into a folder; firmwares share most objects."""
     unit, name = command[-3], command[-1]
     read = (text for item in sorted(_included(unit, texts).items()) for text in item)
 
@@ -229,7 +229,7 @@ def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolcha
 
 
 def _included(unit: str, texts: Mapping[str, str]) -> dict[str, str]:
-    """Return a unit and its includes, with all files that a name may refer to."""
+    """Return a unit and all files that it may include."""
     names, rest = {unit}, [unit]
     while rest:
         place = rest.pop()
@@ -243,7 +243,7 @@ def _included(unit: str, texts: Mapping[str, str]) -> dict[str, str]:
 def compile_commands(
     texts: Mapping[str, str], model: str, board: Board | None, toolchain: Toolchain
 ) -> list[list[str]]:
-    """Return the commands that compile a folder of sources into firmware.elf; the last one links."""
+    """Return the commands that compile a folder of sources to firmware.elf; the last one links."""
     own: tuple[str, ...] = ()
     link: tuple[str, ...] = ("-lm",)
     if board is not None:
@@ -262,7 +262,7 @@ def compile_commands(
 
 
 def _below(folder: str) -> list[str]:
-    """Return the paths of the firmware's files in one of its folders."""
+    """Return the paths of the firmware's files below one of its folders."""
     return [path.relative_to(FIRMWARE).as_posix() for path in sorted((FIRMWARE / folder).rglob("*.[ch]"))]
 
 
@@ -288,4 +288,4 @@ def _run(command: list[str], folder: Path, toolchain: Toolchain) -> None:
     )  # fmt: skip
     if done.returncode != 0:
         report = f"exit status {done.returncode}\n$ {shlex.join(command)}\n{done.stderr or done.stdout}".rstrip()
-        raise BuildError(f"{toolchain.version} failed on the firmware: {report}")
+        raise BuildError(f"{toolchain.version} could not compile the firmware: {report}")

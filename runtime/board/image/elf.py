@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contents of a compiled image: segments, symbols, sizes, and routines that a float image must not have."""
+"""Contents of an image: segments, symbols, sizes, and forbidden double-precision routines."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Elf:
         return sorted(name for name in self.symbols if _DOUBLE.fullmatch(name))
 
     def stored(self, address: int, size: int) -> bytes:
-        """Return bytes of flash."""
+        """Return the bytes of flash that the image occupies."""
         for start, content in self.segments:
             if start <= address and address + size <= start + len(content):
                 return content[address - start : address - start + size]
@@ -59,7 +59,7 @@ class Elf:
 
 
 def read_elf(path: Path, stack: bool = True) -> Elf:
-    """Read an image for a board; without its stack where another project's linker script made it."""
+    """Read an image for a board; another project's image has no known stack."""
     with path.open("rb") as file:
         elf = ELFFile(file)
         segments = tuple(
@@ -82,7 +82,7 @@ def read_elf(path: Path, stack: bool = True) -> Elf:
 
 
 def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:
-    """Divide each function at the symbols that mark the start of instructions ($t) and constants ($d)."""
+    """Split each function at the symbols for starts of instructions ($t) and constants ($d)."""
     marks = sorted((s["st_value"], s.name[:2]) for s in table.iter_symbols() if s.name[:2] in ("$t", "$d"))
     functions: dict[str, list[tuple[int, int]]] = {}
     for symbol in table.iter_symbols():

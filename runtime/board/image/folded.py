@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""law.c: a law with constant parameters in its code that writes new memory as early as possible.
+"""law.c: a law with constant parameters that writes its new memory as early as possible.
 
 A law that tolerates missing measurements ends with `z_next[i] = SELECT(mask, new, z[i])` for each number i of its
 memory. All new numbers then wait for the mask, most of them on the stack. As z and z_next are two halves of a buffer,
@@ -29,7 +29,7 @@ _LAW_ARGUMENTS = (
 
 @dataclass(frozen=True)
 class _Store:
-    """z_next[index] = SELECT(mask, value, z[index])."""
+    """Assignment z_next[index] = SELECT(mask, value, z[index])."""
 
     index: int
     mask: str
@@ -37,7 +37,7 @@ class _Store:
 
 
 def law_source(manifest: Manifest, law: Controller, tunable: Sequence[str], text: str) -> str:
-    """Return the code of law.c: all parameters but the tunable ones are constants, for the compiler to fold.
+    """Return the code of law.c; all parameters except tunable ones are constants for the compiler.
 
     The compiler rounds as the processor does, so the bits do not change.
 
@@ -78,13 +78,13 @@ def law_source(manifest: Manifest, law: Controller, tunable: Sequence[str], text
 
 
 def _body(text: str, function: str) -> list[str]:
-    """Return the statements of a generated function, each on a line."""
+    """Return the statements of a generated function, one per line."""
     begin = text.index("{\n", text.index(f"void {function}(")) + 2
     return [line.strip() for line in _CONTINUED.sub(" ", text[begin : text.index("\n}\n", begin)]).splitlines()]
 
 
 def _early(statements: list[str], memory: Sequence[str]) -> list[str]:
-    """Write each new number of the memory as soon as its inputs exist, and restore it where the mask is false."""
+    """Write each new memory number as soon as possible, and restore it where the mask is false."""
     stores = {k: store for k, text in enumerate(statements) if (store := _store(text, memory))}
     if not stores:
         return statements
@@ -119,7 +119,7 @@ def _known(expression: str, statements: Sequence[str]) -> int:
 
 
 def _store(text: str, memory: Sequence[str]) -> _Store | None:
-    """Return the masked memory write in a statement, if the old number is kept otherwise."""
+    """Return the masked memory assignment in a statement if the alternative is the old number."""
     match = _STORE.match(text)
     if match is None or not match[2].startswith("SELECT("):
         return None
@@ -131,7 +131,7 @@ def _store(text: str, memory: Sequence[str]) -> _Store | None:
 
 
 def _arguments(call: str) -> list[str] | None:
-    """Return the arguments of a call that is a complete expression."""
+    """Return the arguments of a call that forms a complete expression."""
     parts, depth = [""], 0
     for k, character in enumerate(call[call.index("(") :], call.index("(")):
         depth += {"(": 1, ")": -1}.get(character, 0)

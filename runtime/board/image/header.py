@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two C headers that describe a model and a law to the portable firmware."""
+"""C headers that describe a model and a law to the portable firmware."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mehvar.base.names import identifier
 from ...model.parameters import Resolved
 
 SUBSTEPS = 5
-"""Runge-Kutta steps of a period in the self-test."""
+"""Runge-Kutta steps per period in the self-test."""
 _RAW_NUMBERS = 18
 """Numbers in the paper's bare packet of 72 bytes."""
 _LICENSE = "/* SPDX-License-Identifier: Apache-2.0 */"
@@ -28,7 +28,7 @@ _LAW_ARGUMENTS = (
 
 @dataclass(frozen=True)
 class Layout:
-    """Sizes and names of the data on the link, all numbers in C `float`.
+    """Sizes and names of the data on the link, in C `float`.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Layout:
 
 
 def layout(manifest: Manifest, law: Controller) -> Layout:
-    """Return the layout for the names of a model and a law."""
+    """Return the layout of a model and a law."""
     applied = [f"{q.name}_applied" for q in manifest.inputs] if law.memory else []
     inputs = (*(q.name for q in manifest.seen), *(q.name for q in manifest.references), *applied)
     outputs = tuple(q.name for q in manifest.inputs)
@@ -67,12 +67,12 @@ def layout(manifest: Manifest, law: Controller) -> Layout:
 
 
 def raw_numbers(link: Layout) -> int:
-    """Return the count of numbers in a bare packet to the board; those beyond the inputs are zero."""
+    """Return the count of numbers in a bare packet to the board; those after the inputs are zero."""
     return max(len(link.inputs), _RAW_NUMBERS)
 
 
 def board_model_header(manifest: Manifest, law: Controller, period: float) -> str:
-    """Return the text of mehvar/board_model.h: sizes and names, for the firmware and for users of its sources."""
+    """Return the text of mehvar/board_model.h: sizes and names, for the firmware and its users."""
     link, nr = layout(manifest, law), len(manifest.references)
     lines = [
         _LICENSE,
@@ -117,7 +117,7 @@ def board_law_header(
     suffix: str = "",
     tunable: Sequence[str] | None = None,
 ) -> str:
-    """Return the text of mehvar/private/board_law.h: the model's functions and numbers for the firmware.
+    """Return the text of mehvar/private/board_law.h: functions and numbers for the firmware.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def board_law_header(
 
 
 def _tunable(manifest: Manifest, law: Controller, names: Sequence[str] | None) -> list[str]:
-    """Return the parameters that can be set."""
+    """Return the tunable parameters."""
     head = "static inline int mv_board_tunable(uint32_t group, uint32_t i) /* group: 1 is p, 2 is c */"
     if names is None:
         return [head, "{", "    (void)group, (void)i;", "    return 1;", "}", ""]
@@ -198,7 +198,7 @@ def _law_call(manifest: Manifest, law: Controller, p: str, c: str) -> str:
 
 
 def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inlined: bool) -> list[str]:
-    """Return definitions that give the model's functions the names and arguments of the firmware."""
+    """Return definitions that adapt the model's functions to the firmware's names and arguments."""
     name = identifier(law.name)
     names = {identifier(f) for f in manifest.functions}
     memory, start = bool(law.memory), f"{name}_start" in names
@@ -244,7 +244,7 @@ def _inline(name: str, arguments: str, call: str, unused: Sequence[str] = ()) ->
 
 
 def _float(value: float) -> str:
-    """Return the C literal of the nearest float, with the same bits in every compiler."""
+    """Return the C literal of the nearest float, bit-identical in all compilers."""
     return f"K({_number(float(np.float32(value)))})"
 
 
@@ -253,5 +253,5 @@ def _number(value: float) -> str:
 
 
 def floats(values: NDArray[np.float64]) -> bytes:
-    """Return numbers as the board has them: little-endian C floats."""
+    """Return numbers as the board stores them: little-endian floats."""
     return np.asarray(values).astype("<f4").tobytes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instructions of an image for Cortex-M or RISC-V: names, changed registers, targets of jumps."""
+"""Instructions of images for Cortex-M or RISC-V: names, changed registers, jump targets."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CODE = 2**32
 
 
 class UnboundedError(MehvarError, ValueError):
-    """The instructions of a function do not tell its length or its stack."""
+    """The instructions of a function do not determine its length or stack."""
 
 
 @dataclass(frozen=True)
@@ -40,19 +40,19 @@ class Instruction:
 
     @property
     def conditional(self) -> bool:
-        """True for a branch that may or may not be taken."""
+        """True for a conditional branch."""
         return _CONDITIONAL.fullmatch(self.mnemonic) is not None
 
     @property
     def returns_if(self) -> bool:
-        """True for an instruction within an IT block that either returns or continues."""
+        """True for an instruction of an IT block that may return."""
         if _RETURN_IF.fullmatch(self.mnemonic) is None:
             return False
         return self.operands == "lr" or "pc}" in self.operands
 
     @property
     def exact(self) -> bool:
-        """True for a test of equality, which a counter must then meet exactly."""
+        """True for a test of equality, which a loop counter must meet exactly."""
         return self.mnemonic.startswith("cb") or self.mnemonic.split(".")[0].endswith(("eq", "ne"))
 
     @property
@@ -62,7 +62,7 @@ class Instruction:
 
     @property
     def leaves(self) -> bool:
-        """True where the next instruction runs only if something jumps there."""
+        """True if the following instruction is reached by jumps only."""
         if self.call or self.conditional or self.returns_if:
             return False
         return self.mnemonic in ("b", "b.w", "bx", "udf") or "pc" in self.writes or "pc}" in self.operands
@@ -77,16 +77,16 @@ class Instruction:
 
 
 class RiscV(Instruction):
-    """An instruction of RISC-V. Its loops are not counted: their operands are written otherwise."""
+    """An instruction of RISC-V, whose loops are not counted."""
 
     @property
     def conditional(self) -> bool:
-        """True for a branch that may or may not be taken."""
+        """True for a conditional branch."""
         return _RISCV_BRANCH.fullmatch(self.mnemonic) is not None
 
     @property
     def returns_if(self) -> bool:
-        """False: no instruction returns or goes on."""
+        """False: no instruction returns conditionally."""
         return False
 
     @property
@@ -97,7 +97,7 @@ class RiscV(Instruction):
 
     @property
     def leaves(self) -> bool:
-        """True where the next instruction runs only if something jumps there."""
+        """True if the following instruction is reached by jumps only."""
         name = self.mnemonic.removeprefix("c.")
         return not self.call and name in ("j", "jal", "jr", "jalr", "ret", "ebreak", "unimp")
 
@@ -113,7 +113,7 @@ class RiscV(Instruction):
 
 
 def instructions(elf: Elf, name: str) -> list[Instruction]:
-    """Return the instructions of a function, without the constants between them."""
+    """Return the instructions of a function without constants between them."""
     decoded = _decoded_riscv if elf.riscv else _decoded
     return [i for address, size in elf.functions[name] for i in decoded(elf.stored(address, size), address)]
 

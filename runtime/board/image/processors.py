@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors that run the firmware as a process; those other than this machine's use QEMU's user mode."""
+"""Processors that run the firmware as a Linux process; foreign ones use QEMU's user mode."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ PROCESSORS = {
     )
 }  # fmt: skip
 _OWN_PRECISION = "-fexcess-precision=fast"
-"""With -std=c99 gcc computes float in double on s390x (`FLT_EVAL_METHOD` 1), which `operations.h` refuses."""
+"""Flags for s390x: with -std=c99 gcc computes float in double there, which `operations.h` refuses."""
 
 
 def process_toolchain(name: str | None, compiler: str | None = None) -> Toolchain:

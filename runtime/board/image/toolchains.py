@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Boards and the compilers that build for them."""
+"""Boards and their compilers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ KIB = 1024
 
 @dataclass(frozen=True)
 class Board:
-    """A board: its processor, its memory and where it can be emulated.
+    """A board: processor, memory, and available emulators.
 
     Attributes
     ----------
@@ -77,9 +77,9 @@ _GCC_CPU = {
 _GCC_SMALL = (
     "-fno-trapping-math", "-fno-tree-pre", "-fno-if-conversion", "-fno-schedule-insns2", "-fno-inline-small-functions",
 )  # fmt: skip
-"""Each makes the image of a law smaller and no step slower."""
+"""Flags for gcc; each makes a law's image smaller and no step slower."""
 _GCC_FOLDING = {"m4f": ("-mtune=cortex-a5",)}
-"""Option for a law with constant parameters, with which gcc uses vmla, as clang does above.
+"""Flag for a law with constant parameters, with which gcc uses vmla as clang does.
 
 The bits stay the same, as vmla rounds twice. The adaptive law has 164 instructions and 644 bytes fewer, but 313 more
 estimated cycles; the estimate counts fetching instructions as free."""
@@ -92,7 +92,7 @@ _ZIG_CPU = {
 
 @dataclass(frozen=True)
 class Toolchain:
-    """A compiler: "gcc" or "zig" (the Python package ziglang) for another processor, or "host".
+    """A compiler: "gcc" or "zig" (Python package ziglang) for another processor, or "host".
 
     `emulator` is the command that runs its programs on this machine; empty for this machine's own, and for boards.
     """
@@ -109,12 +109,12 @@ class Toolchain:
         return (*_ZIG_CPU[board.cpu], "-fno-sanitize=all", "-Xclang", "-Oz")  # zig makes -Os of a plain -Oz
 
     def folding(self, board: Board) -> tuple[str, ...]:
-        """Return this compiler's further options for a law with constant parameters."""
+        """Return the compiler's additional options for a law with constant parameters."""
         return _GCC_FOLDING.get(board.cpu, ()) if self.name == "gcc" else ()
 
     @property
     def libraries(self) -> tuple[str, ...]:
-        """Libraries to link: the compiler's own arithmetic."""
+        """Libraries to link: the compiler's arithmetic."""
         return ("-lgcc",) if self.name == "gcc" else ()
 
 
@@ -126,7 +126,7 @@ def board(name: str) -> Board:
 
 
 def toolchain(name: str | None = None) -> Toolchain:
-    """Return a cross compiler: the requested one, else gcc, whose code is smaller and faster, else zig.
+    """Return a cross compiler: the requested one, else gcc, with smaller and faster code, else zig.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def toolchain(name: str | None = None) -> Toolchain:
 
 
 def host_toolchain(name: str | None = None) -> Toolchain:
-    """Return the compiler for software in the loop: zig on request, else the one for models."""
+    """Return the compiler for software in the loop: zig on request, else that of models."""
     if name not in (None, "zig"):
         raise bad_value("compiler", name, "zig, or left out for the compiler of this machine, with --target sil")
     if name == "zig":

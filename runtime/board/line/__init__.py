@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The line between host and board: frames, requests, bare packets."""
+"""Line between host and board: frames, requests, bare packets."""

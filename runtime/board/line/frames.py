@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames as in firmware/mehvar/private/link.h: COBS, CRC-32C, session and number of the request."""
+"""Frames as in firmware/mehvar/private/link.h: COBS, CRC-32C, session and request number."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 _HEADER, _CRC = struct.Struct("<BBHI"), 4
 _LONGEST = 1 << 16
-"""Bytes kept without a delimiter: above any frame, and a bound for a line with endless noise."""
+"""Largest number of bytes kept without delimiter: more than any frame, and a bound for endless noise."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Contents between two delimiters, checked."""
+    """Checked contents between two delimiters."""
 
     type: int
     flags: int
@@ -24,13 +24,13 @@ class Frame:
 
 
 def encode(frame: Frame) -> bytes:
-    """Return the bytes of a frame on the line, with a delimiter at each end."""
+    """Return the bytes of a frame on the line, with delimiters."""
     body = _HEADER.pack(frame.type, frame.flags, frame.session, frame.number) + frame.payload
     return b"\0" + _stuff(body + _check(body)) + b"\0"
 
 
 class Decoder:
-    """Finds complete frames in a stream of bytes.
+    """Finder of complete frames in a stream of bytes.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Decoder:
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[Frame]:
-        """Take bytes and yield the frames that they complete."""
+        """Add bytes and yield the frames that they complete."""
         *whole, rest = (self._rest + data).split(b"\0")
         self._rest = rest[-_LONGEST:]
         for stuffed in filter(None, whole):
@@ -66,13 +66,13 @@ def _decode(stuffed: bytes) -> Frame | None:
 
 
 def _check(content: bytes) -> bytes:
-    """Return the CRC of header and payload, and of the payload's length."""
+    """Return the CRC of header, payload and payload length."""
     size = (len(content) - _HEADER.size).to_bytes(4, "little")
     return crc32c(size + content).to_bytes(4, "little")
 
 
 def crc32c(data: bytes) -> int:
-    """Return the CRC-32C (Castagnoli) of some bytes, as in RFC 3720, B.4."""
+    """Return the CRC-32C (Castagnoli) of bytes, as in RFC 3720, B.4."""
     crc = 0xFFFFFFFF
     for byte in data:
         crc = crc >> 8 ^ _TABLE[(crc ^ byte) & 0xFF]
@@ -89,7 +89,7 @@ _TABLE = tuple(map(_remainder, range(256)))
 
 
 def _stuff(body: bytes) -> bytes:
-    """Replace zeros by the distance to the next one (consistent overhead byte stuffing)."""
+    """Replace zeros by the distance to the next zero (consistent overhead byte stuffing)."""
     stuffed = bytearray()
     for block in body.split(b"\0"):
         while len(block) >= 254:  # the longest block that one code byte, 1 to 255, can announce

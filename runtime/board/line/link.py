@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Link to a board: one request at a time, repeated until it is answered. Types as in firmware/mehvar/server.h."""
+"""Link to a board: one request at a time, repeated until its answer. Types are those of firmware/mehvar/server.h."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ _STATS = (
 
 
 class LinkError(MehvarError, RuntimeError):
-    """The board does not answer, or sends an invalid answer."""
+    """The board does not answer, or its answer is invalid."""
 
     exit_status = 3
 
 
 class RestartError(LinkError):
-    """The board has restarted, or served another host: memory and parameters are no longer ours."""
+    """The board restarted or served another host, so its memory and parameters are unknown."""
 
 
 class Flags(IntFlag):
-    """Flags of the board's answer to a step."""
+    """Flags in the board's answer to a step."""
 
     LOST = 1
     DUPLICATE = 2
@@ -68,7 +68,7 @@ class Port(Protocol):
         """Send bytes."""
 
     def read(self, timeout: float) -> bytes:
-        """Return the received bytes, waiting at most `timeout` seconds for the first one."""
+        """Return received bytes; wait up to `timeout` seconds for the first."""
 
     def close(self) -> None:
         """Close the line and its emulator."""
@@ -76,7 +76,7 @@ class Port(Protocol):
 
 @dataclass(frozen=True)
 class Hello:
-    """Description of a board, as its hello states it."""
+    """Description of a board, from its hello."""
 
     real_size: int
     hash: bytes
@@ -98,7 +98,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class SelfTest:
-    """Law and plant on the target: samples done, CRC-32 of all inputs, slowest step in ticks, final state and input."""
+    """Result of a self-test: samples, CRC-32 of all inputs, slowest step in ticks, final state and input."""
 
     samples: int
     crc: int
@@ -109,7 +109,7 @@ class SelfTest:
 
 @dataclass
 class Counters:
-    """The host's counts for the line."""
+    """The host's counters of the line."""
 
     requests: int = 0
     resent: int = 0
@@ -124,7 +124,7 @@ class Counters:
 
 
 class Link:
-    """The host's end of the line.
+    """Host end of the line.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ class Link:
         self._number = 0
 
     def connect(self, patience: float = 10.0) -> Hello:
-        """Wait until the board answers and serves this host, and check that it runs the right program.
+        """Wait for the board's answer, and check that it serves this host with the right program.
 
         The board then has its compiled-in parameters and no memory.
 
@@ -177,11 +177,11 @@ class Link:
             self._tries, self._timeout = tries, timeout
 
     def reset(self) -> None:
-        """Clear memory and counters, and restore the compiled-in parameters."""
+        """Clear memory and counters, and restore compiled-in parameters."""
         self._request(RESET)
 
     def step(self, numbers: FloatArray) -> Answer:
-        """Evaluate the law once, however often the request must be sent.
+        """Evaluate the law once, also if the request is sent repeatedly.
 
         Raises
         ------
@@ -197,12 +197,12 @@ class Link:
             name = (flag.name or "").lower()
             self.counters.flags[name] = self.counters.flags.get(name, 0) + 1
         if flags & Flags.FRESH:
-            raise RestartError(f"{self._port.name}: the board lost the memory of the law and cannot go on")
+            raise RestartError(f"{self._port.name}: the board lost the law's memory, so the run cannot continue")
         u = np.frombuffer(reply.payload[:size], "<f4").astype(np.float32)
         return Answer(u, int.from_bytes(reply.payload[size:], "little"), flags)
 
     def get(self, group: str) -> FloatArray:
-        """Return the memory "z" or the parameters "p", "c", "s".
+        """Return the memory "z" or parameters "p", "c", "s".
 
         Raises
         ------
@@ -215,7 +215,7 @@ class Link:
         return np.frombuffer(reply.payload, "<f4").astype(np.float32)
 
     def set(self, group: str, values: NDArray[np.floating]) -> None:
-        """Set the memory "z" or the parameters "p", "c", "s"."""
+        """Set the memory "z" or parameters "p", "c", "s"."""
         self._request(SET, bytes([_group(group)]) + values.astype("<f4").tobytes())
 
     def stats(self) -> dict[str, int]:
@@ -225,12 +225,12 @@ class Link:
         return dict(zip(_STATS, numbers, strict=True))
 
     def output(self) -> FloatArray:
-        """Return the inputs that the board's actuators hold."""
+        """Return the inputs that the board's actuators currently apply."""
         payload = self._request(STATS).payload
         return np.frombuffer(payload[4 * len(_STATS) :], "<f4").astype(np.float32)
 
     def selftest(self, samples: int, timeout: float = 600.0) -> SelfTest:
-        """Run law and plant on the target, from the memory and the parameters that were set; the memory is lost."""
+        """Run law and plant on the target from the given memory and parameters; the memory is lost."""
         before, self._timeout = self._timeout, timeout
         try:
             payload = self._request(SELFTEST, samples.to_bytes(4, "little")).payload
@@ -242,13 +242,13 @@ class Link:
         count, crc, ticks = struct.unpack_from("<3I", payload)
         if count != samples:
             done = f"after {count} of {samples} samples"
-            raise LinkError(f"{self._port.name}: a byte on the line ended the self-test {done}")
+            raise LinkError(f"{self._port.name}: the self-test was interrupted by a byte on the line {done}")
         numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
         states = self._layout.sizes[6]
         return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])
 
     def reboot(self) -> None:
-        """Restart the board's program; it does not answer."""
+        """Restart the board's program without an answer."""
         self._port.write(encode(Frame(REBOOT, 0, self._session, self._next(), b"")))
 
     def _next(self) -> int:
@@ -298,7 +298,7 @@ class Link:
         expected = self._layout
         if hello.real_size != 4:
             raise InputError(
-                f"{self._port.name}: the board has numbers of {hello.real_size} bytes, and must have 4 (float): "
+                f"{self._port.name}: the board has numbers of {hello.real_size} bytes, but 4 (float) are needed: "
                 "build and flash it again"
             )
         if hello.hash == expected.hash and hello.sizes != expected.sizes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's bare packets: numbers down and up, without frames. See firmware/raw.c."""
+"""The paper's bare packets: unframed numbers in both directions. See firmware/raw.c."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ from .link import LinkError, Port
 
 Doubles = NDArray[np.float64]
 _FIRST_TRIES, _FIRST_TIMEOUT = 10, 0.5
-"""Five seconds for a board to start. Only the first packet is repeated: a later one would be another sample."""
+"""Attempts and timeout of the first packet, five seconds for a board's start. Later packets are never repeated, as
+each is a new sample."""
 
 
 class BareLaw:
-    """A law on a board that speaks bare packets; give it to `simulate` as `law`.
+    """A law on a board with bare packets; give it to `simulate` as `law`.
 
     The board has the parameters that were compiled in, and starts its memory from the first packet.
     """
@@ -34,7 +35,7 @@ class BareLaw:
         self._memory, self._answer = bool(program.law.memory), 4 * len(program.layout.outputs)
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
-        """Evaluate the law at the next sample."""
+        """Return the board's input for the next sample."""
         numbers = np.concatenate([x, r, v] if self._memory else [x, r])
         self._packet[: len(numbers)] = numbers
         # the line may open before the board listens
@@ -60,7 +61,7 @@ class BareLaw:
 
 
 class HostLaw:
-    """The same law on this machine, with its memory initialised as on the board.
+    """The same law on this machine, with memory initialised as on the board.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ class HostLaw:
         self._nu, self.real, self._memory = len(program.layout.outputs), real, bool(program.law.memory)
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
-        """Evaluate the law at the next sample."""
+        """Return the law's input for the next sample."""
         u = np.zeros(self._nu)
         if not self._memory:
             _call(self._law, x, r, self._p, self._c, u)
@@ -96,11 +97,11 @@ class HostLaw:
         return u, following
 
     def set(self, resolved: Resolved) -> None:
-        """Give the law other parameters from the next sample on."""
+        """Change the law's parameters from the next sample on."""
         self._p, self._c = resolved.p, resolved.c
 
     def begin(self, z: Doubles) -> None:
-        """Start from a memory, like a board whose host sets it."""
+        """Start from a given memory, as a board does when its host sets it."""
         self._z = z.astype(np.float32).astype(np.float64) if self.real == "float" else z
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conversions of a generated model for other libraries; each library is imported at first use."""
+"""Conversions of a generated model for other libraries, which are imported at first use."""

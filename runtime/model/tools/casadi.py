@@ -32,12 +32,12 @@ class _Vector:
         return self.column[place[1]]
 
     def reshape(self, rows: int, columns: int) -> _Vector:
-        """Return the elements row by row; CasADi counts down the columns."""
+        """Return the elements in rows, as CasADi counts down the columns."""
         return _Vector(self._casadi, self._casadi.reshape(self.column, columns, rows).T)
 
 
 def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
-    """Return a `casadi.Function` on SX with the names and shapes of the manifest.
+    """Return a `casadi.Function` on SX with the manifest's names and shapes.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
 def _columns(
     casadi: Any, change: Callable[..., Any], point: Sequence[Any], sizes: Sequence[int], place: int
 ) -> _Vector:
-    """Return a Jacobian as generated code computes it: the changes along unit vectors, as its columns."""
+    """Return a Jacobian whose columns are changes along unit vectors, as generated code computes it."""
     columns = []
     for k in range(sizes[place]):
         along = [casadi.SX(size, 1) for size in sizes]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models, laws and loops as systems of python-control."""
+"""Models, laws and loops as python-control systems."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .rebound import library
 
 
 def state_space(system: LinearSystem) -> Any:
-    """Return a linear system as `control.StateSpace`, rows and columns named.
+    """Return a linear system as a labelled `control.StateSpace`.
 
     Raises
     ------
@@ -35,12 +35,12 @@ def state_space(system: LinearSystem) -> Any:
 
 
 def _distinct(outputs: tuple[str, ...], system: LinearSystem) -> tuple[str, ...]:
-    """Return the names of outputs; python-control lets them be those of states, not those of inputs."""
+    """Return unique output names: python-control allows those of states, but not of inputs."""
     return tuple(f"{name}_out" if name in system.inputs else name for name in outputs)
 
 
 def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any:
-    """Return the plant as `control.NonlinearIOSystem`: inputs u, outputs x."""
+    """Return the plant as a `control.NonlinearIOSystem` with inputs u and outputs x."""
     refuse(manifest, Place.NLSYS)
     rhs = functions["rhs"]
 
@@ -51,7 +51,7 @@ def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any
 
 
 def law_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
-    """Return a law: inputs x and r, and before them v, the input of the sample before, where it has a memory z."""
+    """Return a law with inputs x, r; with memory z, also v before them, the input of the previous sample."""
     INTEGRATED.refuse(manifest, Place.NLSYS, law)
     call, nx, nz = functions[identifier(law.name)], len(manifest.seen), len(law.memory)
     inputs = (*manifest.seen, *manifest.references)
@@ -79,7 +79,7 @@ def law_system(manifest: Manifest, functions: Functions, law: Controller, p: Flo
 
 
 def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
-    """Return the closed loop of a continuous law: inputs r, outputs x.
+    """Return the closed loop of a continuous law with inputs r and outputs x.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
 
 
 class _Named:
-    """A signal that the manifest does not describe."""
+    """A signal without entry in the manifest."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model as an initial value problem of SciPy."""
+"""A model as an initial value problem for SciPy."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class InitialValueProblem(NamedTuple):
 def initial_value_problem(
     functions: Functions, input_at: Callable[[float], FloatArray], p: FloatArray, x0: FloatArray, end: float
 ) -> InitialValueProblem:
-    """Return the initial value problem of a plant under an input that depends only on time.
+    """Return a plant's initial value problem for an input that depends on time only.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated functions on JAX's arrays, for `jit`, `vmap` and `grad`."""
+"""Generated functions on JAX arrays, for `jit`, `vmap` and `grad`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .rebound import Translation, library, rebound
 
 
 class _Numpy:
-    """`jax.numpy`, and the one name that it lacks."""
+    """`jax.numpy` with the one name that it lacks."""
 
     def __init__(self, numpy: Any) -> None:
         self._numpy = numpy
@@ -23,12 +23,12 @@ class _Numpy:
 
     @staticmethod
     def errstate(**_: str) -> nullcontext[None]:
-        """Do nothing: compiled arithmetic does not warn."""
+        """Do nothing, as compiled arithmetic does not warn."""
         return nullcontext()
 
 
 def jax_functions(manifest: Manifest) -> Translation:
-    """Return every generated function on JAX arrays; `jax_enable_x64` decides the width of numbers.
+    """Return all generated functions on JAX arrays; `jax_enable_x64` decides their precision.
 
     Raises
     ------
@@ -49,5 +49,5 @@ def jax_functions(manifest: Manifest) -> Translation:
 
 
 def float_of(numpy: Any) -> Any:
-    """Return the type that JAX gives to Python's floats now: double only where `jax_enable_x64` is set."""
+    """Return JAX's current type of Python floats: double only with `jax_enable_x64`."""
     return numpy.result_type(float)

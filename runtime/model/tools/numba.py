@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated functions compiled by Numba: one point, plain loops and branches.
+"""Generated functions compiled by Numba, for one point, with plain loops and branches.
 
 Numba supports neither `np.errstate` nor the broadcasting of generated code. The syntax tree is therefore rewritten for
 scalars; the arithmetic does not change.
@@ -21,7 +21,7 @@ from .rebound import Translation, library
 
 
 def numba_functions(manifest: Manifest) -> Translation:
-    """Return every generated function as Numba compiles it, on vectors of doubles, at one point.
+    """Return all generated functions compiled by Numba, on vectors of doubles, for one point.
 
     Raises
     ------
@@ -43,11 +43,11 @@ def numba_functions(manifest: Manifest) -> Translation:
 
 
 _COLUMNS = {"jac_x": 0, "jac_u": 1}
-"""Jacobians computed as columns of `jvp`, and the position of their directions among its arguments."""
+"""Jacobians computed from columns of `jvp`, with the position of the direction among its arguments."""
 
 
 def _jacobian(njit: Callable[..., Any], jvp: Any, name: str, manifest: Manifest) -> Any:
-    """Return a Jacobian as generated code computes it: the changes along unit vectors, as its columns."""
+    """Return a Jacobian whose columns are changes along unit vectors, as generated code computes it."""
     (shape,), place = manifest.functions[name].shapes, _COLUMNS[name]
     sizes = (len(manifest.states), len(manifest.inputs))
 
@@ -64,35 +64,35 @@ def _jacobian(njit: Callable[..., Any], jvp: Any, name: str, manifest: Manifest)
 
 
 class _Scalar(ast.NodeTransformer):
-    """From arrays with leading axes to the numbers of one point."""
+    """Transformer of code for arrays with leading axes into code for one point."""
 
     def __init__(self, shapes: tuple[tuple[int, ...], ...]) -> None:
         self._shapes = shapes
 
     def visit_With(self, node: ast.With) -> list[ast.stmt]:
-        """Leave out `with np.errstate(...)`: compiled arithmetic does not warn."""
+        """Omit `with np.errstate(...)`, as compiled arithmetic does not warn."""
         return [new for statement in node.body for new in self._statements(statement)]
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt | None:
-        """Leave out the conversion of the arguments."""
+        """Omit the conversion of arguments."""
         if isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == "_arrays":
             return None
         return ast.Assign(node.targets, self.visit(node.value))
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        """Turn `x[..., k]` into `x[k]`."""
+        """Replace `x[..., k]` by `x[k]`."""
         assert isinstance(node.slice, ast.Tuple)
         return ast.Subscript(node.value, node.slice.elts[1], node.ctx)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
-        """Turn `np.where(m, a, b)` into `a if m else b`."""
+        """Replace `np.where(m, a, b)` by `a if m else b`."""
         arguments = [self.visit(argument) for argument in node.args]
         if ast.unparse(node.func) == "np.where":
             return ast.IfExp(*arguments)
         return ast.Call(node.func, arguments, [])
 
     def visit_Return(self, node: ast.Return) -> list[ast.stmt]:
-        """Fill arrays with the shapes of the results, where the code stacks elements."""
+        """Fill arrays of the results' shapes where the code stacks elements."""
         assert node.value is not None
         several = len(self._shapes) > 1
         values = node.value.elts if several and isinstance(node.value, ast.Tuple) else [node.value]
@@ -109,7 +109,7 @@ class _Scalar(ast.NodeTransformer):
 
 
 def _elements(value: ast.expr) -> list[ast.expr]:
-    """Return the elements of a result: `_vector(...)`, the same reshaped by a lambda, or `np.asarray(...)[()]`."""
+    """Return the elements of a result: `_vector(...)`, its reshaped form in a lambda, or `np.asarray(...)[()]`."""
     call = value.value if isinstance(value, ast.Subscript) else value
     assert isinstance(call, ast.Call)
     if isinstance(call.func, ast.Lambda):

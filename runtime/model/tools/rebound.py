@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated Python with other names in place of NumPy's: one source, many number types."""
+"""Generated Python with another library in place of NumPy: one source for many number types."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..functions import PythonBackend
 
 
 def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
-    """Return the same code where global names mean something else, also in the functions that it calls.
+    """Return code with replaced global names, also in the functions that it calls.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
 
 
 def library(name: str, package: str, use: str) -> ModuleType:
-    """Import the target library of a conversion, or raise InputError with the command that installs it."""
+    """Import the library of a conversion, or raise InputError with its install command."""
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -42,7 +42,7 @@ def library(name: str, package: str, use: str) -> ModuleType:
 
 
 class Translation:
-    """Generated functions for another library, each made at the first use of its name.
+    """Generated functions for another library, each converted at first use.
 
     Parameters
     ----------

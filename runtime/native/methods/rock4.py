@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Find the coefficients of `rock4` and write rock4.inc beside this file.
+"""Script that finds the coefficients of `rock4` and writes rock4.inc.
 
     python runtime/native/methods/rock4.py
 
@@ -25,22 +25,22 @@ Array = NDArray[np.float64]
 STAGES = 16
 LAST = 4
 DAMPING = 0.95
-"""Most of the stability polynomial: 0.9 makes the stable length 86.5 instead of 87.1, 0.99 makes it 87.7."""
+"""Largest value of the stability polynomial: 0.9 gives a stable length of 86.5 in place of 87.1, 0.99 gives 87.7."""
 FILE = Path(__file__).with_suffix(".inc")
 
 QUARTIC = (-2.4505, 1.2982, -0.2841, 3.5036, 88.0)
-"""Start of the search: real and imaginary part of two zeros in z = h lambda, and the stable length."""
+"""Initial guess: real and imaginary parts of two zeros in z = h lambda, and the stable length."""
 TAIL = (-0.12, 1.16, -0.76, -0.1, 0.2, 0.46, 0.44, -0.2, 0.2, 0.25)
-"""Start of the search: a21, a31, a32, a41, a42, a43 and b of the last stages."""
+"""Initial guess: a21, a31, a32, a41, a42, a43 and b of the last stages."""
 END_POINTS = (0.72, 0.87)
 """Times of the last two stages, in steps."""
 LINEAR_ERROR = 1 / 100
-"""Difference of the embedded method's coefficient of z^4: it only scales the error estimate."""
+"""Difference in the embedded method's coefficient of z^4, which only scales the error estimate."""
 
 
 @dataclass(frozen=True)
 class Head:
-    """Orthogonal polynomials p_k in x = 1 + 2 z / length, by p_{k+1} = (x - middle_k) p_k - weight_k p_{k-1}."""
+    """Polynomials p_k in x = 1 + 2 z / length, with p_{k+1} = (x - middle_k) p_k - weight_k p_{k-1}."""
 
     middle: Array
     weight: Array
@@ -48,19 +48,19 @@ class Head:
     length: float
 
     def orthogonal(self, x: Any) -> list[Any]:
-        """Return p_0 ... at x, which may be a polynomial."""
+        """Return p_0, p_1, ... at x, a number or polynomial."""
         p = [x * 0 + 1, x - self.middle[0]]
         for middle, weight in zip(self.middle[1:], self.weight[1:], strict=True):
             p.append((x - middle) * p[-1] - weight * p[-2])
         return p
 
     def stability(self, x: Any) -> Any:
-        """Return the stability polynomial, one at z = 0."""
+        """Return the stability polynomial, normalised to one at z = 0."""
         return self.quartic(x) * self.orthogonal(x)[-1] / (self.quartic(1.0) * self.orthogonal(1.0)[-1])
 
 
 def head(unknown: Array) -> Head:
-    """Return the polynomials that belong to a quartic: orthogonal under its square over the root of 1 - x^2."""
+    """Return the polynomials of a quartic: orthogonal with weight quartic^2 / sqrt(1 - x^2)."""
     length = unknown[4]
     zeros = [1 + 2 * complex(unknown[i], unknown[i + 1]) / length for i in (0, 2)]
     quartic = Polynomial.fromroots([z for zero in zeros for z in (zero, zero.conjugate())])
@@ -79,7 +79,7 @@ def head(unknown: Array) -> Head:
 
 
 def find_head() -> Head:
-    """Return the polynomials of order four that reach DAMPING, and no more, on the stable length."""
+    """Return the polynomials of order four whose maximum on the stable length is DAMPING."""
     start = np.array(QUARTIC)
 
     def solution(end: float) -> Head:
@@ -113,14 +113,14 @@ def tableau(first: Head, tail: Array) -> tuple[Array, Array]:
 
 
 def order_conditions(a: Array, b: Array) -> Array:
-    """Return the residuals of the conditions of order one to four."""
+    """Return the residuals of the order conditions up to four."""
     c = a.sum(axis=1)
     sums = [b.sum(), b @ c, b @ c**2, b @ a @ c, b @ c**3, b @ (c * (a @ c)), b @ a @ c**2, b @ a @ a @ c]
     return np.array(sums) - [1, 1 / 2, 1 / 3, 1 / 6, 1 / 4, 1 / 8, 1 / 12, 1 / 24]
 
 
 def find_tail(first: Head) -> Array:
-    """Return the last stages: of order four, with their end points where the error of order five is about smallest."""
+    """Return the last stages of order four, with end times that nearly minimise the fifth-order error."""
 
     def residual(tail: Array) -> Array:
         a, b = tableau(first, tail)
@@ -131,14 +131,14 @@ def find_tail(first: Head) -> Array:
 
 
 def find_estimate(a: Array, length: float) -> Array:
-    """Return the weights of the error estimate: of order three, and small where the method is stable."""
+    """Return the weights of an error estimate of order three that is small where the method is stable."""
     c = a.sum(axis=1)
     conditions = np.array([np.ones(STAGES), c, c**2, a @ c, a @ a @ c])
     return smallest(a, length, conditions, np.array([0, 0, 0, 0, LINEAR_ERROR]))
 
 
 def find_dense(a: Array, length: float) -> Array:
-    """Return the weights of h s^2 (1 - s)^2 in dense output of order four, small where the method is stable.
+    """Return the weights of h s^2 (1 - s)^2 for dense output of order four, small where the method is stable.
 
     The cubic with the slopes at both ends is off by that times the term of order four of the solution's series.
     """
@@ -158,7 +158,7 @@ def smallest(a: Array, length: float, conditions: Array, values: Array) -> Array
 
 
 def find() -> Array:
-    """Return a row by row, then b, c and the weights of the estimate and of dense output."""
+    """Return rows of a, then b, c and the weights of error estimate and dense output."""
     first = find_head()
     a, b = tableau(first, find_tail(first))
     return np.array([*a, b, a.sum(axis=1), find_estimate(a, first.length), find_dense(a, first.length)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The law of a run: one of the model, a function in Python, or inputs over time without a law."""
+"""Law of a run: one of the model, a Python function, or inputs over time."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs over time from a file: a result, or a table."""
+"""Inputs over time from a file: a result or a table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Table = dict[str, tuple[FloatArray, FloatArray]]
 
 
 def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xarray.Dataset:
-    """Read inputs for an open loop.
+    """Read inputs of an open loop from a file.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identity of a law in Python: its code, and every value and function that the code reads from its surroundings."""
+"""Identity of a Python law: its code, and all values and functions that it reads from outside."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ import numpy as np
 _LOADS = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"} | {
     *("LOAD_FROM_DICT_OR_GLOBALS", "LOAD_FROM_DICT_OR_DEREF"),
 }
-"""Instructions of Python 3.11 and later that load a name from outside the code."""
+"""Instructions, of Python 3.11 and later, that load outside names."""
 _ATTRIBUTES = {"LOAD_ATTR", "LOAD_METHOD"}
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(Ellipsis))
 _FIELDS = (MemberDescriptorType, type(vars(namedtuple("_Pair", "one"))["one"]))
-"""Types of class attributes for entries of __slots__, and for fields of a named tuple."""
+"""Types of class attributes for __slots__ entries and named tuple fields."""
 _INSTALLED = {"site-packages", "dist-packages"}
 _STANDARD = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib"))
-"""Folders of modules that stay unedited between two runs of a batch: those of environments and of Python."""
+"""Folders of installed modules and of Python, whose files do not change between runs of a batch."""
 _LONGEST = 200
-"""Characters of a value that are shown; a longer one, such as a table of numbers, is shown by its digest."""
+"""Characters of a shown value; longer ones, such as tables of numbers, are shown by digest."""
 _OPEN: tuple[object, ...] = (
     *(eval, exec, compile, globals, locals, vars, __import__, importlib.import_module, importlib.__import__),
     *(sys.modules, sys._getframe, inspect.currentframe, inspect.stack),
     *(os.environ, os.getenv, getattr(os, "environb", os.environ), getattr(os, "getenvb", os.getenv)),
 )
-"""Objects through which code reaches anything under a computed name, or the start conditions of the process."""
+"""Objects through which code can reach anything by a computed name, or the process's start conditions."""
 _OPEN_MODULES = {"builtins", "gc", "importlib", "inspect", "os", "sys"}
 _MOVING: tuple[object, ...] = (
     *(open, input, id, hash, np.load, np.loadtxt, np.genfromtxt, np.fromfile, np.memmap),
@@ -57,17 +57,17 @@ _MOVING_MODULES = {
     *("io", "_io", "pathlib", "tempfile", "socket", "subprocess", "threading", "multiprocessing", "platform", "psutil"),
     *("decimal", "_decimal", "_pydecimal", "contextvars", "_contextvars", "locale", "_locale", "warnings", "signal"),
 }
-"""Objects with other results at another time or in another process: clocks, generators, files, the machine, settings of
-the interpreter, and contexts, such as the precision of `decimal`."""
+"""Objects whose results depend on time or process: clocks, generators, files, machine, interpreter settings,
+contexts such as decimal precision."""
 _OPEN_NAMES = {"__globals__", "__builtins__", "__annotations__", "__subclasses__"} | {
     *("f_globals", "f_locals", "f_builtins", "f_back", "gi_frame", "tb_frame"),
 }
-"""Attributes that lead beyond the contents of an object."""
+"""Attributes that lead beyond an object's contents."""
 _SHOWN = (
     *(object, list, tuple, dict, set, frozenset, OrderedDict, defaultdict, *_PLAIN, np.ndarray),
     *(SimpleNamespace, functools._lru_cache_wrapper),
 )
-"""Types in C whose contents the walk sees completely; any other may have a hidden state."""
+"""C types with completely visible contents; others may have hidden state."""
 
 
 class UnidentifiedError(Exception):
@@ -75,7 +75,7 @@ class UnidentifiedError(Exception):
 
 
 def identify(function: Callable[..., Any]) -> tuple[str, str]:
-    """Return the code of a function with everything it reads, or else the part that cannot be identified."""
+    """Return a function's code with everything it reads, or the part that cannot be identified."""
     try:
         return source(function), ""
     except UnidentifiedError as error:
@@ -83,7 +83,7 @@ def identify(function: Callable[..., Any]) -> tuple[str, str]:
 
 
 def source(function: Callable[..., Any]) -> str:
-    """Return the code of a function, and everything it reads from its surroundings, one line each.
+    """Return a function's code, and everything it reads from outside, one line each.
 
     Raises
     ------
@@ -97,17 +97,17 @@ def source(function: Callable[..., Any]) -> str:
     except (OSError, TypeError) as error:
         raise UnidentifiedError(f"the source of {function.__name__} was not found") from error
     if function.__name__ == "<lambda>":
-        raise UnidentifiedError("a lambda has no source of its own: define the law with def")
+        raise UnidentifiedError("a lambda cannot be recorded: define the law with def")
     walk = _Walk()
     try:
         walk.value(function.__name__, function)
     except (RecursionError, ValueError, AttributeError) as error:  # nested too deeply, or a name without a value
-        raise UnidentifiedError(f"what {function.__name__} reads cannot be followed: {error}") from error
+        raise UnidentifiedError(f"the values that {function.__name__} reads cannot be found: {error}") from error
     return "\n".join([text.rstrip("\n"), *walk.lines()])
 
 
 class _Walk:
-    """Everything that can be reached from a function, each object once."""
+    """Search of everything reachable from a function, each object once."""
 
     def __init__(self) -> None:
         self._lines: dict[str, str] = {}
@@ -123,7 +123,7 @@ class _Walk:
                 f"the module {name} is used as a whole: read its numbers by name, as in {name}.NAME"
             )
         if any(value is open_ for open_ in _OPEN):
-            raise UnidentifiedError(f"{name} is read as a whole: name the values that the law needs")
+            raise UnidentifiedError(f"{name} is read as a whole: read the values that the law needs by name")
         _refuse_moving(name, value)
         if _is_number(value) and _is_installed(type(value)) and not _held(value):
             self._lines[name] = _shown(value)
@@ -161,7 +161,7 @@ class _Walk:
         self._members(name, {key: part for key, part in vars(value).items() if key not in _OF_EACH_CLASS})
 
     def _instance(self, name: str, value: Any) -> None:
-        """Add the contents of an object: its parts, its attributes, and its class."""
+        """Add an object's contents: parts, attributes and class."""
         kind, plain = type(value), True
         if isinstance(value, list | tuple | set | frozenset):
             parts = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
@@ -230,7 +230,7 @@ def _refuse_moving(name: str, value: object) -> None:
     owner = getattr(value, "__self__", None)
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     if any(value is moving for moving in _MOVING) or _is_moving(str(module or type(owner).__module__)):
-        raise UnidentifiedError(f"{name} differs between times or processes: use t and x")
+        raise UnidentifiedError(f"{name} has another value at another time or in another process: use t and x")
 
 
 def _is_moving(module: str) -> bool:
@@ -244,7 +244,7 @@ _OF_EACH_CLASS = frozenset(
 
 
 def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
-    """Yield the names that code loads from its surroundings, each with the attributes it takes from it directly.
+    """Yield the outside names that code loads, each with its directly accessed attributes.
 
     Raises
     ------
@@ -254,7 +254,7 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
     hidden = _OPEN_NAMES & {*code.co_names, *(part for part in code.co_consts if isinstance(part, str))}
     if hidden:
         raise UnidentifiedError(
-            f"{code.co_name} reads {min(hidden)}, which can reach any object: name the values that the law needs"
+            f"{code.co_name} reads {min(hidden)}, through which it can reach any object: read the values by name"
         )
     path: tuple[str, ...] = ()
     for step in dis.get_instructions(code):
@@ -264,9 +264,11 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
         if path:
             yield path
         if step.opname == "IMPORT_NAME" and not _imports_installed(str(step.argval)):
-            raise UnidentifiedError(f"{code.co_name} imports {step.argval} while it runs: import it outside of it")
+            raise UnidentifiedError(
+                f"{code.co_name} imports {step.argval} during a run: import it at the top of the file"
+            )
         if step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL"):
-            raise UnidentifiedError(f"{code.co_name} sets the global {step.argval}: a law keeps numbers in its memory")
+            raise UnidentifiedError(f"{code.co_name} sets the global {step.argval}: keep numbers in the law's memory")
         path = (str(step.argval),) if step.opname in _LOADS else ()
     if path:
         yield path
@@ -276,7 +278,7 @@ def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
 
 
 def _code(code: CodeType) -> str:
-    """Return the operations of code, without line numbers and file."""
+    """Return the operations of code without line numbers and file."""
     constants = [_code(c) if isinstance(c, CodeType) else _canonical(c) for c in code.co_consts]
     names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
     flags = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
@@ -315,12 +317,12 @@ def _held(value: object) -> Mapping[str, Any]:
 
 
 def _made_in(kind: type) -> type:
-    """Return the type in C that creates the objects of a class."""
+    """Return the C type that creates a class's objects."""
     return next(base for base in kind.__mro__ if isinstance(vars(base).get("__new__"), BuiltinFunctionType))
 
 
 def _comes_with_python(value: object) -> bool:
-    """Return True for an attribute that is part of an installed module, not a number or table that users may set."""
+    """Return True for an attribute of an installed module that is not a number or table that users may set."""
     if _is_number(value) or isinstance(value, list | tuple | set | dict) or any(value is open_ for open_ in _OPEN):
         return False
     if _is_bound(value):
@@ -329,7 +331,7 @@ def _comes_with_python(value: object) -> bool:
 
 
 def _is_bound(value: object) -> TypeGuard[BuiltinFunctionType]:
-    """Return True for a method in C of an object, such as ``{"soft": 1.0}.get``, which reads the object."""
+    """Return True for a bound C method such as ``{"soft": 1.0}.get``, which reads its object."""
     return isinstance(value, BuiltinFunctionType) and not isinstance(value.__self__, ModuleType | type(None))
 
 

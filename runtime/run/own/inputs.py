@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs over time without a law: numbers, arrays, functions of time, or the inputs of an earlier run."""
+"""Inputs over time without a law: numbers, arrays, functions of time, or inputs of an earlier run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Interpolation = Literal["hold", "linear"]
 
 _ROUNDING = 1e-9
-"""Tolerance in samples: instants are rounded multiples of a sample, and the next one is a whole sample away."""
+"""Tolerance in samples of instants, which are rounded multiples of a sample."""
 _ALLOWED = "a number, a pair (t, values) of arrays, or a function of t"
 
 
@@ -69,7 +69,7 @@ def open_loop(
     end: float,
     origin: str,
 ) -> OwnLaw:
-    """Return inputs over time as a law that depends only on time.
+    """Return inputs over time as a law that depends on time only.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def open_loop(
 
 
 class _Inputs:
-    """All inputs at an instant, the same for every run."""
+    """All inputs at an instant, equal for all runs."""
 
     def __init__(self, names: Sequence[str], signals: Sequence[Signal]) -> None:
         self._names, self._signals = names, signals
@@ -202,7 +202,7 @@ def _recorded(
     if t[0] != 0:
         raise bad_value("inputs", f"a run whose first sample is at {t[0]:g} s", "one from its start, 0 s", origin)
     if t[-1] < end:
-        raise InputError(f"inputs (from {origin}): that run ends at {t[-1]:g} s: set t_end to that or less")
+        raise InputError(f"inputs (from {origin}): the given run ends at {t[-1]:g} s: set t_end to at most that")
     _check_inputs(run, manifest, origin)
     columns = {}
     for q in manifest.inputs:
@@ -225,7 +225,7 @@ def _recorded(
 
 
 def _check_inputs(run: Any, manifest: Manifest, origin: str) -> None:
-    """Refuse inputs that the model does not have: a result of a run has no others."""
+    """Refuse inputs that the model lacks; the inputs of a run's result always fit."""
     laws = manifest.controllers.values()
     groups = (manifest.states, manifest.outputs, *(group for law in laws for group in (law.memory, law.outputs)))
     inputs = [f"{kind}{q.name}" for q in manifest.inputs for kind in ("u_", "u_cmd_")]
@@ -244,7 +244,7 @@ def _numbers(run: Any, name: str, origin: str) -> FloatArray:
 
 
 def _held(run: Any, origin: str) -> tuple[float | None, int]:
-    """Return the hold time of a run's inputs, None for a continuous one, and its delay in hold times."""
+    """Return the hold time of a run's inputs, None if continuous, and its delay in hold times."""
     try:
         options = parse(str(run.attrs.get("options", "{}")))
         if options.get("hold") is None:

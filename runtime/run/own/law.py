@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law as a Python function, with all its results checked."""
+"""A law as a Python function with checks of its results."""
 
 from __future__ import annotations
 
@@ -22,27 +22,28 @@ from .identity import identify
 from .state import state_type
 
 _MEMORY = "\nmemory = "
-"""Mark in a law's identity, after its source and before its memory at the start."""
+"""Mark between source and initial memory in a law's identity."""
 
 LawFunction = Callable[..., Any]
-"""law(t, x) -> u, or law(t, x, z) -> (u, z_next) with a memory; u of shape (nu,), in a batch (nu, runs)."""
+"""Python function of a law: law(t, x) -> u, or law(t, x, z) -> (u, z_next) with memory. u has the shape (nu,), in a
+batch (nu, runs)."""
 
 _READ_ONLY = "; x and z cannot be changed in place: return the input and, with a memory, the next one"
 _BLOCK = "; in a batch x has a column for each run: numpy.where decides for each"
 
 Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""A sampled law evaluated elsewhere: measured state, reference, applied input, memory -> input, memory."""
+"""Function of a sampled law: measured state, reference, applied input, memory -> input, memory."""
 
 
 class LawError(MehvarError, RuntimeError):
-    """A law in Python failed, or returned an invalid input; the message says when, what and where."""
+    """A Python law failed or returned an invalid input; the message says when, what and where."""
 
     exit_status = 3
 
 
 @dataclass(frozen=True)
 class OwnLaw:
-    """A law evaluated in Python: a function of the user, or inputs over time.
+    """A law evaluated in Python: a user's function, or inputs over time.
 
     Attributes
     ----------
@@ -74,7 +75,7 @@ class OwnLaw:
     unidentified: str = ""
 
     def hold(self, dt: float, origin: str) -> tuple[float | None, float]:
-        """Return the hold time of an input, None for a continuous loop; and the step at which the loop stops.
+        """Return the hold time of an input, None in a continuous loop, and the step at which the loop stops.
 
         Raises
         ------
@@ -85,13 +86,13 @@ class OwnLaw:
         return (step if self.period or self.held else None), step
 
     def at(self, instants: FloatArray) -> Law:
-        """Return the law for a loop that evaluates it once at each of these instants, in order."""
+        """Return the law for a loop that evaluates it once per given instant, in order."""
         now = iter(instants.tolist())
         return lambda x, r, _v, z: self.command(next(now), x, r, z)
 
 
 def describe(name: str, title: str, memory: Sequence[Quantity] = ()) -> Controller:
-    """Return the description of a law from outside the model, for results."""
+    """Return the description of an external law for results."""
     return Controller(
         name=name,
         title=title,
@@ -139,7 +140,7 @@ def own_law(
 
 
 def recorded_memory(text: str) -> list[float] | None:
-    """Return the memory before the first sample from the identity of a law; None for a law without one."""
+    """Return the initial memory from a law's identity; None for a law without memory."""
     return json.loads(text.rpartition(_MEMORY)[2]) or None
 
 
@@ -158,7 +159,7 @@ def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
 
 
 class _Caller:
-    """Calls a user's function and refuses invalid results."""
+    """Caller of a user's function that refuses invalid results."""
 
     def __init__(self, function: LawFunction, name: str, manifest: Manifest, memory: int | None) -> None:
         self._function, self._name, self._memory = function, name, memory
@@ -180,7 +181,9 @@ class _Caller:
         if self._memory is None:
             return self._checked(t, "u", result, (len(self._inputs), *runs)), z
         if not isinstance(result, tuple) or len(result) != 2:
-            raise LawError(f"{self._at(t)} returned {shown(result)}: must be the pair (u, z_next), as it has a memory")
+            raise LawError(
+                f"{self._at(t)} returned {shown(result)}: must be the pair (u, z_next), since the law has a memory"
+            )
         u, z_next = result
         return (
             self._checked(t, "u", u, (len(self._inputs), *runs)),
@@ -204,7 +207,7 @@ class _Caller:
 
 
 def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return numbers of a shape (n,) or (n, runs); one number may fill a row, and a single row needs no list."""
+    """Return numbers of shape (n,) or (n, runs); one number may fill a row, a single row needs no list."""
     n, runs = shape[0], shape[1:]
     try:
         listed = value if isinstance(value, list | tuple) else unmasked(value)
@@ -218,7 +221,7 @@ def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
 
 
 def _message(error: Exception, function: LawFunction) -> str:
-    """Return the exception of a law and its place in the law's code."""
+    """Return a law's exception with its place in the law's code."""
     code = getattr(function, "__code__", None)
     frames = [
         f for f in traceback.extract_tb(error.__traceback__) if code is not None and f.filename == code.co_filename

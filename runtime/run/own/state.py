@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The state as a law in Python gets it: an array with named elements."""
+"""State as a Python law receives it: an array with named elements."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...model.functions import FloatArray
 
 
 class State(np.ndarray[Any, np.dtype[np.float64]]):
-    """The state as an argument of a law, shape (nx,), or (nx, runs) in a batch; read-only.
+    """State as a law's argument, shape (nx,), or (nx, runs) in a batch; read-only.
 
     `x.NAME` and `x["NAME"]` are a state or a reference, `x.r` all references. A state with the name of an array
     attribute, such as `T`, replaces that attribute: transposed arrays are not needed here.
@@ -43,7 +43,7 @@ class State(np.ndarray[Any, np.dtype[np.float64]]):
 
 @functools.cache
 def state_type(names: tuple[str, ...], references: tuple[str, ...]) -> type[State]:
-    """Return the class of the states of a model, with a property for each name."""
+    """Return the state class of a model, with one property per name."""
     fields: dict[str, Any] = {"names": names, "references": references}
     fields |= {name: property(functools.partial(_reference, i)) for i, name in enumerate(references)}
     fields |= {name: property(functools.partial(_row, i)) for i, name in enumerate(names)}

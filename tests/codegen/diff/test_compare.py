@@ -318,7 +318,7 @@ def test_it_is_plain_data():
     ("damage", "message"),
     [
         (lambda d: d.update(schema=1), "has schema 1"),
-        (lambda d: d["nodes"].update(b=["sin", "c"], c=["sym", "x"]), "does not come before it"),
+        (lambda d: d["nodes"].update(b=["sin", "c"], c=["sym", "x"]), "refers to a later node"),
         (lambda d: d["symbols"].clear(), "not declared"),
         (lambda d: d.pop("results"), "damaged"),
         (lambda d: d["results"][0].update(node="z"), "does not exist"),

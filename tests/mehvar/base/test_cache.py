@@ -104,7 +104,7 @@ def test_a_cache_that_is_emptied_again_and_again_is_an_error(root: Path) -> None
         calls.append(folder)
         shutil.rmtree(root)
 
-    with pytest.raises(BuildError, match="vanished each of 3 times that name was made"):
+    with pytest.raises(BuildError, match="disappeared 3 times while name was written"):
         cache.entry("kind", "name", fill)
     assert len(set(calls)) == 3
 

@@ -247,7 +247,7 @@ def test_a_new_model_and_a_lost_one(project):
         (("--model", "cat"), "unknown model 'cat' (from --model): did you mean cart?"),
         (("--format", "xml"), "--format = 'xml': must be text or json or html"),
         (("--paper",), "no published equations"),
-        (("HEAD", "--paper"), "--paper compares what models/ derives now"),
+        (("HEAD", "--paper"), "--paper compares the current models/ with the paper"),
         (("--out", "missing/page.html"), "'missing/page.html': must be in a folder that exists"),
     ],
 )
@@ -356,7 +356,7 @@ def test_git_shows_the_comparison_as_an_external_diff(project):
     project.commit("turned")
     assert "spring" in project.git("log", "-p", "--ext-diff", "-1", "--", "generated/cart/equations.json")
     project.git("rm", "--quiet", "generated/cart/equations.json")
-    assert "is gone" in project.git("diff", "--cached", "--", "generated/cart/equations.json")
+    assert "was removed" in project.git("diff", "--cached", "--", "generated/cart/equations.json")
 
 
 def test_git_shows_equations_line_by_line_through_textconv(project):

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.optimize import curve_fit
-from scipy.stats import binom
+from scipy.stats import binom, chi2
 
 import mehvar
 from mehvar.base.errors import InputError
+from mehvar.parts import Bob, ExternalForce, Hub, Spacecraft
+from mehvar.runtime.model.model import Model
 from tests.runtime.batch.test_damage import PENDULUM
 
 NOISE = 1e-3
@@ -61,16 +63,44 @@ def test_estimate_and_covariance_are_those_of_curve_fit(truth: xr.Dataset) -> No
     assert fit.deviation("I_x") == pytest.approx(covariance[0, 0] ** 0.5, rel=1e-3)
 
 
-@pytest.mark.soak
-def test_intervals_cover_as_often_as_they_say(truth: xr.Dataset) -> None:
-    rng, trials = np.random.default_rng(20261124), 30
-    fits = [
-        mehvar.fit("satellite", noisy(truth, rng), ["I_x"], "pd", sigma={"roll": NOISE, "wx": NOISE})
-        for _ in range(trials)
-    ]
-    covered = sum(low <= 2.3 <= high for low, high in (fit.interval("I_x", 0.8) for fit in fits))
-    assert binom.ppf(0.001, trials, 0.8) <= covered <= binom.ppf(0.999, trials, 0.8)
-    assert 0.3 < np.mean([fit.misfit for fit in fits]) < 0.7  # uniform, if the noise is as given
+def sloshing() -> tuple[Model, xr.Dataset]:
+    """Return a craft with a tank that swings, and a run of it over 100 s with another inertia and damping."""
+    craft = Spacecraft("sloshing", motion="attitude")
+    craft.add(Hub("hub", mass=120.0, inertia=(12.0, 14.0, 10.0)))
+    craft.add(Bob("tank", mass=20.0, length=0.25, at=(0, 0, -0.3), damping=0.5, rest=(0, 0, -1)))
+    craft.add(ExternalForce("push"))
+    model = mehvar.build(craft)
+    truth = mehvar.simulate(model, None, inputs={"pushz": 30.0}, t_end=100.0, dt_out=0.5, **START, **VALUES)
+    return model, truth
+
+
+START, VALUES = {"tank_phi_0": 0.3, "wz_0": 0.02}, {"hub_Jxx": 12.5, "tank_c": 0.6}
+
+
+def coverage(trials: int, seed: int) -> tuple[dict[str, int], int, list[float]]:
+    """Return how many intervals of 95 % hold each value and all at once, and the misfits."""
+    model, truth = sloshing()
+    rng, covered, together, misfits = np.random.default_rng(seed), dict.fromkeys(VALUES, 0), 0, []
+    for _ in range(trials):
+        rates = {f"w{axis}": truth[f"w{axis}"] + rng.normal(0, NOISE, truth.sizes["t"]) for axis in "xy"}
+        record = xr.Dataset(rates | {f"u_push{axis}": truth[f"u_push{axis}"] for axis in "xyz"})
+        fit = mehvar.fit(model, record, list(VALUES), sigma=dict.fromkeys(rates, NOISE), **START)
+        for name, value in VALUES.items():
+            low, high = fit.interval(name)
+            covered[name] += low <= value <= high
+        error = fit.values - np.array(list(VALUES.values()))
+        together += error @ np.linalg.solve(fit.covariance, error) < chi2.ppf(0.95, len(VALUES))
+        misfits.append(fit.misfit)
+    return covered, together, misfits
+
+
+@pytest.mark.parametrize("trials", [6, pytest.param(500, marks=pytest.mark.soak)])
+def test_intervals_cover_as_often_as_they_say(trials: int) -> None:
+    """Inertia and damping of a craft with a tank that swings; each interval, and both in their ellipse."""
+    covered, together, misfits = coverage(trials, 20261128)
+    for count in (*covered.values(), together):
+        assert binom.ppf(0.001, trials, 0.95) <= count <= binom.ppf(0.999, trials, 0.95)
+    assert 0.5 - 2 / np.sqrt(trials) < np.mean(misfits) < 0.5 + 2 / np.sqrt(trials)  # uniform, if the noise is as given
 
 
 def test_noise_is_estimated_and_correlated_residuals_are_told(truth: xr.Dataset) -> None:

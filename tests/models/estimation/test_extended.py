@@ -102,14 +102,14 @@ def test_errors_and_innovations_are_as_large_as_it_says(model):
         (lambda: estimated(swing(), "lqr", START), "law 'lqr' is not known"),
         (lambda: estimated(swing(), "pd", {"angle": (0, 1)}), "must have mean and deviation of rate, drag too"),
         (lambda: estimated(swing(), "pd", START, {"speed": 1.0}), "state 'speed' is not known"),
-        (lambda: estimated(swing(sensor=None), "pd", START), "must be sampled, in a system with a sensor"),
+        (lambda: estimated(swing(sensor=None), "pd", START), "estimates need a sampled law and a system with a sensor"),
         (
             lambda: estimated(swing(sensor=Sensor(E, (X.angle + E.e_s, X.rate), Y)), "pd", START),
             "measurement 'gyro' has no noise: an estimate needs it",
         ),
         (
             lambda: estimated(swing(sensor=Sensor(E, (X.angle + E.e_s, X.rate + E.e_s), Y)), "pd", START),
-            "measurements sine and gyro have noise in common",
+            "measurements sine and gyro share a noise",
         ),
         (lambda: estimated("swing", "pd", START), "system = 'swing': must be a System"),
         (lambda: estimated(swing(delays={"torque": "kp"}), "pd", START), "law 'pd': has inputs with delays"),

@@ -150,7 +150,7 @@ def test_a_number_from_around_a_law_is_of_its_text_and_a_lambda_cannot_be_told(
     batch(pendulum, controller=scaled(1.0), out=out, resume=True, **options)
     with pytest.raises(InputError, match="was made with law = "):
         batch(pendulum, controller=scaled(2.0), out=out, resume=True, **options)
-    with pytest.raises(InputError, match="the law in Python cannot be identified: a lambda has no source"):
+    with pytest.raises(InputError, match="the law in Python cannot be identified: a lambda cannot be recorded"):
         batch(pendulum, controller=lambda _t, x: [-x.angle], out=out, resume=True, **options)
 
 

@@ -136,7 +136,7 @@ def test_a_worker_without_a_compiler_is_named(scheduler: str, client: Client, tm
     process = worker(scheduler, "bare", FOLDER=str(tmp_path), CC="/no/such/cc")
     try:
         client.wait_for_workers(1, timeout=60)
-        with pytest.raises(InputError, match=r"the worker tcp://.* cannot take part: .*/no/such/cc"):
+        with pytest.raises(InputError, match=r"the worker tcp://.* cannot be used: .*/no/such/cc"):
             run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client)
     finally:
         stop(process)
@@ -156,7 +156,7 @@ def test_a_worker_with_other_sources_is_refused_and_adds_no_block(
     out = tmp_path / "runs.zarr"
     try:
         client.wait_for_workers(1, timeout=60)
-        message = r"the worker tcp://.* cannot take part: its numerics differ.*mehvar's own C \("
+        message = r"the worker tcp://.* cannot be used: its numerics differ.*mehvar's own C \("
         with pytest.raises(WorkerError, match=message):
             run_batch("triangle", CAMPAIGN, out, client=client, chunk=8)
         assert open_store(out).stored() == []

@@ -153,7 +153,7 @@ def test_a_request_to_reboot_forgets_the_memory(bench):
     with pytest.raises(RestartError, match="has started since"):
         link.step(bench.numbers(0))
     link.connect()
-    with pytest.raises(RestartError, match="lost the memory"):
+    with pytest.raises(RestartError, match="lost the law's memory"):
         link.step(bench.numbers(0))
     assert not link.output().any()
 
@@ -356,7 +356,9 @@ def test_a_byte_on_the_line_ends_a_self_test(bench):
         writes(data + b"\x55")
 
     bench.port.write = interrupted
-    with pytest.raises(LinkError, match=r"ended the self-test after \d+ of 100000 samples"):
+    with pytest.raises(
+        LinkError, match=r"the self-test was interrupted by a byte on the line after \d+ of 100000 samples"
+    ):
         link.selftest(100_000)
 
 

@@ -49,7 +49,7 @@ def test_calls_through_pointers_recursion_and_frames_of_variable_size(tmp_path, 
     result = {name: _bound_of(tmp_path, name, text, compiler) for name, text in SOURCES.items()}
     assert result["depth"].startswith("bytes >= 200: True")
     assert "recursive: start calls start" in result["recursion"]
-    assert "start has a frame of variable size" in result["variable"]
+    assert "start has a stack frame of variable size" in result["variable"]
 
 
 def _bound_of(folder, name, text, compiler):

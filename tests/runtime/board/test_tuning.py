@@ -103,7 +103,7 @@ def test_a_damaged_journal_is_refused_or_breaks_off(tmp_path):
             with contextlib.suppress(InputError):
                 assert not read_journal(journal, sizes).complete
     journal.write_bytes(content + bytes(40))
-    with pytest.raises(InputError, match="it is damaged at byte"):
+    with pytest.raises(InputError, match="the file is damaged at byte"):
         read_journal(journal, sizes)
 
 

@@ -91,7 +91,7 @@ def test_a_folder_without_its_sources_says_what_to_type(tree):
     shutil.rmtree(tree.parents[1] / "models" / "triangle")
     manifest.__dict__["text"] = "of nobody's"
     with pytest.raises(
-        InputError, match=r"lacks triangle_casadi\.c, and models/triangle is not beside it .* generate triangle --out"
+        InputError, match=r"lacks triangle_casadi\.c, and models/triangle, from which .* generate triangle --out"
     ):
         holder(manifest, "triangle_casadi.c")
 

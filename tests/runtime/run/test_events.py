@@ -204,7 +204,7 @@ def test_surfaces_are_the_kinks_of_an_expression():
         ({"reset": {sp.Symbol("other"): sp.S.One}}, "must be the symbol of a state"),
         ({"name": "two words"}, "letters, digits and underscores"),
         ({"name": "down"}, "is defined twice"),
-        ({"guard": sp.S.One}, "depends on nothing"),
+        ({"guard": sp.S.One}, "does not depend on any symbol"),
         ({"guard": sp.Symbol("other")}, "'other' belongs to no group"),
     ],
 )

@@ -16,16 +16,22 @@ NOISE, WALK, SIGMA, PERIOD, EVERY = 3e-5, 1e-6, (5e-5, 5e-5, 3e-4), 0.1, 10
 START = {"roll_0": 0.8, "yaw_0": -0.5, "gyro_bias_x_0": 1e-3, "gyro_bias_y_0": -5e-4}
 
 
+def own_rate(**options):
+    """Return a tracker with a rate of its own."""
+    return StarTracker("tracker", sigma=SIGMA, every=EVERY, **options)
+
+
 def craft_of(gyro=None, tracker=None, **options):
     craft = Spacecraft("eyes", motion="attitude", period=PERIOD)
     craft.add(Hub("hub", mass=40.0, inertia=(2.0, 3.0, 2.5)))
     turn = craft.add(Torquer("turn"))
     gyro = craft.add(gyro or Gyro("gyro", noise=NOISE, walk=WALK))
     tracker = craft.add(tracker or StarTracker("tracker", sigma=SIGMA))
-    craft.add(AttitudeFilter("filter", gyro=gyro, tracker=tracker, **{"every": EVERY, **options}))
+    every = {"every": EVERY} if tracker.steady else {}
+    craft.add(AttitudeFilter("filter", gyro=gyro, tracker=tracker, **{**every, **options}))
 
     def steer(law):
-        for shown in (*gyro.seen(), *tracker.seen()):
+        for shown in (*gyro.seen(), *tracker.seen(), *(() if tracker.steady else (tracker.new,))):
             law.update(law.keep(f"kept_{shown.name}", shown.unit), shown.symbol)
         kp, kd = law.parameter("kp", 0.8, "N m"), law.parameter("kd", 1.2, "N m s")
         (_, *q), w = law.attitude, law.rates
@@ -38,6 +44,12 @@ def craft_of(gyro=None, tracker=None, **options):
 @pytest.fixture(scope="module")
 def model():
     return mehvar.build(craft_of())
+
+
+@pytest.fixture(scope="module")
+def losing():
+    """A tracker that measures each second, and loses one picture in three."""
+    return mehvar.build(craft_of(tracker=own_rate(dropout=0.3)))
 
 
 def product(p, q):
@@ -60,7 +72,7 @@ def to_hub(q):
     return np.array([product(product(conjugate(q), [0, *axis]), q)[1:] for axis in np.eye(3)]).T
 
 
-def by_hand(gyro, tracker, attitude=0.1, bias=1e-3):
+def by_hand(gyro, tracker, new, attitude=0.1, bias=1e-3):
     """Return quaternion, bias and covariance before each sample: an error-state filter with angles about inertial axes.
 
     Source: Sola, Quaternion kinematics for the error-state Kalman filter, arXiv 1711.02508, with global angles; the
@@ -79,9 +91,9 @@ def by_hand(gyro, tracker, attitude=0.1, bias=1e-3):
 
     for k, (g, s) in enumerate(zip(gyro, tracker, strict=True)):
         yield q, b, P
-        q = product(q, turn_by(PERIOD / 2 * (g - b))) if k else s
+        q = s if new[k] and not any(new[:k]) else product(q, turn_by(PERIOD / 2 * (g - b)))
         P = moved(P, q) + white
-        if k % EVERY == 0:
+        if new[k]:
             off = product(conjugate(q), s)
             H = np.hstack([to_hub(q), np.zeros((3, 3))])
             K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
@@ -115,12 +127,16 @@ def covariance(series, k):
 QUATERNION, BIAS = [f"filter_q{k}" for k in range(4)], [f"filter_bias_{a}" for a in "xyz"]
 
 
-def test_it_is_the_filter_of_the_textbook(model):
+@pytest.mark.parametrize("name", ["model", "losing"])
+def test_it_is_the_filter_of_the_textbook(name, request):
     """With factors, one angle after the other and rational turns; 1e-9 rad and rad/s over 600 samples of a slew."""
-    run = arrays(mehvar.simulate(model, "steer", t_end=60.0, parameters=START))
+    run = arrays(mehvar.simulate(request.getfixturevalue(name), "steer", t_end=60.0, parameters=START))
     gyro = np.stack([run[f"kept_gyro_{a}"][1:] for a in "xyz"], axis=1)
     tracker = np.stack([run[f"kept_tracker_q{k}"][1:] for k in range(4)], axis=1)
-    for k, (q, b, P) in enumerate(by_hand(gyro, tracker)):
+    new = run["kept_tracker_new"][1:] > 0.5 if name == "losing" else np.arange(len(gyro)) % EVERY == 0
+    assert 0.5 < new[::EVERY].mean() < 0.9 if name == "losing" else new[::EVERY].all()
+    assert new.sum() == new[::EVERY].sum()
+    for k, (q, b, P) in enumerate(by_hand(gyro, tracker, new)):
         ours, size = column(run, QUATERNION, k), np.sqrt(np.diag(P))
         np.testing.assert_allclose(ours / np.linalg.norm(ours), q, rtol=0, atol=1e-9)
         np.testing.assert_allclose(column(run, BIAS, k), b, rtol=0, atol=1e-9)
@@ -142,10 +158,19 @@ def nees(series, k):
 DRAWN = {f"gyro_bias_{a}_0": "normal(0, 1e-3)" for a in "xyz"} | {f"{n}_0": "uniform(-1, 1)" for n in ("roll", "yaw")}
 
 
+def test_a_rate_of_the_tracker_is_a_rate_of_the_filter(model):
+    """The same measurements are due, so the estimates are the same; the clock changes the last bits of a step."""
+    other = mehvar.build(craft_of(tracker=own_rate()))
+    ours, theirs = (arrays(mehvar.simulate(m, "steer", t_end=10.0, parameters=START)) for m in (model, other))
+    for name in (*QUATERNION, *BIAS, "filter_D1", "filter_nis"):
+        np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-9, atol=1e-13)
+
+
 @pytest.mark.soak
-def test_errors_and_innovations_are_as_large_as_it_says(model):
+@pytest.mark.parametrize("name", ["model", "losing"])
+def test_errors_and_innovations_are_as_large_as_it_says(name, request):
     """Means over 1000 runs at 12 instants of slews within 95 % bands: of 24 at most three outside, by chance one."""
-    n = 1000
+    n, model = 1000, request.getfixturevalue(name)
     runs = arrays(mehvar.batch(model, "steer", n, vary=DRAWN, t_end=60.0, save=5.0))
     outside = 0
     for size, values in ((6, lambda k: nees(runs, k)), (3, lambda k: runs["filter_nis"][:, k])):
@@ -172,7 +197,9 @@ def test_a_filter_that_has_diverged_says_so(model):
 
 
 @needs("arm-none-eabi-gcc")
-def test_the_board_computes_the_same_bits(model):
+@pytest.mark.parametrize("name", ["model", "losing"])
+def test_the_board_computes_the_same_bits(name, request):
+    model = request.getfixturevalue(name)
     outcome = run_on_board(model, BoardRequest("steer", "unicorn", compiler="gcc", samples=60, profiled=False))
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
     assert outcome.z.compared > 30 * 60
@@ -195,10 +222,15 @@ def continuous(craft):
     [
         (lambda: craft_of(Gyro("gyro", noise=NOISE)), "filter: gyro.walk = None: must be given for a filter"),
         (lambda: craft_of(tracker=StarTracker("t")), "filter: t.sigma = None: must be given for a filter"),
+        (lambda: craft_of(Gyro("g", noise=NOISE, walk=WALK, every=2)), "filter: g must measure at each sample"),
+        (lambda: craft_of(tracker=own_rate(), every=5), "filter.every = 5: must be left out, tracker has its own rate"),
         (lambda: AttitudeFilter("f", gyro=1, tracker=2), "f.gyro = 1: must be a Gyro"),
         (lambda: craft_of(bias=0.0).system(), r"filter_bias = 0.0: must be a number in \(0, inf\)"),
-        (lambda: second(craft_of()), "the craft has the filters filter, other: must have one at most"),
-        (lambda: continuous(craft_of()), "law own is continuous, and a filter is sampled: leave out sampled=False"),
+        (lambda: second(craft_of()), r"the craft has several filters \(filter, other\): only one is allowed"),
+        (
+            lambda: continuous(craft_of()),
+            "law own is continuous, but a filter needs a sampled law: leave out sampled=False",
+        ),
     ],
 )
 def test_wrong_filters_are_refused(make, words):

@@ -158,14 +158,14 @@ def two(law):
         (wheels(), lambda law: {"wheel1": (1, 2)}, "law l: wheel1 has 1 inputs, and 2 commands"),
         (wheels(), lambda law: law.torque([1, 2], wheels()), "law l: torque has 2 components; must have 3"),
         (wheels(), lambda law: law.torque([1, 2, 3], jets()), "law l: jetxpa is no actuator of the craft"),
-        (PLUS, lambda law: law.torque([1, 2, 3], PLUS), "push to one side; add thrusters"),
+        (PLUS, lambda law: law.torque([1, 2, 3], PLUS), "can only push to one side; add thrusters"),
         (
             [Gyro("gyro")],
             lambda law: {"x": law.attitude[0]},
             "law l: no sensor measures the attitude: add a StarTracker",
         ),
         ([Bob("tank", mass=1.0, length=1.0)], lambda law: law.torque([1, 2, 3], [HUB]), "hub is no actuator"),
-        (wheels(), lambda law: law.update(law.period, 1), "law l: Ts is not kept; declare it by keep"),
+        (wheels(), lambda law: law.update(law.period, 1), "law l: Ts is not in the memory; declare it by keep"),
     ],
 )
 def test_wrong_laws_are_refused(parts, write, words):

@@ -112,7 +112,7 @@ def test_libration_in_pitch():
         (lambda: Spacecraft("craft", orbit="two-body"), "orbit = 'two-body': must be an Orbit"),
         (lambda: Spacecraft("craft", orbit=Orbit(), motion="plane"), "must be an Orbit, of a craft with motion"),
         (lambda: lonely(GravityGradient()), r"gradient needs an orbit: write Spacecraft\(..., orbit=Orbit\(\)\)"),
-        (lambda: lonely(Orbit()), "an orbit is no part to add"),
+        (lambda: lonely(Orbit()), "an orbit cannot be added as a part"),
     ],
 )
 def test_wrong_orbits_are_refused(make, words):

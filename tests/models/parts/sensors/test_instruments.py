@@ -112,9 +112,101 @@ def test_a_gyro_at_rest_walks_as_its_densities_say():
         assert angle.std() == pytest.approx(expected, rel=0.1)
 
 
+def variance(errors, count):
+    """Return the Allan variance of errors, shape (runs, samples), over means of `count` samples; all overlap."""
+    total = np.cumsum(np.insert(errors, 0, 0.0, axis=1), axis=1)
+    second = total[:, 2 * count :] - 2 * total[:, count:-count] + total[:, : -2 * count]
+    return (second**2).mean() / (2 * count**2)
+
+
+EVERY, STEP = 4, 0.05
+SIZES = {
+    "gyro_noise": (1e-3, "gyro_y"), "mag_noise": (1e-9, "mag_x"), "sun_sigma": (2e-3, "sun_z"),
+    "tacho_sigma": (0.3, "tacho"), "tracker_sigmay": (1e-4, "tracker_q2"),
+}  # fmt: skip
+
+
+def test_allan_variances_are_those_of_the_densities():
+    """White noise has sigma^2 / m over means of m measurements, a walk of the gyro's bias K^2 tau / 3 besides."""
+    rate = {"every": EVERY}
+    parts = (
+        WHEEL, Gyro("gyro", noise=1e-3, walk=1e-3, **rate), Magnetometer("mag", noise=1e-9, **rate),
+        SunSensor("sun", sigma=2e-3, **rate), Tachometer("tacho", of=WHEEL, sigma=0.3, **rate),
+        StarTracker("tracker", sigma=(1e-4, 1e-4, 1e-4), **rate),
+    )  # fmt: skip
+    model = mehvar.build(craft_of(*parts, orbit=Orbit(), period=STEP))
+    options = {"t_end": 200.0, "save": STEP * EVERY, "wheel_speed_0": 3.0, "dt_out": STEP * EVERY}
+    still = dict.fromkeys(SIZES, 0.0) | {"gyro_walk": 0.0}
+    truth = mehvar.batch(model, "watch", 1, **options, **(still | {"tracker_sigmax": 0.0, "tracker_sigmaz": 0.0}))
+
+    def errors(runs, name):
+        return (runs[f"{name}_shown"].values - truth[f"{name}_shown"].values)[:, 2:]
+
+    noisy = mehvar.batch(model, "watch", 60, **options, gyro_walk=0.0)
+    for parameter, (size, name) in SIZES.items():
+        white = {"noise": size / np.sqrt(STEP * EVERY), "sigma": size, "sigmay": size / 2}[parameter.split("_")[1]]
+        for count in (1, 3, 10, 30):
+            assert variance(errors(noisy, name), count) == pytest.approx(white**2 / count, rel=0.1)
+    walking = mehvar.batch(model, "watch", 60, **options, gyro_noise=0.0)
+    for count in (10, 30, 100):
+        tau = count * STEP * EVERY
+        assert variance(errors(walking, "gyro_y"), count) == pytest.approx(1e-6 * tau / 3, rel=0.15)
+
+
+def test_a_sensor_measures_at_its_turn_and_loses_a_share():
+    tracker = StarTracker("tracker", every=3, dropout=0.25)
+    model = mehvar.build(craft_of(WHEEL, tracker, Tachometer("tacho", of=WHEEL, dropout=0.5), period=0.1))
+    seen = []
+
+    def law(t, x):
+        seen.append(np.stack([x.tracker_new, x.tracker_q0, x.tacho_new]))
+        return 0 * x.tacho[None]
+
+    mehvar.batch(model, law, 1000, period=0.1, t_end=6.0)
+    new, q0, tacho = np.stack(seen, axis=1)
+    assert not new[np.arange(len(new)) % 3 > 0].any()
+    assert new[::3].mean() == pytest.approx(0.75, abs=0.01)
+    assert tacho.mean() == pytest.approx(0.5, abs=0.01)
+    np.testing.assert_array_equal(q0, new)  # it shows the truth, or zero
+
+
+def test_a_law_has_the_last_measurement():
+    """A tracker that is blind until a turn has slowed down, and a gyro at each fourth sample."""
+    craft = craft_of(WHEEL, StarTracker("tracker", blind=0.1, every=1), Gyro("gyro", every=4), period=0.1)
+
+    def held_law(law):
+        k, kd, bias = (
+            law.parameter("k", 1.0, "N m"),
+            law.parameter("kd", 1.0, "N m s"),
+            law.parameter("T", -0.01, "N m"),
+        )
+        return {"wheel": k * law.attitude[1] + kd * law.rates[0] + bias}
+
+    craft.law("held", held_law)
+    run = mehvar.simulate(mehvar.build(craft), "held", t_end=3.0, wx_0=0.12, roll_0=0.2)
+    x, q = run["wx"].values[:-1], run["q1"].values[:-1]
+    k = np.arange(len(x))
+    shown = np.where(x <= 0.1, q, 0.0)  # before the first picture a law has no turn
+    np.testing.assert_allclose(run["u_cmd_wheel_torque"].values[:-1], shown + x[4 * (k // 4)] - 0.01, rtol=1e-12)
+    assert 0 < np.count_nonzero(shown) < len(x)
+
+
+def continuous():
+    craft = craft_of(WHEEL, StarTracker("tracker", every=2))
+    craft.law("own", lambda law: {"wheel": law.attitude[1]}, sampled=False)
+    return craft.system()
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
+        (continuous, "law own is continuous, but tracker needs a sampled law: leave out sampled=False"),
+        (lambda: craft_of(Gyro("gyro", every=0)).system(), r"gyro_every = 0: must be a number in \[1, inf\)"),
+        (lambda: craft_of(Gyro("gyro", dropout=1.0)).system(), r"gyro_dropout = 1.0: must be a number in \[0, 1\)"),
+        (
+            lambda: mehvar.simulate(mehvar.build(craft_of(Gyro("g", every=1.5))), "watch"),
+            "g.every must be a whole number",
+        ),
         (lambda: Tachometer("tacho", of=HUB), "tacho.of = .*: must be a part of one degree of freedom"),
         (lambda: craft_of(Tachometer("tacho", of=WHEEL)).system(), "tacho.of: wheel is not on the craft; add it too"),
         (lambda: Tachometer("tacho", of=Bob("tank", mass=1.0, length=1.0)), "must be a part of one degree of freedom"),

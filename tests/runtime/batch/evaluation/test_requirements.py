@@ -258,7 +258,7 @@ def test_listed_values_have_a_share_and_no_interval(tmp_path: Path) -> None:
     assert status == 0
     assert "success: 3 of 3, share 1; no interval: the values are listed" in text
     assert "95 % interval" not in text.split("sensitivities")[0]
-    with pytest.raises(InputError, match="is not a random sample"):
+    with pytest.raises(InputError, match="lists are not random"):
         mehvar.batch("triangle", "path", vary={"theta_0": [0.5, 1.0]}, t_end=0.1, until="ci(success) < 0.9")
 
 

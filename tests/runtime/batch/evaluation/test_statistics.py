@@ -291,7 +291,7 @@ def test_a_metric_whose_window_begins_after_the_end_is_undetermined_and_no_condi
     rows = {row.name: row for row in summarise(store).rows}
     assert rows["peak"].note == note
     assert not rows["T_angle"].note
-    refusal = rf"success = 'peak < 1': must be about numbers that the runs have: peak is {note}"
+    refusal = rf"success = 'peak < 1': must be a condition on numbers that the runs have: peak is {note}"
     with pytest.raises(InputError, match=refusal):
         summarise(store, "peak < 1")
     with pytest.raises(InputError, match=refusal):

@@ -194,7 +194,7 @@ CHANGES: dict[str, list[tuple[str, str, str]]] = {
 UNTOLD = {
     "whole": "vars is read",
     "dynamic": "the module laws.gains is used as a whole",
-    "imports": "imports imports gains while it runs",
+    "imports": "imports imports gains during a run",
     "writes": "writes sets the global MINE",
     "random": "laws.generator is of numpy.random",
     "evaluates": "eval is read",
@@ -343,4 +343,4 @@ MOVING = (
 def test_a_law_that_reads_a_clock_a_generator_or_a_file_is_never_the_same(law: Callable[..., Any]) -> None:
     text, why = identify(law)
     assert text == ""
-    assert "differs between times or processes" in why or "while it runs" in why
+    assert "has another value at another time or in another process" in why or "during a run" in why

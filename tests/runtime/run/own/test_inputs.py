@@ -38,7 +38,7 @@ def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Mo
     late = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.05))
     with pytest.raises(InputError, match=r"first sample is at 0.1 s'.*must be one from its start, 0 s"):
         run(pendulum, late.isel(t=slice(2, None)), t_end=0.5)
-    with pytest.raises(InputError, match="that run ends at 1 s: set t_end"):
+    with pytest.raises(InputError, match="the given run ends at 1 s: set t_end"):
         run(pendulum, runtime.to_dataset(coarse), t_end=2.0)
 
 
@@ -69,7 +69,7 @@ def test_a_run_in_other_units_is_refused(pendulum: runtime.Model) -> None:
 
 def test_an_input_that_the_model_lacks_is_refused(pendulum: runtime.Model) -> None:
     before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
-    with pytest.raises(InputError, match=r"unknown input 'u_torqe' of pendulum .*did you mean u_torque"):
+    with pytest.raises(InputError, match=r"unknown input 'u_torqe' of pendulum.*did you mean u_torque"):
         run(pendulum, before.assign(u_torqe=before["u_torque"]))
 
 
