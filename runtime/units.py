@@ -20,17 +20,16 @@ if TYPE_CHECKING:
     from pint import UnitRegistry
 
 _FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)(?:-?\d|\(-?\d(?:/\d)?\)))?"
-_WITH_UNIT = re.compile(
-    rf"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)"
-)
+_NUMBER = r"(?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+"""Pattern of a number, whole or not at all: the `e` of 1e-3 is not the charge of an electron."""
+
+_WITH_UNIT = re.compile(rf"([+-]?{_NUMBER})\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)")
 """Pattern of a number with a unit: products of units with powers of one digit or a fraction, as in s^(1/2). Pint
 would evaluate any text, such as 9**9**9."""
 
 _WORD = rf"(?!(?:and|or|not|if|else|in|is)\b){_FACTOR}"
-_QUANTITY = re.compile(
-    rf"(?<![\w.])(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>{_WORD}(?:(?:\s*/\s*|\s+){_WORD})*)(?!\w)"
-)
-"""Pattern of a number with unit in a formula, where `*` multiplies numbers; the `e` of 1e5 is not a unit."""
+_QUANTITY = re.compile(rf"(?<![\w.])(?P<number>{_NUMBER})\s*(?P<unit>{_WORD}(?:(?:\s*/\s*|\s+){_WORD})*)(?!\w)")
+"""Pattern of a number with unit in a formula, where `*` multiplies numbers."""
 
 _BASE = {
     "kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd",

@@ -30,7 +30,7 @@ _MOST_JOINT = 32
 """Largest number of combinations of modes; beyond it, each mode is varied alone."""
 _WHOLE = tuple(map(Fraction, range(4)))
 """Values of a count that are tried, for parameters inside of steps such as `floor`."""
-_HELD = ("memory", "reference", "input", "command", "commanded", "applied")
+_HELD = ("memory", "reference", "input", "command", "commanded", "applied", "time")
 """Roles of names whose values a sampled law or its user holds constant."""
 _LARGEST = 10**6
 """Largest numerator and denominator of a threshold; those of random numbers are longer."""

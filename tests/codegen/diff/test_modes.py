@@ -93,7 +93,7 @@ def test_a_parameter_that_may_be_on_a_threshold_leaves_it_undecided(old, new, at
     assert f"they differ at {at}" in change.how
 
 
-@pytest.mark.parametrize("role", ["memory pd", "reference", "input", "commanded"])
+@pytest.mark.parametrize("role", ["memory pd", "reference", "input", "commanded", "time"])
 @pytest.mark.parametrize(
     ("old", "new", "at"),
     [("x > 0", "x >= 0", "x = 0"), ("x < 5", "x <= 5", "x = 5"), ("floor(x/5) < 1", "ceiling(x/5) <= 1", "x = ")],

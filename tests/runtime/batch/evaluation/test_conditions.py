@@ -99,3 +99,13 @@ def test_a_number_with_a_unit_is_that_number_in_the_si(text, plain):
 def test_a_unit_of_another_kind_is_refused(text, words):
     with pytest.raises(InputError, match=words):
         Criterion(text).check(UNITS, {})
+
+
+@pytest.mark.parametrize("number", ["1e-3", "2.5e-4", "1E-3", "1e+3", ".5e-2", "1.e-5", "3e4", "0.25", "12"])
+@pytest.mark.parametrize("form", ["off < {}", "off<{}", "off < {} and off > -1", "2 * off < {} * 2", "off < {} rad"])
+def test_a_number_is_read_as_python_reads_it(number, form):
+    condition = Criterion(form.format(number), "success")
+    condition.check({"off": "rad"}, {})
+    limit = float(number)
+    below = np.array([0.0, limit * (1 - 1e-9), limit * (1 + 1e-9)])
+    np.testing.assert_array_equal(condition({"off": below}), [True, True, False])
