@@ -95,7 +95,10 @@ class _Verdicts:
         """Return the verdict on a row, or "different" if the sides differ at some value of a mode."""
         if fate not in _EQUAL or verdict.how in _PROOFS:
             return fate, verdict
-        other = self._modes.difference((self.versions.before, old.root), (self.versions.after, new.root))
+        sides = (self.versions.before, old.root), (self.versions.after, new.root)
+        other = self._modes.at_thresholds(*sides)
+        if other is None and fate is not Fate.SCALED:  # whose sides differ by a factor
+            other = self._modes.at_start(*sides)
         if other is None:
             return fate, verdict
         causes = [child.key for child in self.versions.children(new) if self._differs(child)]

@@ -70,9 +70,60 @@ class Modes:
                 self._values[name].add(value)
             elif item.row.kind == "reset":
                 self._open.add(name)
+        self._start_points = self._starts_of(versions)
 
-    def difference(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a verdict if two expressions differ where a name may rest on a threshold, else None.
+    def at_start(self, old: Expression, new: Expression) -> Verdict | None:
+        """Return an undecided verdict if two expressions differ where a run may start.
+
+        Parameters have their defaults there, and each one its bounds in turn. One side may have no value, as
+        (a^2 - b^2)/(a - b) at a = b.
+        """
+        left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
+        names = sorted({*self._free.free(left[1]), *self._free.free(right[1])})
+        for start in self._start_points:
+            for fixed in ({}, *self._at_bounds(names)):
+                point = {**start, **fixed}
+                if self._unlike(point, left, right):
+                    place = {name: point[name] for name in names if name in fixed or not self._is_parameter(name)}
+                    where = "at a bound from where a run starts" if fixed else "where a run starts"
+                    return Verdict(None, f"they differ at {_text(place or point)}, {where}")
+        return None
+
+    def _unlike(self, point: Fixed, left: Expression, right: Expression) -> bool:
+        """Return True if one side alone is defined at a point, or if both have other values."""
+        world = self._judge.stepped(point)[self._free]
+        one, other = (world.defined(side[1]) is None for side in (left, right))
+        return one != other or self._judge.differ(self._judge.stepped(point), left, right)
+
+    def _at_bounds(self, names: list[str]) -> Iterator[Fixed]:
+        """Yield each finite bound that a parameter may have."""
+        for name in filter(self._is_parameter, names):
+            for bounds in {symbol.bounds for symbol in self._symbols[name] if symbol.bounds}:
+                ends = zip(bounds[1:-1].split(","), (bounds[0] == "[", bounds[-1] == "]"), strict=True)
+                values = [Fraction(end.strip()) for end, closed in ends if closed and "inf" not in end]
+                yield from ({name: value} for value in values if self._may_be(name, value))
+
+    def _starts_of(self, versions: Versions) -> list[dict[str, Fraction]]:
+        """Return the point at which each side's runs start, with the defaults of parameters."""
+        names = self._judge.sampler.names
+        usual = {name: Fraction(row[2]) for name, row in names.items() if row[2] is not None and row[2] == row[2]}
+        points = []
+        for items, renamed in ((versions.olds, {}), (versions.news, versions.renamed)):
+            start = {**self._judge.sampler.point(0), **usual} | dict.fromkeys(
+                {"t", "clock"} & names.keys(), Fraction(0)
+            )
+            world = self._judge.stepped(dict(start))[self._free]
+            for item in (item for item in items if item.row.kind == "initial"):
+                side = versions.before if items is versions.olds else versions.after
+                value = world.defined(self._judge.written_out((side, item.root)))
+                name = item.name.removesuffix("(0)")
+                if value is not None:
+                    start[renamed.get(name, name)] = Fraction(str(value))
+            points += [start] if start not in points else []
+        return points
+
+    def at_thresholds(self, old: Expression, new: Expression) -> Verdict | None:
+        """Return a verdict if two expressions differ where a name may stay on a threshold, else None.
 
         It is undecided at a number that a name may or may not have.
         """

@@ -153,3 +153,20 @@ def test_where_a_state_starts_it_may_rest():
     change = compare(old, new)["v'"]
     assert change.verdict is Fate.UNDECIDED
     assert "they differ at z = 0, where it starts and may rest" in change.how
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "x"),
+    [
+        ("(z**2 - x**2)/(z - x)", "z + x", 0),
+        ("Abs(z)/z", "sign(z)", 0),
+        ("2*atan2(z, x + sqrt(x**2 + z**2))", "atan2(z, x)", -1),
+    ],
+)
+def test_where_a_run_starts_both_sides_have_one_value(old, new, x):
+    """They are equal everywhere else, so that no random point tells."""
+    sides = [started(modal(f"v': {side}", "x"), "x", x) for side in (old, new)]
+    change = compare(*sides)["v'"]
+    assert change.verdict is Fate.UNDECIDED
+    assert "z = 0" in change.how
+    assert "where a run starts" in change.how

@@ -14,9 +14,11 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+import sympy as sp
 from typer.testing import CliRunner
 
 import mehvar
+from mehvar import Group, Parameter, Quantity, System
 from mehvar.base.manifest import sealed
 from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
@@ -534,3 +536,13 @@ def test_the_page_of_the_shipped_models_that_says_the_same_is_small(tmp_path):
     process = CliRunner().invoke(app, ["diff", generated, generated, "--out", str(page)], catch_exceptions=False)
     assert process.exit_code == 0
     assert page.stat().st_size < 100_000
+
+
+def test_at_a_bound_of_a_parameter_both_sides_have_one_value():
+    """sqrt(k) a/sqrt(k (k + 1)) has no value at k = 0, which its bounds allow."""
+    x = Group("x", (Quantity("a", "1", "place"),))
+    k, tau = Parameter("k", "1", "gain", default=1.0, bounds="[0, 10]"), Parameter("tau", "s", "time", default=1.0)
+    p = Group("p", (k, tau))
+    rates = (sp.sqrt(p.k) * x.a / sp.sqrt(p.k * (p.k + 1)), x.a / sp.sqrt(p.k + 1))
+    sides = [System(name="m", title="m", states=x, parameters=p, rhs=(rate / p.tau,), initial=(1,)) for rate in rates]
+    assert "they differ at a = 1 and k = 0, at a bound" in str(mehvar.diff(*sides))
