@@ -23,6 +23,7 @@ from mehvar.runtime.batch.evaluation.statistics import (
     metric_statistics,
     summary_names,
 )
+from mehvar.runtime.batch.repeat import repetition
 from mehvar.runtime.batch.store.recorded import Recorded
 
 from .content import picture
@@ -154,7 +155,7 @@ def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Itera
                 str(runs.numbers[k]),
                 STATUS_TEXT[int(status[k])],
                 f"{float(t_stop[k]):.6g} s",
-                _again(runs.numbers[k], store),
+                repetition(_store(runs), runs.numbers[k], store),
             )
             for k in failed
         ],
@@ -163,16 +164,12 @@ def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Itera
         "Largest value of each metric",
         ("metric", "value", "unit", "run", "to repeat it"),
         [
-            (row.name, f"{value:.6g}", pretty_unit(row.unit), str(run), _again(run, store))
+            (row.name, f"{value:.6g}", pretty_unit(row.unit), str(run), repetition(_store(runs), run, store))
             for row in rows
             for run, value in [row.largest]
             if run >= 0
         ],
     )
-
-
-def _again(run: int, store: str) -> str:
-    return f"mehvar simulate --from {store} --run {run}" if store else f"runs.mehvar.again({run})"
 
 
 def _pictures(runs: Runs, design: str) -> Iterator[Drawing]:

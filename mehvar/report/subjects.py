@@ -78,6 +78,7 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
     require_matplotlib()
     values, origins = (json.loads(dataset.attrs[name]) for name in ("parameters", "parameter_origins"))
     rows = [(name, f"{value:g}", origins[name]) for name, value in values.items()]
+    start = [(name, f"{value:g}") for name, value in json.loads(dataset.attrs["initial"]).items()]
     options = [(name, str(value)) for name, value in json.loads(dataset.attrs["options"]).items()]
     return [
         *_animation(run_stage(dataset, manifest)),
@@ -87,6 +88,7 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
             "Values",
             [
                 Table("Parameters", ("name", "value", "from"), rows),
+                Table("States at the start", ("name", "value"), start),
                 Table("Options", ("name", "value"), options),
             ],
         ),

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import os
-import shlex
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -20,6 +19,7 @@ from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, check
 from mehvar.runtime.batch.evaluation.statistics import column
 from mehvar.runtime.batch.fill import used_threads
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.repeat import repetition
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.model.model import Model, load
@@ -197,7 +197,7 @@ class Verdicts:
         return [
             (
                 f"run {run}{self._value(run, value, verdict.requirement.number)}",
-                "" if path is None else f"mehvar simulate --from {shlex.quote(str(path))} --run {run}",
+                "" if path is None else repetition(self._store, run, str(path)),
             )
             for run, value in verdict.worst
         ]

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shlex
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -138,10 +139,26 @@ def _session_law(store: Batch) -> LawFunction | None:
     return ran
 
 
+def _needed(store: Batch) -> str | None:
+    """Return the argument that `again` needs for a batch whose law or inputs no model has; else None."""
+    if "law" not in store.attributes:
+        return None
+    return "inputs" if store.attributes["controller"] == OPEN_LOOP else "controller"
+
+
+def repetition(store: Batch, run: int, path: str) -> str:
+    """Return what repeats a run: a command where the store at a path suffices, else a call in Python."""
+    needed = _needed(store)
+    if needed or not path:
+        given = {"inputs": ", inputs=INPUTS", "controller": ", controller=LAW"}.get(needed or "", "")
+        return f"runs.mehvar.again({run}{given})"
+    return f"mehvar simulate --from {shlex.quote(path)} --run {run}"
+
+
 def _check_law(store: Batch, controller: object, inputs: object) -> None:
     """Refuse a batch whose law or inputs are missing, and unused arguments."""
     law = str(store.attributes["controller"])
-    needed = None if "law" not in store.attributes else "inputs" if law == OPEN_LOOP else "controller"
+    needed = _needed(store)
     given = {"controller": controller, "inputs": inputs}
     if needed is not None and given[needed] is None:
         if needed == "inputs":

@@ -84,6 +84,18 @@ def test_in_memory_a_run_is_repeated_by_a_call_and_a_constant_share_has_no_pictu
     assert "Metrics of the runs" in pictures
 
 
+def test_a_run_whose_inputs_the_store_lacks_is_repeated_with_them(tmp_path):
+    """`simulate --from` has no inputs to repeat it with."""
+    where = tmp_path / "runs.zarr"
+    runs = mehvar.batch("satellite", inputs={"Tx": 0.1}, n=3, period=0.5, t_end=5.0, out=where,
+                        vary={"roll": "uniform(0, 1)"}, success="maximum(roll) < 0")  # fmt: skip
+    sections = {section.anchor: section for section in batch_sections(Runs(runs), str(where))}
+    for table in tables(sections["runs"]).values():
+        assert all(row[-1].endswith(", inputs=INPUTS)") for row in table.rows)
+    command = tables(sections["runs"])["Largest value of each metric"].rows[0][-1]
+    assert eval(command, {"runs": runs, "INPUTS": {"Tx": 0.1}}).attrs["status"] == "done"
+
+
 def stopped(whole, missing):
     """Return a batch of which some runs are not stored, as a store has them."""
     part = whole.copy(deep=True)

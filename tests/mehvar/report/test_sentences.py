@@ -119,3 +119,10 @@ def test_titles_name_inputs_of_an_open_loop(tmp_path):
     (name, *_) = load(folder).input_names
     run = mehvar.simulate(str(folder), None, inputs={name: 0.25})
     assert f"u_{name} = 0.25" in run.mehvar.page().title
+
+
+def test_the_page_of_a_run_has_the_states_that_it_started_from():
+    run = mehvar.simulate("satellite", "pd", t_end=1.0, initial={"wx": 0.3})
+    (values,) = [s for s in run_sections(run, load("satellite").manifest) if s.anchor == "values"]
+    (start,) = [block for block in values.blocks if block.title == "States at the start"]
+    assert dict(start.rows)["wx"] == "0.3"
