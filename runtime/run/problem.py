@@ -39,7 +39,7 @@ STAGES = 16  # the most that a method has, and the length of a row of its coeffi
 
 
 class Status(IntEnum):
-    """Kinds of ends of a run, numbered as in native/step/schedule.h; batches use 5 for runs without a start."""
+    """Kinds of ends of a run, numbered as in native/step/schedule.h; in a batch, 5 is a run that could not start."""
 
     DONE = 0
     NOT_FINITE = 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Upper bounds on a function's instructions, from the image only.
+"""Upper bounds on a function's number of instructions, from the image only.
 
 A function is a graph of blocks. Without loops, its longest path counts. A loop is bounded when a register moves
 between two known values in constant steps: the bound is the number of iterations times the longest iteration. Unknown
