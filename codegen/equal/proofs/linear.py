@@ -139,7 +139,7 @@ def _form(pool: Pool, node: int) -> Form:
         numbers = [c for c in map(pool.constant, operands) if c is not None]
         rest = [o for o in operands if pool.constant(o) is None]
         if numbers and rest:
-            return _scaled(_form(pool, pool.many("mul", rest)), numbers[0])
+            return _scaled(_form(pool, pool.many("mul", rest)), math.prod(numbers, start=Fraction(1)))
     return {node: Fraction(1)}
 
 

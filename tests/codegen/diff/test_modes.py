@@ -170,3 +170,11 @@ def test_where_a_run_starts_both_sides_have_one_value(old, new, x):
     assert change.verdict is Fate.UNDECIDED
     assert "z = 0" in change.how
     assert "where a run starts" in change.how
+
+
+def test_a_product_of_two_signs_counts_both_in_a_proof():
+    """sign(v) becomes -1 in a case: -1*-1*acos was taken for -acos, and a narrow window for impossible."""
+    value = "sign(v)*acos(cos(b))"
+    window = f"(sign({value} - (-3467/2500)) + 1)*(sign(-1386799999/1000000000 - ({value})) + 1)/4"
+    change = compare(document(f"f: x + v*{window}"), document("f: x"))["f"]
+    assert change.verdict in (Fate.CHANGED, Fate.UNDECIDED)
