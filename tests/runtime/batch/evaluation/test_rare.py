@@ -51,6 +51,8 @@ def test_runs_that_failed_fail_again() -> None:
 def test_a_number_that_never_reaches_its_limit_holds() -> None:
     (verdict,) = required({"r": "quantile(0.9999, theta_0) < 1.5"}, vary={"theta_0": "uniform(0.5, 1.499)"})
     assert verdict.answer == "holds"
+    assert isinstance(verdict.evidence, RareEvidence)
+    assert verdict.evidence.least == 0  # no failure was met
     assert not len(verdict.failures["theta_0"])
 
 
