@@ -67,7 +67,8 @@ def _reach(n: int, p: float) -> int:
 def _deviance(k: FloatArray, mean: float) -> FloatArray:
     """Return k ln(k / mean) + mean - k, whose terms cancel near the mean."""
     excess = (k - mean) / mean
-    return mean * ((1 + excess) * np.log1p(np.maximum(excess, -1 + 2**-53)) - excess)
+    result: FloatArray = mean * ((1 + excess) * np.log1p(np.maximum(excess, -1 + 2**-53)) - excess)
+    return result
 
 
 def _stirling(n: FloatArray) -> FloatArray:
@@ -76,4 +77,5 @@ def _stirling(n: FloatArray) -> FloatArray:
     large = np.maximum(n, 15.0)
     square = large**2
     series = (1 / 12 - (1 / 360 - (1 / 1260 - (1 / 1680 - 1 / 1188 / square) / square) / square) / square) / large
-    return np.where(n < 16, np.array(table)[np.minimum(n, 15).astype(int)], series)
+    result: FloatArray = np.where(n < 16, np.array(table)[np.minimum(n, 15).astype(int)], series)
+    return result
