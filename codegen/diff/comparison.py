@@ -9,14 +9,14 @@ from dataclasses import replace
 
 from ..equal.judge import Verdict
 from ..equations.document import Document
-from .allowed import CONDITIONS, Allowed
 from .changes import Change
 from .explain import Explainer
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
-from .modes import Modes
-from .opinion import second_opinion
 from .parameters import parameter_changes
+from .points.allowed import CONDITIONS, Allowed
+from .points.modes import Modes
+from .points.opinion import second_opinion
 from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
 from .stories.causes import MOTION, causes, solving, turns
 from .stories.extension import Extended, extension

@@ -16,8 +16,8 @@ from ..equal.reals import Point
 from ..equal.values import FieldWorld
 from ..equations.formula import Printer, SymbolNames, rank_of
 from ..equations.spelling import LATEX
-from .allowed import CONDITIONS, Allowed, Test
 from .changes import Change, replaced
+from .points.allowed import CONDITIONS, Allowed, Test
 from .report import Edit, Kind, Part, Path
 from .terms import Account
 from .versions import Item, Versions

@@ -13,14 +13,14 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from ..equal.branches import BRANCHING, COMPARISONS
-from ..equal.judge import Verdict
-from ..equal.meaning import Expression, Meaning
-from ..equal.reals import vanishes
-from ..equations.document import Document, Symbol, reached
+from ...equal.branches import BRANCHING, COMPARISONS
+from ...equal.judge import Verdict
+from ...equal.meaning import Expression, Meaning
+from ...equal.reals import vanishes
+from ...equations.document import Document, Symbol, reached
 
 if TYPE_CHECKING:
-    from .versions import Item, Versions
+    from ..versions import Item, Versions
 
 _POINTS = 16
 """Points of the other names for each value of a mode. Rarely taken branches are compared by the judge."""

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from ..equal.judge import Judge, Verdict, Worlds, inside
-from ..equal.meaning import Expression, Meaning
-from ..equal.reals import Point
-from .versions import Versions
+from ...equal.judge import Judge, Verdict, Worlds, inside
+from ...equal.meaning import Expression, Meaning
+from ...equal.reals import Point
+from ..versions import Versions
 
 CONDITIONS = frozenset(("constraint", "limit"))
 """Kinds of rows whose expression is positive in every run."""
