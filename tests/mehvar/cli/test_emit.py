@@ -265,7 +265,11 @@ def test_the_command_writes_a_folder_and_refuses_what_it_does_not_know(tmp_path)
     assert "did you mean arduino" in wrong
     ranges = [
         refused(
-            *"board emit satellite --controller pd --for cmake".split(), "--range", text, "--out", str(tmp_path / "x")
+            *["board", "emit", "satellite", "--controller", "pd", "--for", "cmake"],
+            "--range",
+            text,
+            "--out",
+            str(tmp_path / "x"),
         )
         for text in ("nose=1:2", "hx=-1:1")
     ]
