@@ -28,6 +28,9 @@ Report.number = (value) => {
   return text.replace("-", "−");
 };
 
+/** The text of a label with markup. */
+Report.words = (html) => new DOMParser().parseFromString(html, "text/html").body.textContent;
+
 /** Call `then` whenever light turns to dark or back. */
 Report.onTheme = (then) => matchMedia("(prefers-color-scheme: dark)").addEventListener("change", then);
 Report.onTheme(() => Report.colors.clear()); // before those that draw
