@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every kind of page costs and lacks, measured in a browser: `python -m tests.mehvar.looks [PAGE...]`.
+"""Weight, time and faults of every kind of page, measured in a browser: `python -m tests.mehvar.looks [PAGE...]`.
 
 It makes the pages below build/looks, the report and the site where `make run docs` has not, and opens each at three
 widths, in light and in dark. The table of docs/reference/report.md has the worst of the six.
@@ -26,18 +26,25 @@ BUILD = ROOT / "build" / "looks"
 PAGE = ROOT / "docs" / "reference" / "report.md"
 BEGIN = "<!-- table: written by python -m tests.mehvar.looks -->\n"
 END = "<!-- end of the table -->\n"
+SITE = ("index", "tutorials/triangle", "explanation/shape-sphere", "validation", "reference/python", "live", "404")
 WIDTHS, COLORS = (1440, 1024, 390), ("light", "dark")
 WATCH = """
 window.shifts = [];
+const named = (node) => node && node.nodeType === 1 ? node.outerHTML.slice(0, 90) : "text";
 new PerformanceObserver((list) => {
-  for (const entry of list.getEntries()) if (!entry.hadRecentInput) window.shifts.push({
-    value: entry.value, sources: entry.sources.slice(0, 3).map(({ node }) => node && node.nodeType === 1 ? node.outerHTML.slice(0, 90) : "text"),
-  });
+  for (const entry of list.getEntries()) if (!entry.hadRecentInput) {
+    window.shifts.push([entry.value, entry.sources.slice(0, 3).map(({ node }) => named(node))]);
+  }
 }).observe({ type: "layout-shift", buffered: true });
+const inked = (canvas) => {
+  if (!canvas.width || !canvas.height) return false;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return new Uint32Array(data.buffer).some(Boolean);
+};
 const drawn = (part) => part.tagName === "IMG" ? part.complete && part.naturalWidth > 20
-  : part.tagName !== "CANVAS" || (part.width && part.height && new Uint32Array(part.getContext("2d").getImageData(0, 0, part.width, part.height).data.buffer).some(Boolean));
+  : part.tagName !== "CANVAS" || inked(part);
 const look = () => {
-  const parts = [...document.querySelectorAll("main img, main canvas, main math, article img, article math, .papers img")].slice(0, 8);
+  const parts = [...document.querySelectorAll(":is(main, article) :is(img, canvas, math)")].slice(0, 8);
   if (parts.some((part) => part.getClientRects().length && drawn(part))) window.figure ??= performance.now();
   else requestAnimationFrame(look);
 };
@@ -53,9 +60,8 @@ const done = arguments[0], wait = (ms) => new Promise((then) => setTimeout(then,
     await wait(60);
   }
   await wait(300);
-  const page = document.documentElement;
-  done({ shift: window.shifts.reduce((sum, { value }) => sum + value, 0), shifts: window.shifts, figure: window.figure ?? null,
-    over: page.scrollWidth - innerWidth, height: page.scrollHeight });
+  const page = document.documentElement, shift = window.shifts.reduce((sum, [value]) => sum + value, 0);
+  done({ shift, shifts: window.shifts, figure: window.figure ?? null, over: page.scrollWidth - innerWidth });
 })();
 """
 """Scrolls to the end, so that what is built only when it comes near is built."""
@@ -72,7 +78,6 @@ class Look:
     shift: float
     figure: float | None
     over: int
-    height: int
     findings: Sequence[Any]
     shifts: Sequence[Any]
 
@@ -195,13 +200,28 @@ def measured(browser: Any, page: Path, width: int, color: str) -> Look:
     seen = browser.execute_async_script(WALK)
     if page.stat().st_size < _LARGE:
         browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true })")
-    return Look(
-        width, color, seen["shift"], seen["figure"], seen["over"], seen["height"], violations(browser), seen["shifts"]
-    )
+    return Look(width, color, findings=violations(browser), **seen)
+
+
+def row(kind: str, size: int, looks: Sequence[Look]) -> str:
+    """Return a page's row of the table: the worst of its looks."""
+    figures = [look.figure for look in looks if look.figure is not None]
+    figure = f"{max(figures):.0f}" if figures else "none"
+    shift, over = max(look.shift for look in looks), max(0, *(look.over for look in looks))
+    findings = max(len(look.findings) for look in looks)
+    return f"| {kind} | {size / 1000:.0f} | {figure} | {shift:.3f} | {findings} | {over} |"
+
+
+def write(rows: Sequence[str]) -> None:
+    """Write the table into its page."""
+    head, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    columns = f"measured {datetime.date.today()} | kB | first figure, ms | layout shift | axe findings | sideways, px"
+    table = [f"| {columns} |", "|---|---|---|---|---|---|", *rows, ""]
+    PAGE.write_text(head + BEGIN + "\n".join(["", *table]) + END + rest.partition(END)[2], encoding="utf-8")
 
 
 def main(*wanted: str) -> None:
-    """Measure the pages, all or those whose name contains a word, and print what they lack."""
+    """Measure the pages, all or those whose name contains a word; print what they lack, and write the table of all."""
     rows = []
     with tempfile.TemporaryDirectory() as folder, chromium(Path(folder)) as browser:
         browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH})
@@ -209,8 +229,12 @@ def main(*wanted: str) -> None:
             if wanted and not any(word in kind for word in wanted):
                 continue
             looks = [measured(browser, page, width, color) for width in WIDTHS for color in COLORS]
-            rows.append((kind, page.stat().st_size, looks))
-            print(json.dumps([kind, page.stat().st_size, [vars(look) for look in looks]]), flush=True)
+            rows.append(row(kind, page.stat().st_size, looks))
+            print(rows[-1], flush=True)
+            for look in looks:
+                print(f"  {look.width} {look.color}: {json.dumps([look.findings, look.shifts[:3]])}", flush=True)
+    if not wanted:
+        write(rows)
 
 
 if __name__ == "__main__":

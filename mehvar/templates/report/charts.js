@@ -15,7 +15,7 @@
   const tick = (value) => {
     if (value === null) return "";
     const size = Math.abs(value), short = Number(value.toPrecision(4));
-    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en").replaceAll(",", "\u202f")).replace("-", "−");
+    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en").replaceAll(",", "\u202f")).replaceAll("-", "−");
   };
 
   /** The largest of 1, 2, 5 times a power of ten that is not above a value. */
@@ -161,6 +161,11 @@
     });
   };
 
+  const MOST = 10; // of the buttons, which are then two rows on a laptop
+  /** Few buttons, or a fold of many. */
+  const folded = (buttons) => buttons.length <= MOST ? buttons : [
+    Report.element("details", {}, Report.element("summary", { textContent: `${buttons.length} lines` }), ...buttons)];
+
   const STEPS = [["−", "zoom out", 0, 1.6], ["+", "zoom in", 0, 1 / 1.6], ["‹", "earlier", -0.25, 1], ["›", "later", 0.25, 1]];
 
   /** Zoom and move for those without a mouse. */
@@ -207,7 +212,7 @@
       state.apply();
       host.dataset.built = "yes";
     };
-    const bar = Report.element("div", { className: "bar" }, ...chips(figure, state), tools(name, state));
+    const bar = Report.element("div", { className: "bar" }, ...folded(chips(figure, state)), tools(name, state));
     host.append(bar, grid);
     new ResizeObserver(() => state.groups.forEach((group) => group.charts.forEach((chart) => {
       const width = chart.root.parentElement.clientWidth;

@@ -12,10 +12,10 @@
     rod: (painter, points, color, ghost) => painter.line(points, color, ghost ? 2 : 4, ghost),
     arrow: (painter, [tail, head], color, ghost) => painter.arrow(tail, head, color, ghost ? 1.5 : 2.5, "", ghost || {}),
     ball: (painter, [centre], color, ghost) => painter.dot(centre, ghost ? 6 : 9, color, Report.color("card"), { hollow: Boolean(ghost) }),
-    face: (painter, points, color, ghost) => ghost ? painter.line(points, color, 1.5, { ...ghost, closed: true }) : painter.face(points, color, Report.color("text"), 0.85),
+    face: (painter, points, color, ghost, alpha = 0.85) => ghost ? painter.line(points, color, 1.5, { ...ghost, closed: true }) : painter.face(points, color, Report.color("text"), alpha),
     box: (painter, points, color, ghost) => {
       const eight = corners(points);
-      for (const side of SIDES) draw.face(painter, side.map((k) => eight[k]), color, ghost);
+      for (const side of SIDES) draw.face(painter, side.map((k) => eight[k]), color, ghost, 0.35); // what is within is seen
     },
   };
 

@@ -149,13 +149,11 @@ def test_little_moves_while_the_page_is_read(browser, page):
 def results(tmp_path_factory):
     """Pages of a run, a batch and a requirement."""
     place = tmp_path_factory.mktemp("results")
-    vary = {"theta_0": "uniform(0.8, 1.2)"}
-    batch = mehvar.batch(
-        "triangle", "path", n=40, vary=vary, success="T_theta < 19", t_end=1.0, out=place / "runs.zarr"
-    )
+    vary, store = {"theta_0": "uniform(0.8, 1.2)"}, place / "runs.zarr"
+    batch = mehvar.batch("triangle", "path", n=40, vary=vary, success="theta_final < 1", t_end=1.0, out=store)
     mehvar.simulate("triangle", "path", t_end=1.0).mehvar.report(place / "run.html")
     batch.mehvar.report(place / "batch.html")
-    verdicts = mehvar.require(place / "runs.zarr", {"turn": "probability(final(theta) < 0.9) > 0.1"})
+    verdicts = mehvar.require(store, {"turn": "probability(final(theta) < 0.9) > 0.1"})
     (place / "require.html").write_text(verdicts.page(), encoding="utf-8")
     return place
 

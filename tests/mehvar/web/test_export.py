@@ -305,9 +305,14 @@ def test_it_runs_in_a_frame_without_an_address_of_its_own(page, browser, opened)
     assert browser.execute_async_script(FRAME, text.replace("</body>", ANSWER)) == checksum
 
 
+HIDDEN = """
+Object.defineProperty(Document.prototype, 'hidden', {get: () => true});
+window.requestAnimationFrame = () => 0;
+"""
+
+
 def test_in_a_hidden_page_it_runs_to_its_end(browser, opened):
-    hide = "Object.defineProperty(Document.prototype, 'hidden', {get: () => true}); window.requestAnimationFrame = () => 0;"
-    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": hide})
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": HIDDEN})
     assert opened("triangle")
     browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
