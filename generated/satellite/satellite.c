@@ -76,39 +76,39 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
     const real Tw_x = u[Tx] + t_n5ucq * wheel_x;
     const real Tw_y = u[Ty] + t_n5ucq * wheel_y;
     const real Tw_z = u[Tz] + t_n5ucq * wheel_z;
+    const real total_Hx = x[hx] + x[wx] * p[I_x];
+    const real total_Hy = x[hy] + x[wy] * p[I_y];
+    const real total_Hz = x[hz] + x[wz] * p[I_z];
     const real t_dukwy = p[I_z] + p[Iw_z];
     const real t_dfei4 = K(3.0) * t_xcu2m * C33;
-    const real t_rud4r = x[hy] + x[wy] * p[I_y];
-    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_olkll = Tenv_x
+    const real moment_x = Tenv_x
         - (p[I_y] + p[Iw_y] - t_dukwy) * t_dfei4 * C23
         + Tw_x
-        + t_rud4r * x[wz]
-        - t_2fuj5 * x[wy];
-    const real wx_rate = t_olkll * (K(1.0) / p[I_x]);  /* (1) */
+        + total_Hy * x[wz]
+        - total_Hz * x[wy];
     const real t_l4gxo = p[I_x] + p[Iw_x];
-    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_et23c = Tenv_y
+    const real moment_y = Tenv_y
         - t_dfei4 * sin_pitch * (t_l4gxo - t_dukwy)
         + Tw_y
-        + t_2fuj5 * x[wx]
-        - t_id7q2 * x[wz];
-    const real wy_rate = t_et23c * (K(1.0) / p[I_y]);  /* (1) */
-    const real t_axp3s = Tenv_z
+        + total_Hz * x[wx]
+        - total_Hx * x[wz];
+    const real moment_z = Tenv_z
         - K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]) * sin_pitch * C23
         + Tw_z
-        + t_id7q2 * x[wy]
-        - t_rud4r * x[wx];
-    const real wz_rate = t_axp3s * (K(1.0) / p[I_z]);  /* (1) */
+        + total_Hx * x[wy]
+        - total_Hy * x[wx];
+    const real alphax = moment_x * (K(1.0) / p[I_x]);
+    const real alphay = moment_y * (K(1.0) / p[I_y]);
+    const real alphaz = moment_z * (K(1.0) / p[I_z]);
     const real t_ksn4u = K(1.0) / cos_pitch;
     const real t_qr3mc = sin_roll * t_ksn4u * rate_y;
     const real t_llvwk = cos_roll * t_ksn4u * rate_z;
     dx[0] = rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk;
     dx[1] = cos_roll * rate_y - sin_roll * rate_z;
     dx[2] = t_qr3mc + t_llvwk;
-    dx[3] = wx_rate;
-    dx[4] = wy_rate;
-    dx[5] = wz_rate;
+    dx[3] = alphax;
+    dx[4] = alphay;
+    dx[5] = alphaz;
     dx[6] = -(Tw_x * p[wheels]);
     dx[7] = -(Tw_y * p[wheels]);
     dx[8] = -(Tw_z * p[wheels]);
@@ -343,13 +343,13 @@ void satellite_momentum(const real *x, const real *p, real *H)
     const real C31 = t_wcbyi + sin_pitch * t_fdgli;  /* (3) */
     const real C32 = sin_pitch * t_jt2xw - t_yxoxk;  /* (3) */
     const real C33 = cos_pitch * cos_roll;  /* (3) */
+    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
     const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_6tiwt = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11;
-    const real t_m434l = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch;
+    const real t_6tiwt = t_id7q2 * C11 + t_rud4r * C21 + t_2fuj5 * C31;
+    const real t_m434l = t_rud4r * C23 - t_id7q2 * sin_pitch + t_2fuj5 * C33;
     H[0] = cos_latitude * t_6tiwt - sin_latitude * t_m434l;
-    H[1] = t_rud4r * C22 + t_2fuj5 * C32 + t_id7q2 * C12;
+    H[1] = t_id7q2 * C12 + t_rud4r * C22 + t_2fuj5 * C32;
     H[2] = cos_latitude * t_m434l + sin_latitude * t_6tiwt;
 }
 

@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SATELLITE_HASH "2cc9c56bb050fde6bfeacf191500c75d51107a9a78a6e188bd60f6d0b572858d"
+#define SATELLITE_HASH "62e46d59924bb6743fdd73f7b23530f47b036dea63fc7d9c7be49a6a4c023cbf"
 
 /* state x */
 enum {

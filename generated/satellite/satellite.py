@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "2cc9c56bb050fde6bfeacf191500c75d51107a9a78a6e188bd60f6d0b572858d"
+HASH = "62e46d59924bb6743fdd73f7b23530f47b036dea63fc7d9c7be49a6a4c023cbf"
 STATES = ("roll", "pitch", "yaw", "wx", "wy", "wz", "hx", "hy", "hz", "latitude", )
 INPUTS = ("Tx", "Ty", "Tz", )
 REFERENCES = ("ref_roll", "ref_pitch", "ref_yaw", )
@@ -132,36 +132,36 @@ def rhs(x, u, p):
         Tw_x = Tx + t_n5ucq * wheel_x
         Tw_y = Ty + t_n5ucq * wheel_y
         Tw_z = Tz + t_n5ucq * wheel_z
+        total_Hx = hx + wx * I_x
+        total_Hy = hy + wy * I_y
+        total_Hz = hz + wz * I_z
         t_dukwy = I_z + Iw_z
         t_dfei4 = 3.0 * t_xcu2m * C33
-        t_rud4r = hy + wy * I_y
-        t_2fuj5 = hz + wz * I_z
-        t_olkll = (
+        moment_x = (
             Tenv_x
             - (I_y + Iw_y - t_dukwy) * t_dfei4 * C23
             + Tw_x
-            + t_rud4r * wz
-            - t_2fuj5 * wy
+            + total_Hy * wz
+            - total_Hz * wy
         )
-        wx_rate = t_olkll * (1.0 / I_x)  # (1)
         t_l4gxo = I_x + Iw_x
-        t_id7q2 = hx + wx * I_x
-        t_et23c = (
+        moment_y = (
             Tenv_y
             - t_dfei4 * sin_pitch * (t_l4gxo - t_dukwy)
             + Tw_y
-            + t_2fuj5 * wx
-            - t_id7q2 * wz
+            + total_Hz * wx
+            - total_Hx * wz
         )
-        wy_rate = t_et23c * (1.0 / I_y)  # (1)
-        t_axp3s = (
+        moment_z = (
             Tenv_z
             - -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y) * sin_pitch * C23
             + Tw_z
-            + t_id7q2 * wy
-            - t_rud4r * wx
+            + total_Hx * wy
+            - total_Hy * wx
         )
-        wz_rate = t_axp3s * (1.0 / I_z)  # (1)
+        alphax = moment_x * (1.0 / I_x)
+        alphay = moment_y * (1.0 / I_y)
+        alphaz = moment_z * (1.0 / I_z)
         t_ksn4u = 1.0 / cos_pitch
         t_qr3mc = sin_roll * t_ksn4u * rate_y
         t_llvwk = cos_roll * t_ksn4u * rate_z
@@ -169,9 +169,9 @@ def rhs(x, u, p):
             rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk,
             cos_roll * rate_y - sin_roll * rate_z,
             t_qr3mc + t_llvwk,
-            wx_rate,
-            wy_rate,
-            wz_rate,
+            alphax,
+            alphay,
+            alphaz,
             -(Tw_x * wheels),
             -(Tw_y * wheels),
             -(Tw_z * wheels),
@@ -420,14 +420,14 @@ def momentum(x, p):
         C31 = t_wcbyi + sin_pitch * t_fdgli  # (3)
         C32 = sin_pitch * t_jt2xw - t_yxoxk  # (3)
         C33 = cos_pitch * cos_roll  # (3)
+        t_id7q2 = hx + wx * I_x
         t_rud4r = hy + wy * I_y
         t_2fuj5 = hz + wz * I_z
-        t_id7q2 = hx + wx * I_x
-        t_6tiwt = t_rud4r * C21 + t_2fuj5 * C31 + t_id7q2 * C11
-        t_m434l = t_rud4r * C23 + t_2fuj5 * C33 - t_id7q2 * sin_pitch
+        t_6tiwt = t_id7q2 * C11 + t_rud4r * C21 + t_2fuj5 * C31
+        t_m434l = t_rud4r * C23 - t_id7q2 * sin_pitch + t_2fuj5 * C33
         return _vector(
             cos_latitude * t_6tiwt - sin_latitude * t_m434l,
-            t_rud4r * C22 + t_2fuj5 * C32 + t_id7q2 * C12,
+            t_id7q2 * C12 + t_rud4r * C22 + t_2fuj5 * C32,
             cos_latitude * t_m434l + sin_latitude * t_6tiwt,
         )
 
@@ -2226,6 +2226,9 @@ def jvp(x, u, p, along_x, along_u):
         B_x = cos_latitude * t_mt3zp
         t_4hawg = t_mt3zp + t_mt3zp
         B_z = t_4hawg * sin_latitude
+        total_Hx = hx + wx * I_x
+        total_Hy = hy + wy * I_y
+        total_Hz = hz + wz * I_z
         t_5icb4 = cos_yaw * along_yaw
         t_xy2yy = sin_pitch * along_pitch
         t_gaz2e = cos_pitch * t_5icb4 - sin_yaw * t_xy2yy
@@ -2291,18 +2294,16 @@ def jvp(x, u, p, along_x, along_u):
         t_n5ucq = wheel_friction * wheels
         t_h3squ = along_Tx + t_n5ucq * (along_hx / Iw_x - along_wx)
         t_c24zs = along_hy + I_y * along_wy
-        t_rud4r = hy + wy * I_y
         t_mrqlo = along_hz + I_z * along_wz
-        t_2fuj5 = hz + wz * I_z
-        t_mvb4j = (
+        t_udel5 = (
             dipole_y * t_yavzz
             + arm_y * t_l2e6c
             - dipole_z * t_fpw57
             - arm_z * t_d6yzf
             - (t_bcmgw * t_dfei4 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
             + t_h3squ
-            + (wz * t_c24zs + t_rud4r * along_wz)
-            - (wy * t_mrqlo + t_2fuj5 * along_wy)
+            + (wz * t_c24zs + total_Hy * along_wz)
+            - (wy * t_mrqlo + total_Hz * along_wy)
         )
         t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz
         t_fedzc = (
@@ -2320,28 +2321,27 @@ def jvp(x, u, p, along_x, along_u):
         t_l4gxo = I_x + Iw_x
         t_dokbx = along_Ty + t_n5ucq * (along_hy / Iw_y - along_wy)
         t_tzx3r = along_hx + I_x * along_wx
-        t_id7q2 = hx + wx * I_x
-        t_4zg6t = (
+        t_55bzw = (
             arm_z * t_fedzc
             - dipole_z * t_qpxnd
             - dipole_x * t_yavzz
             - arm_x * t_l2e6c
             - (t_l4gxo - t_dukwy) * (t_dfei4 * t_dfbbp - sin_pitch * t_qilnn)
             + t_dokbx
-            + (wx * t_mrqlo + t_2fuj5 * along_wx)
-            - (wz * t_tzx3r + t_id7q2 * along_wz)
+            + (wx * t_mrqlo + total_Hz * along_wx)
+            - (wz * t_tzx3r + total_Hx * along_wz)
         )
         t_wa4l3 = -3.0 * t_xcu2m * (t_l4gxo - I_y - Iw_y)
         t_k4pse = along_Tz + t_n5ucq * (along_hz / Iw_z - along_wz)
-        t_6oyah = (
+        t_xg2ya = (
             dipole_x * t_fpw57
             + arm_x * t_d6yzf
             + dipole_y * t_qpxnd
             - arm_y * t_fedzc
             - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
             + t_k4pse
-            + (wy * t_tzx3r + t_id7q2 * along_wy)
-            - (wx * t_c24zs + t_rud4r * along_wx)
+            + (wy * t_tzx3r + total_Hx * along_wy)
+            - (wx * t_c24zs + total_Hy * along_wx)
         )
         return _vector(
             along_wx
@@ -2350,9 +2350,9 @@ def jvp(x, u, p, along_x, along_u):
                 + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_k2ogc),
             cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc),
             t_mhzz4 + t_k2ogc,
-            t_mvb4j / I_x,
-            t_4zg6t / I_y,
-            t_6oyah / I_z,
+            t_udel5 / I_x,
+            t_55bzw / I_y,
+            t_xg2ya / I_z,
             -(wheels * t_h3squ),
             -(wheels * t_dokbx),
             -(wheels * t_k4pse),

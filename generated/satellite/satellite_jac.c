@@ -68,6 +68,9 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real B_x = cos_latitude * t_mt3zp;
     const real t_4hawg = t_mt3zp + t_mt3zp;
     const real B_z = t_4hawg * sin_latitude;
+    const real total_Hx = x[hx] + x[wx] * p[I_x];
+    const real total_Hy = x[hy] + x[wy] * p[I_y];
+    const real total_Hz = x[hz] + x[wz] * p[I_z];
     const real t_ksn4u = K(1.0) / cos_pitch;
     const real t_k5hl2 = cos_roll * t_ksn4u;
     const real t_l3vet = sin_roll * t_ksn4u;
@@ -126,8 +129,6 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_wobbo = B_x * t_wg4li + t_xdhrg * C21;
     const real t_t27d5 = t_cokzx * C21 - t_xuwva * t_wg4li;
     const real t_n5ucq = p[wheel_friction] * p[wheels];
-    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_lfdce = t_n5ucq / p[Iw_x];
     const real t_z2ymn = t_4hawg * cos_latitude;
     const real t_pvagg_2 = t_wcbyi + t_q5gsa;
@@ -150,7 +151,6 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
         - t_viru7 * (t_dfei4 * cos_pitch - sin_pitch * t_buhu2);
     const real t_ojb7e = t_cokzx * C11 - t_xuwva * C12;
     const real t_pv3yf = B_x * C12 + t_xdhrg * C11;
-    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
     const real t_uh5nx = t_n5ucq / p[Iw_y];
     const real t_iac5q = C11 * t_cw7a6 + sin_pitch * t_w63c6;
     const real t_hme2u = C11 * t_azyle + sin_pitch * t_z2ymn;
@@ -201,8 +201,8 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[31] = t_a44nc * t_wdz5p;
     J[32] = (p[dipole_y] * t_mzx2r + p[arm_y] * t_e3vaa + p[dipole_z] * t_wobbo - p[arm_z] * t_t27d5) * t_wdz5p;
     J[33] = -(t_n5ucq * t_wdz5p);
-    J[34] = (x[wz] * p[I_y] - t_2fuj5) * t_wdz5p;
-    J[35] = (t_rud4r - x[wy] * p[I_z]) * t_wdz5p;
+    J[34] = (x[wz] * p[I_y] - total_Hz) * t_wdz5p;
+    J[35] = (total_Hy - x[wy] * p[I_z]) * t_wdz5p;
     J[36] = t_lfdce * t_wdz5p;
     J[37] = x[wz] * t_wdz5p;
     J[38] = -(x[wy] * t_wdz5p);
@@ -210,9 +210,9 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[40] = (t_viru7 * (sin_pitch * t_dfei4_2) - (p[dipole_x] * t_3diwm + p[arm_x] * t_57xmy)) * t_s2koj;
     J[41] = t_hdblv * t_s2koj;
     J[42] = (p[arm_z] * t_ojb7e - p[dipole_z] * t_pv3yf - p[dipole_x] * t_mzx2r - p[arm_x] * t_e3vaa) * t_s2koj;
-    J[43] = (t_2fuj5 - x[wz] * p[I_x]) * t_s2koj;
+    J[43] = (total_Hz - x[wz] * p[I_x]) * t_s2koj;
     J[44] = -(t_n5ucq * t_s2koj);
-    J[45] = (x[wx] * p[I_z] - t_id7q2) * t_s2koj;
+    J[45] = (x[wx] * p[I_z] - total_Hx) * t_s2koj;
     J[46] = -(x[wz] * t_s2koj);
     J[47] = t_uh5nx * t_s2koj;
     J[48] = x[wx] * t_s2koj;
@@ -220,8 +220,8 @@ void satellite_jac_x(const real *x, const real *u, const real *p, real *J)
     J[50] = (p[dipole_x] * t_bh77t + p[arm_x] * F_z - t_dm267 * C33) * t_eah32;
     J[51] = t_me5ho * t_eah32;
     J[52] = (p[arm_x] * t_t27d5 - p[dipole_x] * t_wobbo + p[dipole_y] * t_pv3yf - p[arm_y] * t_ojb7e) * t_eah32;
-    J[53] = (x[wy] * p[I_x] - t_rud4r) * t_eah32;
-    J[54] = (t_id7q2 - x[wx] * p[I_y]) * t_eah32;
+    J[53] = (x[wy] * p[I_x] - total_Hy) * t_eah32;
+    J[54] = (total_Hx - x[wx] * p[I_y]) * t_eah32;
     J[55] = -(t_n5ucq * t_eah32);
     J[56] = x[wy] * t_eah32;
     J[57] = -(x[wx] * t_eah32);
@@ -276,6 +276,9 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J)
     (void)u;
     enum { I_x = SATELLITE_P_I_X, I_y = SATELLITE_P_I_Y, I_z = SATELLITE_P_I_Z };
     enum { wheels = SATELLITE_P_WHEELS };
+    const real held_Nxx = K(1.0) / p[I_x];
+    const real held_Nyy = K(1.0) / p[I_y];
+    const real held_Nzz = K(1.0) / p[I_z];
     const real t_qzfcv = -p[wheels];
     J[0] = SPLAT(K(0.0));
     J[1] = SPLAT(K(0.0));
@@ -286,15 +289,15 @@ void satellite_jac_u(const real *x, const real *u, const real *p, real *J)
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = K(1.0) / p[I_x];
+    J[9] = held_Nxx;
     J[10] = SPLAT(K(0.0));
     J[11] = SPLAT(K(0.0));
     J[12] = SPLAT(K(0.0));
-    J[13] = K(1.0) / p[I_y];
+    J[13] = held_Nyy;
     J[14] = SPLAT(K(0.0));
     J[15] = SPLAT(K(0.0));
     J[16] = SPLAT(K(0.0));
-    J[17] = K(1.0) / p[I_z];
+    J[17] = held_Nzz;
     J[18] = t_qzfcv;
     J[19] = SPLAT(K(0.0));
     J[20] = SPLAT(K(0.0));
@@ -361,6 +364,9 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real B_x = cos_latitude * t_mt3zp;
     const real t_4hawg = t_mt3zp + t_mt3zp;
     const real B_z = t_4hawg * sin_latitude;
+    const real total_Hx = x[hx] + x[wx] * p[I_x];
+    const real total_Hy = x[hy] + x[wy] * p[I_y];
+    const real total_Hz = x[hz] + x[wz] * p[I_z];
     const real t_5icb4 = cos_yaw * along_x[along_yaw];
     const real t_xy2yy = sin_pitch * along_x[along_pitch];
     const real t_gaz2e = cos_pitch * t_5icb4 - sin_yaw * t_xy2yy;
@@ -418,17 +424,15 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_n5ucq = p[wheel_friction] * p[wheels];
     const real t_h3squ = along_u[along_Tx] + t_n5ucq * (along_x[along_hx] / p[Iw_x] - along_x[along_wx]);
     const real t_c24zs = along_x[along_hy] + p[I_y] * along_x[along_wy];
-    const real t_rud4r = x[hy] + x[wy] * p[I_y];
     const real t_mrqlo = along_x[along_hz] + p[I_z] * along_x[along_wz];
-    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_mvb4j = p[dipole_y] * t_yavzz
+    const real t_udel5 = p[dipole_y] * t_yavzz
         + p[arm_y] * t_l2e6c
         - p[dipole_z] * t_fpw57
         - p[arm_z] * t_d6yzf
         - (t_bcmgw * t_dfei4 * t_e5eec - C23 * (t_bcmgw * t_qilnn))
         + t_h3squ
-        + (x[wz] * t_c24zs + t_rud4r * along_x[along_wz])
-        - (x[wy] * t_mrqlo + t_2fuj5 * along_x[along_wy]);
+        + (x[wz] * t_c24zs + total_Hy * along_x[along_wz])
+        - (x[wy] * t_mrqlo + total_Hz * along_x[along_wy]);
     const real t_3yawc = cos_yaw * t_xy2yy + cos_pitch * t_7f7mz;
     const real t_fedzc = C11 * t_4d2hq
         - t_4vgy7 * t_3yawc
@@ -441,34 +445,33 @@ void satellite_jvp(const real *x, const real *u, const real *p, const real *alon
     const real t_l4gxo = p[I_x] + p[Iw_x];
     const real t_dokbx = along_u[along_Ty] + t_n5ucq * (along_x[along_hy] / p[Iw_y] - along_x[along_wy]);
     const real t_tzx3r = along_x[along_hx] + p[I_x] * along_x[along_wx];
-    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_4zg6t = p[arm_z] * t_fedzc
+    const real t_55bzw = p[arm_z] * t_fedzc
         - p[dipole_z] * t_qpxnd
         - p[dipole_x] * t_yavzz
         - p[arm_x] * t_l2e6c
         - (t_l4gxo - t_dukwy) * (t_dfei4 * t_dfbbp - sin_pitch * t_qilnn)
         + t_dokbx
-        + (x[wx] * t_mrqlo + t_2fuj5 * along_x[along_wx])
-        - (x[wz] * t_tzx3r + t_id7q2 * along_x[along_wz]);
+        + (x[wx] * t_mrqlo + total_Hz * along_x[along_wx])
+        - (x[wz] * t_tzx3r + total_Hx * along_x[along_wz]);
     const real t_wa4l3 = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
     const real t_k4pse = along_u[along_Tz] + t_n5ucq * (along_x[along_hz] / p[Iw_z] - along_x[along_wz]);
-    const real t_6oyah = p[dipole_x] * t_fpw57
+    const real t_xg2ya = p[dipole_x] * t_fpw57
         + p[arm_x] * t_d6yzf
         + p[dipole_y] * t_qpxnd
         - p[arm_y] * t_fedzc
         - (C23 * (t_wa4l3 * t_dfbbp) + t_wa4l3 * sin_pitch * t_e5eec)
         + t_k4pse
-        + (x[wy] * t_tzx3r + t_id7q2 * along_x[along_wy])
-        - (x[wx] * t_c24zs + t_rud4r * along_x[along_wx]);
+        + (x[wy] * t_tzx3r + total_Hx * along_x[along_wy])
+        - (x[wx] * t_c24zs + total_Hy * along_x[along_wx]);
     change[0] = along_x[along_wx]
         + p[omega0] * t_gaz2e
         + (t_l3vet * rate_y * t_dfbbp + sin_pitch * t_mhzz4)
         + (t_k5hl2 * rate_z * t_dfbbp + sin_pitch * t_k2ogc);
     change[1] = cos_roll * t_iw7jh - rate_y * t_bbfxd - (rate_z * t_nfkgj + sin_roll * t_wkarc);
     change[2] = t_mhzz4 + t_k2ogc;
-    change[3] = t_mvb4j / p[I_x];
-    change[4] = t_4zg6t / p[I_y];
-    change[5] = t_6oyah / p[I_z];
+    change[3] = t_udel5 / p[I_x];
+    change[4] = t_55bzw / p[I_y];
+    change[5] = t_xg2ya / p[I_z];
     change[6] = -(p[wheels] * t_h3squ);
     change[7] = -(p[wheels] * t_dokbx);
     change[8] = -(p[wheels] * t_k4pse);

@@ -21,10 +21,10 @@ enum {
     rhs_h_t_n5ucq,
     rhs_h_t_bcmgw,
     rhs_h_t_xcu2m_2,
-    rhs_h_t_wdz5p,
     rhs_h_t_viru7,
-    rhs_h_t_s2koj,
     rhs_h_t_wa4l3,
+    rhs_h_t_wdz5p,
+    rhs_h_t_s2koj,
     rhs_h_t_eah32,
 };
 
@@ -64,10 +64,10 @@ void satellite_rhs_prepare(const real *p, real *h)
     h[rhs_h_t_n5ucq] = p[wheel_friction] * p[wheels];
     h[rhs_h_t_bcmgw] = p[I_y] + p[Iw_y] - t_dukwy;
     h[rhs_h_t_xcu2m_2] = K(3.0) * t_xcu2m;
-    h[rhs_h_t_wdz5p] = K(1.0) / p[I_x];
     h[rhs_h_t_viru7] = t_l4gxo - t_dukwy;
-    h[rhs_h_t_s2koj] = K(1.0) / p[I_y];
     h[rhs_h_t_wa4l3] = K(-3.0) * t_xcu2m * (t_l4gxo - p[I_y] - p[Iw_y]);
+    h[rhs_h_t_wdz5p] = K(1.0) / p[I_x];
+    h[rhs_h_t_s2koj] = K(1.0) / p[I_y];
     h[rhs_h_t_eah32] = K(1.0) / p[I_z];
 }
 
@@ -98,10 +98,10 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
     enum { t_n5ucq = rhs_h_t_n5ucq };
     enum { t_bcmgw = rhs_h_t_bcmgw };
     enum { t_xcu2m_2 = rhs_h_t_xcu2m_2 };
-    enum { t_wdz5p = rhs_h_t_wdz5p };
     enum { t_viru7 = rhs_h_t_viru7 };
-    enum { t_s2koj = rhs_h_t_s2koj };
     enum { t_wa4l3 = rhs_h_t_wa4l3 };
+    enum { t_wdz5p = rhs_h_t_wdz5p };
+    enum { t_s2koj = rhs_h_t_s2koj };
     enum { t_eah32 = rhs_h_t_eah32 };
     real sin_pitch, cos_pitch; mv_sincos(x[pitch], &sin_pitch, &cos_pitch);
     real sin_yaw, cos_yaw; mv_sincos(x[yaw], &sin_yaw, &cos_yaw);
@@ -143,37 +143,37 @@ void satellite_rhs_prepared(const real *x, const real *u, const real *p, const r
     const real Tw_x = u[Tx] + h[t_n5ucq] * wheel_x;
     const real Tw_y = u[Ty] + h[t_n5ucq] * wheel_y;
     const real Tw_z = u[Tz] + h[t_n5ucq] * wheel_z;
+    const real total_Hx = x[hx] + x[wx] * p[I_x];
+    const real total_Hy = x[hy] + x[wy] * p[I_y];
+    const real total_Hz = x[hz] + x[wz] * p[I_z];
     const real t_alpco = h[t_xcu2m_2] * C33;
-    const real t_rud4r = x[hy] + x[wy] * p[I_y];
-    const real t_2fuj5 = x[hz] + x[wz] * p[I_z];
-    const real t_35g3b = Tenv_x
+    const real moment_x = Tenv_x
         - h[t_bcmgw] * t_alpco * C23
         + Tw_x
-        + t_rud4r * x[wz]
-        - t_2fuj5 * x[wy];
-    const real wx_rate = t_35g3b * h[t_wdz5p];  /* (1) */
-    const real t_id7q2 = x[hx] + x[wx] * p[I_x];
-    const real t_4tc4p = Tenv_y
+        + total_Hy * x[wz]
+        - total_Hz * x[wy];
+    const real moment_y = Tenv_y
         - t_alpco * sin_pitch * h[t_viru7]
         + Tw_y
-        + t_2fuj5 * x[wx]
-        - t_id7q2 * x[wz];
-    const real wy_rate = t_4tc4p * h[t_s2koj];  /* (1) */
-    const real t_dximl = Tenv_z
+        + total_Hz * x[wx]
+        - total_Hx * x[wz];
+    const real moment_z = Tenv_z
         - h[t_wa4l3] * sin_pitch * C23
         + Tw_z
-        + t_id7q2 * x[wy]
-        - t_rud4r * x[wx];
-    const real wz_rate = t_dximl * h[t_eah32];  /* (1) */
+        + total_Hx * x[wy]
+        - total_Hy * x[wx];
+    const real alphax = moment_x * h[t_wdz5p];
+    const real alphay = moment_y * h[t_s2koj];
+    const real alphaz = moment_z * h[t_eah32];
     const real t_ksn4u = K(1.0) / cos_pitch;
     const real t_qr3mc = sin_roll * t_ksn4u * rate_y;
     const real t_llvwk = cos_roll * t_ksn4u * rate_z;
     dx[0] = rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk;
     dx[1] = cos_roll * rate_y - sin_roll * rate_z;
     dx[2] = t_qr3mc + t_llvwk;
-    dx[3] = wx_rate;
-    dx[4] = wy_rate;
-    dx[5] = wz_rate;
+    dx[3] = alphax;
+    dx[4] = alphay;
+    dx[5] = alphaz;
     dx[6] = -(Tw_x * p[wheels]);
     dx[7] = -(Tw_y * p[wheels]);
     dx[8] = -(Tw_z * p[wheels]);

@@ -14,15 +14,16 @@ The cost is linear in the number of parts.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from ..derivation import Expr
 from ..mechanics import cross_matrix
 from .frame import AXES, ZERO, Frame, point_inertia
-from .part import Contribution, Follower, Motion, Row, gyroscopic, transport
+from .part import Contribution, Craft, Follower, Load, Motion, Mounted, Part, Row, gyroscopic, transport
+from .values import Parameters, directions
 
 MOST_PULLS = 5
 """Largest number of followers for which the pulls are solved; for more, the hub's six equations are cheaper.
@@ -68,6 +69,64 @@ class _Sums:
     angular: sp.Matrix
     taken: sp.Matrix
     right: sp.Matrix
+
+
+def mount(craft: Craft, parts: Iterable[Part], parameters: Parameters | None = None) -> None:
+    """Mount parts on a craft.
+
+    Parameters
+    ----------
+    craft : Craft
+        Receives the parts.
+    parts : iterable of Part
+        Where their fields are expressions, these stand as they are.
+    parameters : Parameters, optional
+        Receives a parameter for each number among the fields.
+    """
+    frame, parameters = craft.frame, parameters or Parameters()
+    values = [(part, part.values(parameters)) for part in parts]
+    frame.constants.update(q.symbol for q in parameters.quantities.values())
+    frame.derivation.section("Mounts")
+    for part, v in values:
+        for field in (f for f in directions(part) if getattr(v, f) is not None):
+            axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
+            setattr(v, field, axis)
+        craft.parts.append((part, Mounted(part.name, v, craft)))
+
+
+def contributions(craft: Craft) -> list[Contribution]:
+    """Return the terms of each part in the equations of the hub, with external loads."""
+    result = []
+    for part, at in craft.parts:
+        craft.frame.derivation.section(f"Part {part.name}")
+        own = part.contribution(at)
+        result.append(replace(own, loads=(*own.loads, *part.loads(at))))
+    return result
+
+
+def moved(craft: Craft, loads: Sequence[Load] = (), unknowns: Sequence[int] = range(6)) -> list[Motion]:
+    """Solve the equations of a craft for its accelerations.
+
+    With `mount`, it gives a system with symbols, states and charts of its own the rates of what parts describe.
+
+    Parameters
+    ----------
+    craft : Craft
+        With its parts.
+    loads : sequence of Load
+        On the hub, besides those of the parts.
+    unknowns : sequence of int
+        As of `accelerations`.
+
+    Returns
+    -------
+    list of Motion
+        For each part.
+    """
+    added, names = contributions(craft), [part.name for part, _ in craft.parts]
+    added[0] = replace(added[0], loads=(*added[0].loads, *loads))
+    craft.frame.derivation.section("Accelerations")
+    return accelerations(craft.frame, names, added, unknowns)
 
 
 def accelerations(
@@ -200,13 +259,13 @@ def _about_centre(
             moment += arm.cross(load.force) + load.couple
     moment = frame.vector("moment_", moment, "moment about the centre of mass", "N m")
     keep = [k for k in range(3) if k in unknowns], [k - 3 for k in range(3, 6) if k in unknowns]
+    free, without = ("free_", " without followers") if any(part.followers for part in parts) else ("", "")
     linear, turning = sp.zeros(3, 1), sp.zeros(3, 1)
     for k in keep[0]:
-        linear[k] = frame.define(f"free_a{AXES[k]}", over * force[k], "acceleration without followers", "m/s^2")
+        linear[k] = frame.define(f"{free}a{AXES[k]}", over * force[k], f"acceleration{without}, {AXES[k]}", "m/s^2")
     for k in keep[1]:
-        turning[k] = frame.define(
-            f"free_alpha{AXES[k]}", inverse.row(k).dot(moment), "angular acceleration without followers", "rad/s^2"
-        )
+        value, title = inverse.row(k).dot(moment), f"angular acceleration{without}, {AXES[k]}"
+        turning[k] = frame.define(f"{free}alpha{AXES[k]}", value, title, "rad/s^2")
     pulls = _Pulls(frame, names, parts, centre, over, inverse)
     return pulls.solved(Motion(frame, centre, linear, turning), sums.mass)
 
@@ -216,15 +275,15 @@ def _inverse(frame: Frame, inertia: sp.Matrix, unknowns: Sequence[int]) -> sp.Ma
     keep = [k - 3 for k in unknowns if k > 2]
     named = frame.tensor("held_J", inertia, "inertia about the centre of mass, wheels free")
     block = named.extract(keep, keep)
-    determinant = frame.define("held_det", block.det(method="berkowitz"), "its determinant")
+    if block.is_diagonal():
+        inverse = sp.diag(*(1 / moment for moment in block.diagonal()))
+    else:
+        inverse = block.adjugate() / frame.define("held_det", block.det(method="berkowitz"), "its determinant")
     result = sp.zeros(3, 3)
-    adjugate = block.adjugate()
     for i, row in enumerate(keep):
         for j, column in enumerate(keep[: i + 1]):
-            value = adjugate[i, j] / determinant
-            if adjugate[i, j] != 0 and block.is_diagonal():
-                value = 1 / block[i, i]
-            entry = frame.define(f"held_N{AXES[column]}{AXES[row]}", value, "inverse inertia", "1/(kg m^2)")
+            value, title = inverse[i, j], f"inverse inertia, {AXES[column]}{AXES[row]}"
+            entry = frame.define(f"held_N{AXES[column]}{AXES[row]}", value, title, "1/(kg m^2)")
             result[row, column] = result[column, row] = entry
     return result
 

@@ -17,15 +17,15 @@ from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
-from .assembly import accelerations
+from .assembly import accelerations, contributions, mount
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame
-from .part import Contribution, Craft, Motion, Mounted, Part, State, start
+from .part import Craft, Motion, Mounted, Part, State, start
 from .readings import readings
 from .sensors import drifting, measuring, watching
-from .values import Parameters, Value, directions
+from .values import Parameters, Value
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
@@ -250,11 +250,7 @@ class Spacecraft:
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
         """Derive the rates of all states, and the motion of the parts."""
-        frame = mounted[0].frame
-        added = []
-        for part, at in zip(self.parts, mounted, strict=True):
-            derivation.section(f"Part {part.name}")
-            added.append(_loaded(part, at))
+        frame, added = mounted[0].frame, contributions(mounted[0].craft)
         if all(c.mass == 0 for c in added):
             raise ModelError(f"{self.name} has no mass: add a Hub")
         for axis in (k - 3 for k in MOTIONS[self.motion] if k > 2):
@@ -273,17 +269,10 @@ class Spacecraft:
 
     def _mounted(self, derivation: Derivation) -> list[Mounted]:
         rate = self._components(self._rate)
-        values = [part.values(self._plant) for part in self.parts]
-        frame = Frame(derivation, rate, {q.symbol for q in self._plant.quantities.values()})
-        derivation.section("Mounts")
-        for part, v in zip(self.parts, values, strict=True):
-            for field in (f for f in directions(part) if getattr(v, f) is not None):
-                axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
-                setattr(v, field, axis)
+        frame = Frame(derivation, rate)
         craft = Craft(frame, self.chart.rotation(), self.chart.quaternion(), self.period)
-        mounted = [Mounted(part.name, v, craft) for part, v in zip(self.parts, values, strict=True)]
-        craft.parts.extend(zip(self.parts, mounted, strict=True))
-        return mounted
+        mount(craft, self.parts, self._plant)
+        return [at for _, at in craft.parts]
 
     def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
         """Return the acting inputs after the limits of the parts."""
@@ -328,12 +317,6 @@ class Spacecraft:
         for part in self.parts:
             placed |= part.projection()
         return tuple(placed.get(s.quantity.symbol, s.quantity.symbol) for s in states) if placed else ()
-
-
-def _loaded(part: Part, at: Mounted) -> Contribution:
-    """Return a part's terms in the equations of the hub, with external loads."""
-    own = part.contribution(at)
-    return replace(own, loads=(*own.loads, *part.loads(at)))
 
 
 def expressions(value: object) -> Iterator[Expr]:

@@ -38,6 +38,15 @@ class Frame:
     names: dict[str, tuple[Expr, sp.Symbol]] = field(default_factory=dict)
     slopes: dict[sp.Symbol, tuple[sp.Symbol, Expr]] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, parameters: Iterable[sp.Symbol], rate: sp.Matrix, derivation: Derivation) -> Frame:
+        """Return the axes of a system with parameters and steps of its own."""
+        constants = set(parameters)
+        for symbol, expr in derivation.definitions.items():
+            if expr.free_symbols <= constants:
+                constants.add(symbol)
+        return cls(derivation, rate, constants)
+
     def is_constant(self, expr: Expr) -> bool:
         """Return True if an expression depends on parameters only."""
         return bool(expr.free_symbols <= self.constants)

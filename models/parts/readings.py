@@ -11,7 +11,7 @@ from ..derivation import Expr
 from ..quantities import Group, Quantity
 from ..system import Function
 from .frame import AXES
-from .part import Motion, Mounted, Part
+from .part import Aggregates, Motion, Mounted, Part
 
 _WRENCH = (*(f"p{axis}" for axis in AXES), *(f"h{axis}" for axis in AXES))
 
@@ -43,7 +43,7 @@ def readings(
     v = velocity
     if v is None:
         mass, first = sp.Add(*(of.mass for of in aggregates)), sum((of.first for of in aggregates), sp.zeros(3, 1))
-        v = -(w.cross(first) + sum((of.momentum for of in aggregates), sp.zeros(3, 1))) / mass
+        v = from_centre(aggregates, w)
     power: Expr = v.dot(force) + w.dot(moment)
     for part, at, motion in zip(parts, mounted, motions, strict=True):
         load, supply = part.carried(at, v)
@@ -51,12 +51,7 @@ def readings(
         power += supply + part.power(at, motion)
     if velocity is None:
         force, moment = sp.zeros(3, 1), moment - (first / mass).cross(force)
-    energy: Expr = sp.S.Zero
-    momentum, angular = sp.zeros(3, 1), sp.zeros(3, 1)
-    for of in aggregates:
-        linear, turning = of.mass * v + w.cross(of.first) + of.momentum, of.first.cross(v) + of.inertia * w + of.angular
-        momentum, angular = momentum + linear, angular + turning
-        energy += (v.dot(linear + of.momentum) + w.dot(turning + of.angular)) / 2 + of.energy + of.potential
+    energy, momentum, angular = totals(aggregates, v, w)
     if velocity is None:
         momentum = sp.zeros(3, 1)
     wrenches = [[*momentum, *angular], [*force, *moment]]
@@ -71,6 +66,23 @@ def readings(
         _scalar("power", "W", "power of loads, motors and dampers", power, (x, u, p)),
         _wrench("loads", ("N", "N m"), f"applied force, and moment about {point}", wrenches[1], (x, u, p)),
     )
+
+
+def from_centre(aggregates: Sequence[Aggregates], rate: sp.Matrix) -> sp.Matrix:
+    """Return the velocity of O relative to the centre of mass."""
+    mass, first = sp.Add(*(of.mass for of in aggregates)), sum((of.first for of in aggregates), sp.zeros(3, 1))
+    return -(rate.cross(first) + sum((of.momentum for of in aggregates), sp.zeros(3, 1))) / mass
+
+
+def totals(aggregates: Sequence[Aggregates], velocity: sp.Matrix, rate: sp.Matrix) -> tuple[Expr, sp.Matrix, sp.Matrix]:
+    """Return energy, momentum and angular momentum about O of parts, from the velocity of O and the rate of the hub."""
+    v, w, energy = velocity, rate, sp.S.Zero
+    momentum, angular = sp.zeros(3, 1), sp.zeros(3, 1)
+    for of in aggregates:
+        linear, turning = of.mass * v + w.cross(of.first) + of.momentum, of.first.cross(v) + of.inertia * w + of.angular
+        momentum, angular = momentum + linear, angular + turning
+        energy += (v.dot(linear + of.momentum) + w.dot(turning + of.angular)) / 2 + of.energy + of.potential
+    return energy, momentum, angular
 
 
 def _scalar(name: str, unit: str, title: str, value: Expr, arguments: tuple[Group, ...]) -> Function:

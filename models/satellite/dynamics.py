@@ -7,16 +7,20 @@ is three angles (turns about z, y, x in this order) or a quaternion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
+from ..parts import Aggregates, Hub, Load
+from ..parts.assembly import mount, moved
+from ..parts.frame import Frame
+from ..parts.part import Craft
+from ..parts.readings import from_centre, totals
 from ..system import Derivation, Expr, Group, Quantity
-from .naming import angular_acceleration, matrix, symmetric, vector
+from .naming import matrix, vector
 from .orbit import Orbit
-from .wheels import Wheels, extra_energy, extra_momentum
-from .wheels import accelerations as shaken
+from .wheels import Wheels, speed
 
 ANGLES = (
     Quantity("roll", "rad", "roll, the last turn, about x", r"\varphi"),
@@ -139,48 +143,33 @@ def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Deri
     return vector("Tgg_*", torque, "gravity gradient about *", "N m", "T_{gg,*}", d, "(8)-(10)")
 
 
-def accelerations(torque: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation) -> tuple[Expr, Expr, Expr]:
-    """Solve the momentum balance (1) for w', given the torque on the body and the wheels' momentum.
+def motion_of_the_whole(
+    outside: sp.Matrix, motors: sp.Matrix, wheels: Wheels, plant: Group, placed: Chart, d: Derivation
+) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
+    """Solve (1) for w' and the rates of the wheels' momenta, given external torques and motor torques.
 
     Notes
     -----
     h' = -u and H = J w + h, so u acts on the body as an external torque would and h enters through w x h only. With
     locked wheels h = Iw w and u = -Iw w', which leaves Euler's equations of the total inertia J + Iw.
     """
-    inertia = inertia_matrix(plant)
-    if plant.elements("I"):
-        return _coupled_accelerations(inertia, torque, wheels, d)
-    unknown = sp.Matrix(sp.symbols("wx' wy' wz'", real=True))
-    balance = torque_excess(inertia, rates, unknown, wheels.momentum) - torque
-    solved = [-row.subs(x, 0) / row.coeff(x) for row, x in zip(balance, unknown, strict=True)]
-    return tuple(angular_acceleration(solved, d, "(1)"))
-
-
-def _coupled_accelerations(inertia: sp.Matrix, torque: sp.Matrix, wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
-    """Solve the balance with a full inertia tensor, whose inverse depends on parameters only."""
-    inverse = symmetric("K", inertia.inv(method="ADJ"), "inverse of the inertia", "1/kg/m^2", "K", d, "(1)")
-    net = torque - torque_excess(inertia, rates, sp.zeros(3, 1), wheels.momentum)
-    net = vector("N_*", net, "torque less w x H about *", "N m", "N_*", d, "(1)")
-    return tuple(angular_acceleration(inverse * net, d, "(1)"))
-
-
-def motion_of_the_whole(
-    outside: sp.Matrix, motors: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
-) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Solve for w' and the rates of the wheels' momenta, given external torques and motor torques."""
-    if wheels.imbalance:
-        turning, stored = shaken(inertia_matrix(plant), outside, tuple(motors), rates, wheels.imbalance, d)
-        return tuple(turning), stored
-    turned = accelerations(outside + wheels.axes * motors, wheels, plant, d)
-    return turned, tuple(-wheels.share * torque for torque in motors)
+    mass = plant.mass if wheels.imbalances else sp.S.One  # without imbalance it plays no part
+    hub = Hub("body", mass, inertia_matrix(plant).tolist())
+    craft = Craft(Frame.of(plant.symbols, rates, d), placed.rotation, placed.quaternion, plant.Ts)
+    mount(craft, (hub, *(replace(part, torque=u) for part, u in zip(wheels.parts(), motors, strict=True))))
+    motions = moved(craft, [Load(couple=outside)])
+    stored = [part.rates(at, motion) for (part, at), motion in zip(craft.parts, motions, strict=True)]
+    title = "angular acceleration about *"
+    turning = vector("w*_rate", motions[0].angular, title, "rad/s^2", r"\omega_*'", d, "(1)")
+    return tuple(turning), tuple(entry for of in stored for entry in of)
 
 
 def wheel_speeds(wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
     """Return the wheel speeds relative to the body: h = Iw (Omega_w + w)."""
     turning = zip(wheels.momenta, wheels.inertia, wheels.axes.T * rates, strict=True)
     speeds = [momentum / inertia - along for momentum, inertia, along in turning]
-    title = "speed of wheel * relative to the body"
-    return tuple(vector("wheel_*", speeds, title, "rad/s", r"\Omega_{w*}", d, labels=wheels.labels))
+    named, labels = speed("*"), wheels.labels
+    return tuple(vector(named.name, speeds, named.description, named.unit, named.latex, d, labels=labels))
 
 
 def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Expr:
@@ -188,13 +177,19 @@ def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Exp
     nadir = rotation[:, 2]
     spin = sp.Add(*(h**2 / i for h, i in zip(wheels.momenta, wheels.inertia, strict=True)))
     potential = 3 * pull * nadir.dot(total_inertia(plant, wheels) * nadir)
-    balanced = (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2
-    return balanced + extra_energy(rates, wheels.imbalance) if wheels.imbalance else balanced
+    return (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2 + _imbalances(wheels, plant)[0]
 
 
 def inertial_momentum(rotation: sp.Matrix, orbit: Orbit, wheels: Wheels, plant: Group) -> sp.Matrix:
     """Return J w + h in inertial axes, which coincide with the orbit axes at latitude zero of a circle."""
-    in_body = inertia_matrix(plant) * rates + wheels.momentum
-    if wheels.imbalance:
-        in_body += extra_momentum(rates, wheels.imbalance)
+    in_body = inertia_matrix(plant) * rates + wheels.momentum + _imbalances(wheels, plant)[1]
     return orbit.axes.T * (rotation.T * in_body)
+
+
+def _imbalances(wheels: Wheels, plant: Group) -> tuple[Expr, sp.Matrix]:
+    """Return energy and angular momentum about the centre of mass that unbalanced wheels add."""
+    if not wheels.imbalances:
+        return sp.S.Zero, sp.zeros(3, 1)
+    whole = [Aggregates(plant.mass), *(wheel.imbalance() for wheel in wheels.imbalances)]
+    energy, _, angular = totals(whole, from_centre(whole, rates), rates)
+    return energy, angular

@@ -38,8 +38,3 @@ def symmetric(
     upper = [values[place] for place in places]
     named = dict(zip(places, vector(f"{name}*", upper, title, unit, f"{latex}_{{*}}", d, number, labels), strict=True))
     return sp.Matrix(3, 3, lambda i, j: named[min(i, j), max(i, j)])
-
-
-def angular_acceleration(values: Iterable[Expr], d: Derivation, number: str = "") -> sp.Matrix:
-    """Name the angular acceleration."""
-    return vector("w*_rate", values, "angular acceleration about *", "rad/s^2", r"\omega_*'", d, number)

@@ -56,7 +56,7 @@ from .laws.gyro import Rate, without_bias
 from .laws.sun import sun_pointing
 from .linear import show_linear_model, show_sampled_model
 from .orbit import LATITUDE, Orbit, circular, keplerian
-from .wheels import Wheels, along_any, along_axes, has_lengths, spanning, unbalanced
+from .wheels import Wheels, along_any, along_axes, has_lengths, off_balance, spanning
 
 _HERE = Path(__file__).parent
 _SOURCE = (
@@ -210,8 +210,7 @@ def _craft(choices: Mapping[str, str], d: Derivation) -> _Craft:
     wheels = _wheels(choices["wheels"], p, s, d)
     placed = attitude(chart, orbit.turning, d)
     bias = BIAS if choices["sensors"] == "instruments" else ()
-    turned = wheels.imbalance.states if wheels.imbalance else ()
-    states = Group("x", (*placed.states, *RATES, *wheels.states, *turned, *orbit.states, *bias))
+    states = Group("x", (*placed.states, *RATES, *wheels.states, *wheels.angles, *orbit.states, *bias))
     field: tuple[Expr, ...] = ()
     if choices["torquers"] == "three":
         names = FIELD if bias else tuple(Quantity(f"B_body_{i}", "Wb/m^2", "") for i in "xyz")
@@ -222,7 +221,7 @@ def _craft(choices: Mapping[str, str], d: Derivation) -> _Craft:
 def _wheels(kind: str, p: Group, s: Group, d: Derivation) -> Wheels:
     if kind == "axes":
         return along_axes(p, s)
-    return (along_any if kind == "any" else unbalanced)(p, s, d)
+    return (along_any if kind == "any" else off_balance)(p, s, d)
 
 
 def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
@@ -239,9 +238,9 @@ def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ..
     speeds = wheel_speeds(wheels, d)
     inside = wheel_torque(speeds, wheels, plant, d)
     d.section("Dynamics")
-    turning, stored = motion_of_the_whole(gradient + outside, inside, wheels, plant, d)
+    turning, stored = motion_of_the_whole(gradient + outside, inside, wheels, plant, craft.placed, d)
     bias = [sp.S.Zero for q in craft.states if q in BIAS]
-    turned = speeds if wheels.imbalance else ()
+    turned = speeds if wheels.imbalances else ()
     return (*craft.placed.rate, *turning, *stored, *turned, *orbit.rates, *bias), field
 
 
@@ -396,8 +395,7 @@ def _initial(craft: _Craft) -> tuple[Expr, ...]:
     turns = [(axis, first[axis]) for axis in (2, 1, 0)]
     placed = first if craft.choices["chart"] == "euler" else tuple(quaternion_of_turns(turns))
     bias = (s.bias_x_0, s.bias_y_0, s.bias_z_0) if craft.choices["sensors"] == "instruments" else ()
-    turned = craft.wheels.imbalance.start if craft.wheels.imbalance else ()
-    return (*placed, *rate, *craft.wheels.start, *turned, *craft.orbit.start, *bias)
+    return (*placed, *rate, *craft.wheels.start, *craft.wheels.angles_at_start, *craft.orbit.start, *bias)
 
 
 def _reference(s: Group) -> tuple[Expr, ...]:
@@ -450,7 +448,7 @@ def _needs(craft: _Craft) -> Iterator[Condition]:
 
 def _balance(craft: _Craft) -> Iterator[Condition]:
     """Yield the conditions that wheels are heavy enough for their imbalances."""
-    if craft.wheels.imbalance:
+    if craft.wheels.imbalances:
         wheels = zip(craft.p.static_imbalance, craft.p.dynamic_imbalance, craft.wheels.inertia, strict=True)
         sizes = tuple(wheels)
         yield Condition(

@@ -10,7 +10,7 @@ import sympy as sp
 
 from ...system import Condition, Derivation, Expr, Group, Quantity
 from ..naming import symmetric, vector
-from .imbalance import Imbalance, imbalance
+from .rotors import Balanced, Unbalanced, unbalanced
 
 FEWEST = 3
 """Smallest number of wheels: fewer leave an axis without torque, for which no law here is made."""
@@ -40,8 +40,10 @@ class Wheels:
         Projection on torques of the motors that do not turn the body: what moves momentum between wheels.
     locked : sympy.Matrix
         What the wheels add to the inertia when they do not turn against the body.
-    imbalance : Imbalance or None
-        What their masses are off their axes; none of balanced wheels.
+    imbalances : tuple of Unbalanced
+        The wheels with their masses off the axes; none of balanced ones.
+    angles_at_start : tuple of Expr
+        Angles that unbalanced wheels have turned at the start, rad.
     """
 
     labels: tuple[str, ...]
@@ -54,7 +56,8 @@ class Wheels:
     pseudoinverse: sp.Matrix
     idle: sp.Matrix
     locked: sp.Matrix
-    imbalance: Imbalance | None = None
+    imbalances: tuple[Unbalanced, ...] = ()
+    angles_at_start: tuple[Expr, ...] = ()
 
     @property
     def momenta(self) -> sp.Matrix:
@@ -65,6 +68,18 @@ class Wheels:
     def torques(self) -> sp.Matrix:
         """Motor torques as a column."""
         return sp.Matrix([q.symbol for q in self.inputs])
+
+    @property
+    def angles(self) -> tuple[Quantity, ...]:
+        """Angles that unbalanced wheels have turned."""
+        return tuple(wheel.angle for wheel in self.imbalances)
+
+    def parts(self) -> tuple[Balanced, ...]:
+        """Return the wheels as parts."""
+        return self.imbalances or tuple(
+            Balanced(f"wheel{label}", self.axes[:, k], self.inertia[k], self.momenta[k], self.share)
+            for k, label in enumerate(self.labels)
+        )
 
     @property
     def momentum(self) -> sp.Matrix:
@@ -113,11 +128,14 @@ def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
     )
 
 
-def unbalanced(plant: Group, s: Group, d: Derivation) -> Wheels:
+def off_balance(plant: Group, s: Group, d: Derivation) -> Wheels:
     """Return unbalanced wheels along the columns of `wheel_axes`."""
-    balanced = along_any(plant, s, d)
-    off = imbalance(plant, s, balanced.axes, balanced.inertia, tuple(balanced.momenta), d)
-    return dataclasses.replace(balanced, imbalance=off)
+    wheels = along_any(plant, s, d)
+    angles = (Quantity(f"angle{k}", "rad", f"angle that wheel {k} has turned", rf"\theta_{k}") for k in wheels.labels)
+    off = tuple(
+        unbalanced(part, k, plant, q, d) for k, (part, q) in enumerate(zip(wheels.parts(), angles, strict=True))
+    )
+    return dataclasses.replace(wheels, imbalances=off, angles_at_start=tuple(s.wheel_angle_0))
 
 
 def has_lengths(plant: Group) -> Condition:

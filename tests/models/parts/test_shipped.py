@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plant of slosh and the wheels of the satellite, assembled from parts beside the forms derived by hand."""
+"""The plant of slosh, assembled from parts beside the forms derived by hand."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from mehvar.codegen.ledger.sides import Sides
 from mehvar.models.parts import (
     Aggregates,
     Bob,
-    Contribution,
     Coordinate,
     Hub,
     Load,
@@ -29,7 +28,6 @@ from mehvar.models.parts import (
     Torquer,
     point_inertia,
 )
-from mehvar.models.parts.part import start
 from mehvar.models.system import Quantity, System
 from tests.derived import system
 
@@ -108,12 +106,6 @@ def slosh() -> System:
     return craft.system()
 
 
-def counted(graph: ca.Function) -> int:
-    """Return the operations of a graph."""
-    apart = (ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST)
-    return sum(graph.instruction_id(k) not in apart for k in range(graph.n_instructions()))
-
-
 def agree(assembled: System, shipped: System, renamed: dict[str, str]) -> None:
     """Compare all rates at random states, inputs and parameters; Euler angles are the chart of both."""
     f, g = rhs(assembled), rhs(shipped, "rhs_euler")
@@ -154,26 +146,6 @@ def test_slosh_on_ball_joints_is_the_assembled_one():
     assert operations(assembled) <= 1.15 * operations(shipped, "rhs_euler")
 
 
-def test_the_wheels_of_the_satellite_are_the_assembled_ones():
-    """Without the orbit's rate, which parts have none of; the environment is zero by default."""
-    assembled, shipped = satellite(), system("satellite")
-    f, g = rhs(assembled), rhs(shipped)
-    x, u, moments = ca.SX.sym("x", len(shipped.states)), ca.SX.sym("u", 3), ca.SX.sym("I", 3)
-    given = {"omega0": 0.0} | {f"I_{axis}": moments[k] for k, axis in enumerate("xyz")}
-    p = ca.vertcat(*(given.get(q.name, float(q.default)) for q in shipped.parameters))
-    rows = [k for k, q in enumerate(shipped.states) if q.name != "latitude"]
-    at = {q.name: x[k] for k, q in enumerate(shipped.states)}
-    theirs = ca.Function("shipped", [x, u, moments], [ca.cse(g(x, u, p)[rows])])
-    order = [[q.name for q in assembled.states].index(shipped.states.quantities[k].name) for k in rows]
-    result = f(ca.vertcat(*(at[q.name] for q in assembled.states)), u, moments)[order]
-    ours = ca.Function("assembled", [x, u, moments], [ca.cse(result)])
-    rng = np.random.default_rng(2)
-    for _ in range(20):
-        point = rng.uniform(-1, 1, len(shipped.states)), rng.normal(size=3), rng.uniform(1, 3, 3)
-        assert np.abs((ours(*point) - theirs(*point)).full()).max() < ROUNDING * np.abs(theirs(*point).full()).max()
-    assert counted(ours) <= counted(theirs)
-
-
 def ball() -> System:
     craft, shipped = Spacecraft("slosh", attitude="euler"), system("slosh", inertia="ball").parameters
     p = {q.name: craft.parameter(q.name, q.default, q.unit, q.description) for q in shipped}
@@ -184,42 +156,6 @@ def ball() -> System:
         craft.add(Bob(f"bob{k}", mass, length, (pivot, 0, 0), damping, inertia))
     craft.add(Torquer("M"))
     craft.add(Gimballed("engine", p["F"], p["b"] + p["d"]))
-    return craft.system()
-
-
-@dataclass(frozen=True)
-class Stored(Part):
-    """A balanced wheel by the absolute momentum about its axis; a torque on the hub takes from it."""
-
-    axis: tuple[int, int, int]
-
-    def inputs(self):
-        return (Quantity(f"T{self.name}", "N m", "torque on the hub"),)
-
-    @property
-    def momentum(self):
-        return Quantity(f"h{self.name}", "kg m^2/s", "absolute momentum about the axis")
-
-    def states(self, scenario):
-        return (start(self.momentum, scenario),)
-
-    def aggregates(self, at):
-        return Aggregates(angular=self.momentum.symbol * sp.Matrix(self.axis))
-
-    def contribution(self, at):
-        torque = self.inputs()[0].symbol * sp.Matrix(self.axis)
-        return Contribution(angular=self.aggregates(at).angular, loads=(Load(couple=torque),))
-
-    def rates(self, at, motion):
-        return (-self.inputs()[0].symbol,)
-
-
-def satellite() -> System:
-    craft, shipped = Spacecraft("satellite", attitude="euler", motion="attitude"), system("satellite").parameters
-    moments = [craft.parameter(q.name, q.default, q.unit, q.description) for q in shipped if q.name.startswith("I_")]
-    craft.add(Hub("hub", 1.0, tuple(moments)))
-    for name, axis in zip("xyz", ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True):
-        craft.add(Stored(name, axis))
     return craft.system()
 
 
