@@ -4,7 +4,7 @@
 from .bobs import Bob
 from .control import AttitudeFilter, Law
 from .craft import Spacecraft
-from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure
+from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure, ThirdBody
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Joint, Slider
@@ -70,6 +70,7 @@ __all__ = [
     "Tank",
     "Tensor",
     "Tether",
+    "ThirdBody",
     "Thruster",
     "Torquer",
     "UnbalancedWheel",

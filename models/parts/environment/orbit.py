@@ -7,6 +7,7 @@ oblateness where that is wanted, and under all forces on the parts. Inertial axe
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -20,10 +21,13 @@ from ..frame import AXES, ZERO, Frame
 from ..part import Motion, Mounted, Part, State
 from ..values import Number, Parameters, Value, scalar
 
-GRAVITY = ("two-body", "J2")
+GRAVITY = ("two-body", "J2", "J4")
+SHADOW = ("cylinder", "cone")
 EARTH = {
     "mu": Value(3.986004418e14, source="addition: the Earth, EGM96"),
     "J2": Value(1.08262668e-3, source="addition: the Earth, EGM96"),
+    "J3": Value(-2.53265649e-6, source="addition: the Earth, EGM96"),
+    "J4": Value(-1.61962159e-6, source="addition: the Earth, EGM96"),
     "radius": Value(6378137.0, source="addition: the Earth, WGS 84"),
     "spin": Value(7.292115e-5, source="addition: the Earth, WGS 84"),
     "dipole": Value(7.9e15, source="addition: dipole model of the Earth's field"),
@@ -31,7 +35,10 @@ EARTH = {
     "air": Value(1.5e-13, source="addition: at 600 km, mean activity of the Sun; 1e-14 to 1e-12"),
     "thinning": Value(7e4, source="addition: at 600 km"),
     "sunlight": Value(4.56e-6, source="addition: at the Earth"),
+    "disc": Value(4.6525e-3, source="addition: the Sun at 1 au"),
 }
+_CLOSEST = 1e-9
+"""Smallest angle between two discs, rad, in the position of their chord, which divides by it."""
 _ANY = "(-inf, inf)"
 _HALF_TURN = "[0, 3.141592653589794)"
 _DECLINATION = "[-1.5707963267948968, 1.5707963267948968]"
@@ -47,12 +54,14 @@ class Orbit(Part):
 
     Parameters
     ----------
-    gravity : {"two-body", "J2"}
-        A sphere's, or with the oblateness of the Earth.
+    gravity : {"two-body", "J2", "J4"}
+        A sphere's, with the oblateness of the Earth, or with the zonal harmonics to J4.
+    shadow : {"cylinder", "cone"}
+        Sharp shadow of a point-like Sun at infinity, or penumbra and umbra of the Sun's disc.
     size, eccentricity, inclination, node, perigee, anomaly : float
         Defaults of the elements: semi-major axis, m, and angles in rad.
-    mu, oblateness, radius : number
-        Gravitational parameter, m^3/s^2, J2, and equatorial radius, m.
+    mu, oblateness, third, fourth, radius : number
+        Gravitational parameter, m^3/s^2, J2, J3, J4, and equatorial radius, m.
     spin : number
         Rate of the Earth, which its field and its air follow, rad/s.
     dipole, tilt, longitude : number
@@ -60,12 +69,13 @@ class Orbit(Part):
         start, rad.
     density, height, thinning : number
         Density of the air, kg/m^3, at a height, m, and the height in which it falls by e, m.
-    sunlight, ascension, declination : number
-        Pressure of sunlight, N/m^2, and where the Sun stands, rad.
+    sunlight, ascension, declination, disc : number
+        Pressure of sunlight, N/m^2, where the Sun stands, and the angular radius of its disc, rad.
     """
 
     name: str = field(default="orbit", init=False)
     gravity: str = "two-body"
+    shadow: str = field(default="cylinder", kw_only=True)
     size: float = 6978137.0
     eccentricity: float = 0.0
     inclination: float = 0.0
@@ -74,6 +84,8 @@ class Orbit(Part):
     anomaly: float = 0.0
     mu: Annotated[Number, scalar("mu", "m^3/s^2", "gravitational parameter")] = EARTH["mu"]
     oblateness: Annotated[Number, scalar("J2", "1", "oblateness", "[0, 1)")] = EARTH["J2"]
+    third: Annotated[Number, scalar("J3", "1", "third zonal harmonic", _ANY)] = EARTH["J3"]
+    fourth: Annotated[Number, scalar("J4", "1", "fourth zonal harmonic", _ANY)] = EARTH["J4"]
     radius: Annotated[Number, scalar("R", "m", "equatorial radius")] = EARTH["radius"]
     spin: Annotated[Number, scalar("spin", "rad/s", "rate of the Earth", _ANY)] = EARTH["spin"]
     dipole: Annotated[Number, scalar("mf", "Wb m", "strength of the magnetic dipole", "[0, inf)")] = EARTH["dipole"]
@@ -85,10 +97,12 @@ class Orbit(Part):
     sunlight: Annotated[Number, scalar("light", "N/m^2", "pressure of sunlight", "[0, inf)")] = EARTH["sunlight"]
     ascension: Annotated[Number, scalar("sun", "rad", "right ascension of the Sun", _ANY)] = 0.0
     declination: Annotated[Number, scalar("sun_up", "rad", "declination of the Sun", _DECLINATION)] = 0.0
+    disc: Annotated[Number, scalar("disc", "rad", "angular radius of the Sun", "(0, 0.1]")] = EARTH["disc"]
 
     def __post_init__(self) -> None:
-        if self.gravity not in GRAVITY:
-            raise ModelError(f"orbit: gravity = {self.gravity!r}: must be one of {', '.join(GRAVITY)}")
+        for name, words in (("gravity", GRAVITY), ("shadow", SHADOW)):
+            if getattr(self, name) not in words:
+                raise ModelError(f"orbit: {name} = {getattr(self, name)!r}: must be one of {', '.join(words)}")
 
     @property
     def place(self) -> sp.Matrix:
@@ -129,9 +143,16 @@ class Orbit(Part):
         radius, up = _radius(self, frame)
         pull = at.define("pull", v.mu / radius**2, "gravity of the Earth", "m/s^2")
         result = -pull * up
-        if self.gravity == "J2":
+        if self.gravity != "two-body":
             share = at.define("flat", v.oblateness * (v.radius / radius) ** 2 * 3 / 2 * pull, "of oblateness", "m/s^2")
             result -= share * ((1 - 5 * up[2] ** 2) * up + 2 * up[2] * sp.Matrix([0, 0, 1]))
+        if self.gravity == "J4":
+            for order, harmonic in ((3, v.third), (4, v.fourth)):
+                share = at.define(f"J{order}g", harmonic * (v.radius / radius) ** order * pull, "zonal", "m/s^2")
+                result += share * zonal(order, up)
+        for part, mounted in craft.parts:
+            if isinstance(part, Attraction):
+                result += part.acceleration(mounted, self.place)
         force = sum((load.force for load in craft.loads()), ZERO)
         if not force.is_zero_matrix:
             felt = at.vector("push_", force / craft.whole().mass, "acceleration by forces on the craft", "m/s^2")
@@ -145,6 +166,26 @@ class Orbit(Part):
                 f"the craft is inside the Earth, whose radius is {self.name}_R = {{{self.name}_R:g}} m",
             ),
         )
+
+
+def zonal(order: int, up: sp.Matrix) -> sp.Matrix:
+    """Return the direction and share of a zonal harmonic's acceleration, per J_n (R/r)^n mu/r^2.
+
+    With s the sine of the latitude it is (n + 1) P_n(s) n - P_n'(s) (k - s n), where n points away from the Earth and k
+    to the north. (Vallado, Fundamentals of Astrodynamics, 2013, 8.6.)
+    """
+    s = sp.Symbol("s")
+    legendre = sp.legendre(order, s)
+    value, slope = (expr.subs(s, up[2]) for expr in (legendre, legendre.diff(s)))
+    return (order + 1) * value * up - slope * (sp.Matrix([0, 0, 1]) - up[2] * up)
+
+
+class Attraction(Part):
+    """A body whose gravity acts on the orbit, and on all parts of a craft alike."""
+
+    @abstractmethod
+    def acceleration(self, at: Mounted, place: sp.Matrix) -> sp.Matrix:
+        """Return the acceleration relative to the Earth at a place, in inertial axes, m/s^2."""
 
 
 def at_elements(
@@ -227,12 +268,35 @@ class Sky:
 
     @property
     def light(self) -> Expr:
-        """1 in sunlight, 0 in the Earth's cylindrical shadow."""
+        """Visible share of the Sun: 1 in sunlight, 0 in the Earth's shadow."""
         radius, up = _radius(self.part, self.orbit.frame)
         along = self.orbit.define("noon", self._sun.dot(up), "cosine of the angle between Sun and craft", "1")
+        if self.part.shadow == "cone":
+            return self._visible(radius, along)
         off = sp.sqrt(sp.Max(0, 1 - along**2)) * radius
         dark = sp.And(along < 0, off < self.orbit.values.radius)
         return self.orbit.define("lit", sp.Piecewise((0, dark), (1, True)), "1 in sunlight, 0 in the shadow", "1")
+
+    def _visible(self, radius: Expr, along: Expr) -> Expr:
+        """Return the share of the Sun's disc, a flat circle, that the Earth's disc leaves free.
+
+        Both discs are segments of circles beyond their common chord. (Montenbruck and Gill, Satellite Orbits, 2000,
+        3.4.2.)
+        """
+        define, v = self.orbit.define, self.orbit.values
+        sun, earth = v.disc, define("limb", sp.asin(sp.Min(1, v.radius / radius)), "angular radius of the Earth", "rad")
+        apart = define("apart", sp.acos(sp.Max(-1, sp.Min(1, -along))), "angle between the discs", "rad")
+        gap = define("gap", sp.Max(apart, _CLOSEST), "angle between the discs, above zero", "rad")
+        chord = define("chord", (gap**2 + sun**2 - earth**2) / (2 * gap), "distance of the chord from the Sun", "rad")
+
+        def segment(size: Expr, distance: Expr) -> Expr:
+            cosine = sp.Max(-1, sp.Min(1, distance / size))
+            return size**2 * (sp.acos(cosine) - cosine * sp.sqrt(1 - cosine**2))
+
+        covered = (segment(sun, chord) + segment(earth, gap - chord)) / (sp.pi * sun**2)
+        partly = define("shade", sp.Min(1, covered), "covered share of the Sun's disc", "1")
+        inside = sp.Piecewise((1, apart <= earth - sun), (0, apart >= earth + sun), (partly, True))
+        return define("lit", 1 - inside, "visible share of the Sun's disc", "1")
 
     @property
     def _sun(self) -> sp.Matrix:

@@ -3,11 +3,13 @@
 
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.optimize import brentq
 
 import mehvar
 from mehvar.base.errors import MehvarError
-from mehvar.models.parts import Drag, GravityGradient, Hub, Orbit, Spacecraft
+from mehvar.models.parts import Bob, Drag, GravityGradient, Hub, Orbit, Spacecraft, SunSensor, ThirdBody
+from tests.models.parts.sensors.test_instruments import shown
 
 MU, R, J2 = 3.986004418e14, 6378137.0, 1.08262668e-3
 HUB = Hub("hub", mass=100.0, inertia=(1.0, 3.0, 2.0))
@@ -73,6 +75,73 @@ def test_oblateness_turns_the_node():
     assert np.ptp(energy) / abs(energy[0]) < 1e-10
 
 
+def acceleration(run):
+    """Return the last but one sample's place and acceleration, the latter by differences of velocity."""
+    r, v = place(run)
+    h = float(run["t"][1] - run["t"][0])
+    return r[:, 4], (8 * (v[:, 5] - v[:, 3]) - (v[:, 6] - v[:, 2])) / (12 * h)
+
+
+@pytest.mark.parametrize(("orders", "gravity"), [((2,), "J2"), ((2, 3, 4), "J4")])
+def test_harmonics_are_the_gradient_of_their_potential(orders, gravity):
+    """The potential is -mu/r (1 - sum of J_n (R/r)^n P_n(sin latitude)); harmonics are large so that each counts."""
+    harmonics = {2: 2e-2, 3: -1e-2, 4: 3e-2}
+    run = flown(
+        f"zonal{gravity}", t_end=24.0, dt_out=3.0,
+        orbit=Orbit(gravity, size=7.5e6, inclination=1.0, anomaly=0.8, oblateness=harmonics[2],
+                    third=harmonics[3], fourth=harmonics[4]),
+    )  # fmt: skip
+    x = sp.symbols("x y z")
+    size = sp.sqrt(sum(s**2 for s in x))
+    potential = MU / size * (1 - sum(harmonics[n] * (R / size) ** n * sp.legendre(n, x[2] / size) for n in orders))
+    at, felt = acceleration(run)
+    here = dict(zip(x, map(sp.Float, at), strict=True))
+    np.testing.assert_allclose(felt, [float(potential.diff(s).subs(here)) for s in x], rtol=1e-7)
+
+
+def test_a_third_body_pulls_the_craft_and_the_earth():
+    """Against the difference of both accelerations, with a mass that makes it a tenth of the Earth's."""
+    moon = {"mu": 5e16, "distance": 4e7, "rate": 1e-4, "inclination": 0.4, "node": 0.3, "phase": 0.7}
+    run = flown("third", ThirdBody("moon", **moon), orbit=Orbit(size=9e6, inclination=1.0), t_end=8.0, dt_out=1.0)
+    at, felt = acceleration(run)
+    angle = moon["phase"] + moon["rate"] * 4.0
+    flat = np.array([np.cos(angle), np.sin(angle) * np.cos(0.4), np.sin(angle) * np.sin(0.4)]) * moon["distance"]
+    body = np.array(
+        [np.cos(0.3) * flat[0] - np.sin(0.3) * flat[1], np.sin(0.3) * flat[0] + np.cos(0.3) * flat[1], flat[2]]
+    )
+    pull = lambda d: moon["mu"] * d / np.linalg.norm(d) ** 3  # noqa: E731
+    expected = -MU * at / np.linalg.norm(at) ** 3 + pull(body - at) - pull(body)
+    np.testing.assert_allclose(felt, expected, rtol=1e-8)
+
+
+def test_a_third_body_does_not_turn_a_craft_or_move_its_parts():
+    """It accelerates all parts alike: a bob's swing is the same with and without it."""
+    bob = Bob("bob", mass=5.0, length=0.5, damping=0.0)
+    runs = [
+        flown(f"alike{k}", bob, *parts, orbit=Orbit(), t_end=60.0, initial={"wy": 0.1})
+        for k, parts in enumerate([(), (ThirdBody("moon", mu=1e15),)])
+    ]
+    for name in ("wx", "wy", "bob_ux", "bob_uz"):
+        np.testing.assert_allclose(runs[0][name], runs[1][name], atol=1e-9)
+    assert abs(runs[0]["orbit_x"] - runs[1]["orbit_x"])[-1] > 0.1
+
+
+def test_penumbra_is_the_share_of_the_suns_disc():
+    """Against a sum over the points of the disc, from full light through the penumbra to the umbra."""
+    craft = Spacecraft("dusk", orbit=Orbit(shadow="cone", disc=0.05, size=7e6, inclination=0.0))
+    for part in (HUB, SunSensor("sun")):
+        craft.add(part)
+    system = craft.system()
+    rim = np.arcsin(R / 7e6)
+    generator = np.random.default_rng(4)
+    radius, turn = 0.05 * np.sqrt(generator.random(200_000)), 2 * np.pi * generator.random(200_000)
+    for apart in rim + np.array([-0.06, -0.04, 0.0, 0.03, 0.06]):
+        at = {"orbit_x": -7e6 * np.cos(apart), "orbit_y": 7e6 * np.sin(apart)}
+        share = np.mean(np.hypot(apart + radius * np.cos(turn), radius * np.sin(turn)) > rim)
+        light = np.linalg.norm(list(shown(system, **at).values()))
+        assert light == pytest.approx(share, abs=4e-3)
+
+
 def test_air_takes_energy():
     """A circle shrinks by da/dt = -rho C A/m sqrt(mu a), in an atmosphere at rest."""
     a, density = 6.978137e6, 1e-11
@@ -108,7 +177,9 @@ def test_libration_in_pitch():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Orbit("kepler"), "orbit: gravity = 'kepler': must be one of two-body, J2"),
+        (lambda: Orbit("kepler"), "orbit: gravity = 'kepler': must be one of two-body, J2, J4"),
+        (lambda: Orbit(shadow="soft"), "orbit: shadow = 'soft': must be one of cylinder, cone"),
+        (lambda: lonely(ThirdBody("moon")), "moon needs an orbit"),
         (lambda: Spacecraft("craft", orbit="two-body"), "orbit = 'two-body': must be an Orbit"),
         (lambda: Spacecraft("craft", orbit=Orbit(), motion="plane"), "must be an Orbit, of a craft with motion"),
         (lambda: lonely(GravityGradient()), r"gradient needs an orbit: write Spacecraft\(..., orbit=Orbit\(\)\)"),

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gravity of the Moon and of the Sun on an orbit about the Earth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import sympy as sp
+
+from ...mechanics import frame_turn
+from ...quantities import TIME
+from ..part import Load, Mounted
+from ..values import Number, scalar
+from .orbit import Attraction, sky
+
+_ANY = "(-inf, inf)"
+_HALF_TURN = "[0, 3.141592653589794)"
+
+
+@dataclass(frozen=True)
+class ThirdBody(Attraction):
+    """A body on a circle about the Earth whose gravity disturbs the orbit of the craft, such as the Moon or the Sun.
+
+    With r the place of the craft and p that of the body the acceleration is mu ((p - r)/|p - r|^3 - p/|p|^3). It is
+    computed as -mu/|p - r|^3 (r + f p), where q = r.(r - 2 p)/p.p and f = q (3 + 3 q + q^2)/(1 + (1 + q)^(3/2)), as the
+    difference of two nearly equal vectors would lose digits. (Battin, Mathematics and Methods of Astrodynamics, 1999,
+    8.4.) It accelerates all parts of a craft alike, so that only the orbit feels it.
+
+    Parameters
+    ----------
+    name : str
+        As of a `Part`.
+    mu : number
+        Gravitational parameter, m^3/s^2; default: the Moon's.
+    distance : number
+        Radius of its circle, m.
+    rate : number
+        Angular rate on the circle, rad/s.
+    inclination, node : number
+        Inclination of the circle to the equator, and right ascension of its ascending node, rad.
+    phase : number
+        Angle from the node at the start, rad.
+    """
+
+    mu: Annotated[Number, scalar("mu", "m^3/s^2", "gravitational parameter")] = 4.9028e12
+    distance: Annotated[Number, scalar("d", "m", "radius of its circle about the Earth")] = 3.844e8
+    rate: Annotated[Number, scalar("n", "rad/s", "angular rate on the circle", _ANY)] = 2.6617e-6
+    inclination: Annotated[Number, scalar("i", "rad", "inclination to the equator", _HALF_TURN)] = 0.4091
+    node: Annotated[Number, scalar("node", "rad", "right ascension of the ascending node", _ANY)] = 0.0
+    phase: Annotated[Number, scalar("phase", "rad", "angle from the node at the start", _ANY)] = 0.0
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        sky(at)  # refuses a craft without an orbit
+        return ()
+
+    def acceleration(self, at: Mounted, place: sp.Matrix) -> sp.Matrix:
+        v = at.values
+        angle = at.define("angle", v.phase + v.rate * TIME.symbol, "angle from the node", "rad")
+        turned = frame_turn(2, -v.node) * frame_turn(0, -v.inclination)
+        body = at.vector("p", v.distance * turned * sp.Matrix([sp.cos(angle), sp.sin(angle), 0]), "place", "m")
+        q = at.define("q", place.dot(place - 2 * body) / v.distance**2, "relative change of the squared distance", "1")
+        f = at.define("f", q * (3 + 3 * q + q**2) / (1 + (1 + q) ** sp.Rational(3, 2)), "of the cubed distance", "1")
+        pull = at.define(
+            "pull", v.mu / (v.distance**3 * (1 + q) ** sp.Rational(3, 2)), "gravity over distance", "1/s^2"
+        )
+        return -pull * (place + f * body)
