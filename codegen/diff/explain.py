@@ -181,8 +181,7 @@ class Explainer:
         return Counterexample(named, *shown(worlds, old, new))
 
     def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        positive = self.judge.positive(name)
-        return (simple for simple in self.judge.sampler.simple(name, value) if simple > 0 or not positive)
+        return (simple for simple in self.judge.sampler.simple(name, value) if self.versions.may_be(name, simple))
 
     def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
         """Return True if only one side has a value at a point without zero coordinates, where a domain may end."""

@@ -76,6 +76,11 @@ class Versions:
         signs = {symbol.sign for called, symbol in _declared(self.old, self.new, self.renamed) if called == name}
         return signs == {"positive"}
 
+    def may_be(self, name: str, value: Fraction) -> bool:
+        """Return True if some declaration of a name allows a value, or if none declares it."""
+        symbols = [symbol for called, symbol in _declared(self.old, self.new, self.renamed) if called == name]
+        return not symbols or any(_allows(symbol, value) for symbol in symbols)
+
     def _partner_of(self, name: str) -> Expression | None:
         item = self._new_named.get(name)
         if item is None:
@@ -283,6 +288,16 @@ def _bounds(symbol: Symbol) -> Interval:
     finite = (Fraction(v) if abs(v) < 1e300 else None for v in (lower, upper))
     below, above = finite
     return (low if below is None else below), above
+
+
+def _allows(symbol: Symbol, value: Fraction) -> bool:
+    if symbol.sign == "positive" and value <= 0:
+        return False
+    if not symbol.bounds:
+        return True
+    low, high = map(float, symbol.bounds[1:-1].split(","))
+    above = low <= value if symbol.bounds[0] == "[" else low < value
+    return above and (value <= high if symbol.bounds[-1] == "]" else value < high)
 
 
 def _defaults(manifest: Manifest | None) -> dict[str, Fraction]:

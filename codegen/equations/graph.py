@@ -269,7 +269,7 @@ def _events(system: System) -> Iterator[Outcome]:
                 *("guard", event.guard, "0 =", "", title),
             )
             for q in system.states:
-                if q.symbol in event.reset:
+                if event.reset.get(q.symbol, q.symbol) != q.symbol:
                     title = f"{q.name} after {event.name}"
                     yield Outcome(
                         f"{name}: {q.name}+",

@@ -218,6 +218,14 @@ def output_rows(manifest: Manifest, outputs: Sequence[str]) -> list[int]:
     return [names.index(name) for name in outputs]
 
 
+def slope_of_inputs(functions: Functions, x: ArrayLike, u: ArrayLike, p: ArrayLike, nu: int) -> FloatArray:
+    """Return `jac_u`, which has a row for each state also without inputs."""
+    if not nu:
+        return np.zeros((*np.shape(functions["rhs"](x, u, p)), 0))
+    slope: FloatArray = functions["jac_u"](x, u, p)
+    return slope
+
+
 def _plant(
     manifest: Manifest,
     functions: Functions,
@@ -230,7 +238,8 @@ def _plant(
     """Return A, B, C, D, and the outputs' derivatives by the reference."""
     refuse(manifest, Place.LINEARIZE)
     nx, nu, nr = len(manifest.states), len(manifest.inputs), len(manifest.references)
-    A, B = functions["jac_x"](x, u, p), functions["jac_u"](x, u, p)
+    A = functions["jac_x"](x, u, p)
+    B = slope_of_inputs(functions, x, u, p, nu)
     C, D, E = (np.zeros((*A.shape[:-2], nx, size)) for size in (nx, nu, nr))
     C += np.eye(nx)
     rows = list(range(nx)) if outputs is None else output_rows(manifest, outputs)
@@ -368,7 +377,8 @@ def _by_state_and_reference(
 ) -> tuple[FloatArray, FloatArray]:
     """Join the derivatives by state, applied input and memory; a model may have no reference."""
     parts = ("x", "v", "z") if controller.period else ("x", "z")
-    by_state = np.concatenate([slope[name] for name in (parts if controller.memory else ("x",))], axis=-1)
+    none = np.zeros((*slope["x"].shape[:-1], 0))  # of a model without inputs
+    by_state = np.concatenate([slope.get(name, none) for name in (parts if controller.memory else ("x",))], axis=-1)
     return by_state, slope["r"] if manifest.references else np.zeros((*by_state.shape[:-1], 0))
 
 

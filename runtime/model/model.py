@@ -25,7 +25,7 @@ from .equations import rates
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
 from .generated import tell_stale
 from .header import check_header
-from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows
+from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows, slope_of_inputs
 from .named import NamedVector, named
 from .parameters import Setting, elements, law_vector, named_values, vector
 
@@ -151,8 +151,7 @@ class Model:
 
     def jac_u(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> FloatArray:
         """Return d rhs / d u, shape (..., nx, nu)."""
-        result: FloatArray = self.functions["jac_u"](x, u, p)
-        return result
+        return slope_of_inputs(self.functions, x, u, p, len(self.input_names))
 
     def jac_p(
         self,

@@ -52,6 +52,7 @@ class Modes:
         self._pool = versions.pool
         self._free = Meaning(self._pool, lambda _: None)
         self._symbols = _declared(versions)
+        self._may_be = versions.may_be
         new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
         self._open: set[str] = set()
@@ -237,10 +238,6 @@ class Modes:
     def _is_held(self, name: str) -> bool:
         return any(symbol.role.split(" ")[0] in _HELD for symbol in self._symbols.get(name, ()))
 
-    def _may_be(self, name: str, value: Fraction) -> bool:
-        """Return True if some declaration of a name allows a value."""
-        return any(_allows(symbol, value) for symbol in self._symbols[name])
-
 
 def _state(item: Item) -> str:
     """Return the state that a row gives its initial value, or its value after an event."""
@@ -249,16 +246,6 @@ def _state(item: Item) -> str:
 
 def _text(fixed: Fixed) -> str:
     return " and ".join(f"{name} = {value}" for name, value in fixed.items())
-
-
-def _allows(symbol: Symbol, value: Fraction) -> bool:
-    if symbol.sign == "positive" and value <= 0:
-        return False
-    if not symbol.bounds:
-        return True
-    low, high = map(float, symbol.bounds[1:-1].split(","))
-    above = low <= value if symbol.bounds[0] == "[" else low < value
-    return above and (value <= high if symbol.bounds[-1] == "]" else value < high)
 
 
 def _declared(versions: Versions) -> dict[str, list[Symbol]]:

@@ -90,7 +90,7 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
     levels: list[float] = []
     widths: list[float] = []
     width = _SHARE * 5
-    while (level := float(np.quantile(cloud.scores, 1 - _SHARE))) < 0:
+    while (level := _level(cloud.scores)) < 0:
         if _SHARE ** (len(levels) + 1) < least / _BEYOND:
             return Levels(tuple(levels), tuple(widths), level)
         if level in levels or level >= cloud.scores.max():
@@ -104,6 +104,12 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
             return Levels(tuple(levels), tuple(widths), 0.0, _stuck(accepted))
         width = float(np.clip(width * np.exp(accepted - _ACCEPTED), 0.05, 1.0))
     return Levels(tuple(levels), tuple(widths), 0.0)
+
+
+def _level(scores: FloatArray) -> float:
+    """Return the score that a share of the runs reaches; NaN between two runs without the number, whose score is inf."""
+    with np.errstate(invalid="ignore"):
+        return float(np.quantile(scores, 1 - _SHARE))
 
 
 def estimate(score: Score, dimensions: int, n: int, stages: Levels, rng: np.random.Generator) -> Estimate:

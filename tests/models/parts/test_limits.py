@@ -8,7 +8,7 @@ import pytest
 import mehvar
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.check import check
-from mehvar.models.parts import Engine, Hub, Spacecraft, Tank, Thruster, Torquer, Wheel
+from mehvar.models.parts import Engine, Gyro, Hub, Spacecraft, Tank, Thruster, Torquer, Wheel
 
 from .balances import assembled
 from .table import FUEL, PARTS
@@ -136,3 +136,17 @@ def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
     assert float(run.attrs["reason"].split("t = ")[1].split()[0]) == pytest.approx(turn / 0.5, rel=1e-3)
     runs = mehvar.batch(model, None, inputs={}, n=4, t_end=60.0, vary={"wy_0": "uniform(0.2, 0.5)"})
     np.testing.assert_allclose(runs["t_stop"], turn / runs["wy_0"], rtol=1e-3)
+
+
+def test_a_craft_without_inputs_has_derivatives_and_a_linear_system():
+    """Its law `watch` commands nothing; a Jacobian by inputs has rows and no columns."""
+    craft = Spacecraft("idle", period=0.1)
+    craft.add(Hub("hub", mass=40.0, inertia=(2.0, 3.0, 2.5)))
+    craft.add(Gyro("gyro"))
+    model = mehvar.build(craft)
+    x, p = model.state(q0=1.0, wx=0.2), model.parameters()
+    assert model.jac_u([x, x], [], p).shape == (2, 10, 0)
+    loop = model.linearize(x, None, p, controller="watch")
+    assert loop.B.shape == (14, 0)
+    shown = [loop.states.index(f"gyro_{a}_shown") for a in "xyz"]
+    np.testing.assert_array_equal(loop.A[shown][:, [loop.states.index(f"w{a}") for a in "xyz"]], np.eye(3))

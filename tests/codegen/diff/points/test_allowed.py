@@ -60,3 +60,11 @@ def test_a_change_of_a_condition_is_told_wherever_it_is():
     """A condition is compared at all points, also at those that it forbids."""
     changes = {row.name: row.verdict for row in compare(limited("v': v"), limited("v': v", "2*J - k")).equations}
     assert changes["allowed"] is Fate.CHANGED
+
+
+def test_a_point_of_difference_is_inside_open_bounds():
+    """A simple number such as 1 is left out where the bounds exclude it."""
+    share = {"m": {"bounds": "[0, 1)", "sign": "nonnegative"}}
+    row = rate(document("v': Piecewise((1, m > 1/2), (0, True))", **share), document("v': 0*m", **share))
+    assert row.verdict is Fate.CHANGED
+    assert dict(_numbers(row))["m"] < 1
