@@ -177,6 +177,7 @@ def test_a_batch_has_the_bits_of_its_runs_and_counts_how_they_ended(folder, tmp_
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("goal", [0.03, 0.2, 0.3, 0.47, 0.9])
+@pytest.mark.share(3)
 def test_what_is_known_of_a_run_that_is_cut_short(folder, backend, kind, window, goal):
     """Extremes are those of its samples; settling and later values are unknown."""
     run = simulate(folder, "free", backend=backend, parameters={"goal": goal})
