@@ -13,9 +13,10 @@ from .changes import Change
 from .explain import Explainer
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
-from .modes import Modes
-from .opinion import second_opinion
 from .parameters import parameter_changes
+from .points.allowed import CONDITIONS, Allowed
+from .points.modes import Modes
+from .points.opinion import second_opinion
 from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
 from .stories.causes import MOTION, causes, solving, turns
 from .stories.extension import Extended, extension
@@ -72,6 +73,7 @@ class _Verdicts:
         self.names = {item.key: item.name for item in versions.news}
         self._overruled: dict[Key, Verdict] = {}
         self._modes = Modes(versions)
+        self._allowed = Allowed(versions)
         self._judge_all()
         self._ask_again()
         self.lost: dict[Key, Lost] = {}
@@ -155,6 +157,8 @@ class _Verdicts:
             if scaled:
                 del self.sources[new.key]
                 return Fate.SCALED, Verdict(True, scaled)
+        if local.equal is False and new.row.kind not in CONDITIONS:
+            local = self._allowed.where_allowed(local, (versions.before, old.root), (versions.across, new.root))
         return (Fate.UNDECIDED if local.equal is None else Fate.CHANGED), local
 
     def _local(self, old: Item, new: Item) -> Verdict:

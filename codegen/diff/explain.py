@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections import ChainMap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,6 +17,7 @@ from ..equal.values import FieldWorld
 from ..equations.formula import Printer, SymbolNames, rank_of
 from ..equations.spelling import LATEX
 from .changes import Change, replaced
+from .points.allowed import CONDITIONS, Allowed, Test
 from .report import Edit, Kind, Part, Path
 from .terms import Account
 from .versions import Item, Versions
@@ -49,6 +51,7 @@ class Explainer:
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
         self.judge = versions.judge
+        self._allowed = Allowed(versions)
         names = _names(versions)
         self._text = Printer(versions.pool.nodes, names)
         self._latex = Printer(versions.pool.nodes, names, LATEX)
@@ -65,7 +68,7 @@ class Explainer:
         return Explanation(
             tuple(self.edit(change, old.root, new.root) for change in changes),
             replayed,
-            self._counterexample(before, across, point),
+            self._counterexample(before, across, point, anywhere=new.row.kind in CONDITIONS),
         )
 
     def changes(self, old: Item, new: Item) -> tuple[list[Change], bool]:
@@ -151,26 +154,31 @@ class Explainer:
 
     # Counterexample
 
-    def _counterexample(self, old: Expression, new: Expression, known: Point | None) -> Counterexample | None:
-        """Return a simple point where both sides differ."""
+    def _counterexample(
+        self, old: Expression, new: Expression, known: Point | None, anywhere: bool
+    ) -> Counterexample | None:
+        """Return a simple point where both sides differ, if possible one that a version's conditions allow."""
+        allowed = (lambda _: True) if anywhere else self._allowed.test(old, new)
         mine = () if known is None else (self.judge.real(known),)
         points = chain(self.judge.real_points([old, new], 40), mine, self.judge.extreme_points(old, new))
-        worlds, fails = next((w for w in points if self.judge.differ(w, old, new)), None), self._fails
+        worlds, fails = _first(allowed, (w for w in points if self.judge.differ(w, old, new))), self._fails
         if worlds is None:
             worlds = next((w for w in mine if self.judge.one_exists(w, old, new)), None)
             fails = self._is_alone
         if worlds is None:
             return None
-        point = {name: self._coordinate(worlds, name) for name in {*old[0].free(old[1]), *new[0].free(new[1])}}
+        base = next(iter(worlds)).point
+        point = {name: base[name] for name in {*old[0].free(old[1]), *new[0].free(new[1])}}
         if len(old[0].cone(old[1])) + len(new[0].cone(new[1])) <= _LARGEST_CONE:
-            point = simplified(point, self._candidates, lambda trial: fails(trial, old, new))
+            keep = allowed if allowed(worlds) else lambda _: True
+            point = simplified(
+                point,
+                self._candidates,
+                lambda trial: fails(trial, old, new) and keep(self.judge.real(ChainMap({**trial}, base))),
+            )
             worlds = self.judge.real(point)
         named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
         return Counterexample(named, *shown(worlds, old, new))
-
-    @staticmethod
-    def _coordinate(worlds: Worlds, name: str) -> Fraction:
-        return next(iter(worlds)).point[name]  # type: ignore[no-any-return]
 
     def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
         positive = self.judge.positive(name)
@@ -186,6 +194,12 @@ class Explainer:
         if a is None or b is None or isinstance(a, bool | tuple):
             return False
         return bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)) and self.judge.differ(worlds, old, new))
+
+
+def _first(allowed: Test, points: Iterator[Worlds]) -> Worlds | None:
+    """Return the first allowed point, else the first point; None without points."""
+    first = next(points, None)
+    return first if first is None or allowed(first) else next(filter(allowed, points), first)
 
 
 def _written(value: Fraction) -> str:

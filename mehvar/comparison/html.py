@@ -14,7 +14,7 @@ from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
 from mehvar.html import page
-from mehvar.pictures.files import small_png
+from mehvar.pictures.files import pixels, small_png
 
 from .consequences import Consequences
 from .marks import Alignment
@@ -66,6 +66,15 @@ class _Side:
 
 
 @dataclass(frozen=True)
+class _Image:
+    """A picture as a data URL, with its size in pixels."""
+
+    uri: str
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
 class _Card:
     """Content of the page about one equation."""
 
@@ -95,7 +104,7 @@ class _Section:
     parameters: Sequence[ParameterChange]
     follows: Consequences | None
     folded: Sequence[tuple[str, Sequence[_Card]]]
-    picture: str
+    picture: _Image | None
 
     @property
     def has_content(self) -> bool:
@@ -237,10 +246,13 @@ def _farthest(runs: Sequence[tuple[RunChange, list[str]]]) -> list[tuple[RunChan
     return sorted(runs, key=lambda run: -run[0].size)
 
 
-def _picture(model: ModelDiff) -> str:
-    """Return the overlay of the run that differs most, as a data URL; empty without one."""
+def _picture(model: ModelDiff) -> _Image | None:
+    """Return the overlay of the run that differs most."""
     figure = model.overlay.picture(model.name) if model.overlay else None
-    return "" if figure is None else "data:image/png;base64," + b64encode(small_png(figure)).decode()
+    if figure is None:
+        return None
+    png = small_png(figure)
+    return _Image("data:image/png;base64," + b64encode(png).decode(), *pixels(png))
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:

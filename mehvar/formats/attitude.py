@@ -7,9 +7,10 @@ converts it names what they are elsewhere.
 
 from __future__ import annotations
 
+import itertools
 import re
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from decimal import Decimal
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.versions import installed
@@ -111,7 +113,55 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
         raise bad_value(
             "quaternion", about["quaternion"], f"of norm one; it is {norms[worst]:.9g} at {t[worst]:g} s", ORIGIN
         )
+    if about.get("frame_b") == about["frame_a"]:
+        raise bad_value("frame_b", about["frame_a"], "another frame than frame_a", ORIGIN)
+    if rates is not None:
+        _check_reading(t, quaternion, rates, about)
     return Attitude(t, quaternion, rates, about)
+
+
+def _check_reading(
+    t: NDArray[np.float64], quaternion: NDArray[np.float64], rates: NDArray[np.float64], about: Mapping[str, str]
+) -> None:
+    """Refuse an order or a direction that the rates contradict while they agree with another one.
+
+    Rates that agree with none, as those of a vibration between the samples, are accepted.
+    """
+    if _mismatch(t, quaternion, rates) < _UNLIKE:
+        return
+    for order, components in itertools.product(_READINGS, itertools.permutations(range(3))):
+        if _mismatch(t, _READINGS[order](quaternion), rates[:, components]) < _ALIKE:
+            names = ",".join(np.array(about["rates"].split(","))[list(components)])
+            other = [*([order] if order else []), *([f"rates={names}"] if components != (0, 1, 2) else [])]
+            raise bad_value(
+                "quaternion", about["quaternion"],
+                f"in agreement with rates={about['rates']}: its turns between samples agree with {', '.join(other)}",
+                ORIGIN,
+            )  # fmt: skip
+
+
+_READINGS: Mapping[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
+    "": lambda q: q,
+    "the first variable as scalar part": lambda q: np.roll(q, -1, axis=1),
+    "the inverse turn": lambda q: q * [-1, -1, -1, 1],
+    "the first variable as scalar part of the inverse turn": lambda q: np.roll(q, -1, axis=1) * [-1, -1, -1, 1],
+}
+_UNLIKE, _ALIKE = 0.3, 0.03
+"""Mean difference between turn and rates, relative, of a wrong reading and of the right one. A wrong order of axes
+changes a vector by about its length; the trapezoidal rule errs by the square of a turn between samples."""
+_LARGEST_TURN = 0.3
+"""Largest turn between two samples, rad, from which rates are judged."""
+
+
+def _mismatch(t: NDArray[np.float64], quaternion: NDArray[np.float64], rates: NDArray[np.float64]) -> float:
+    """Return the difference between the turns from sample to sample and the integral of the rates, relative."""
+    turns = Rotation.from_quat(quaternion)
+    turn = (turns[:-1].inv() * turns[1:]).as_rotvec()
+    expected = (rates[:-1] + rates[1:]) / 2 * np.diff(t)[:, None]
+    size = np.maximum(np.linalg.norm(turn, axis=1), np.linalg.norm(expected, axis=1))
+    small = size < _LARGEST_TURN
+    total = float(size[small].sum())
+    return float(np.linalg.norm(turn - expected, axis=1)[small].sum()) / total if total else 0.0
 
 
 def _columns(run: xarray.Dataset, name: str, text: str, size: int, units: Mapping[str, float]) -> NDArray[np.float64]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +65,12 @@ def small_png(figure: Figure) -> bytes:
         canvas.draw()  # once, where a figure that is saved is drawn a second time for its layout
     Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize().save(content, "png", optimize=True)
     return content.getvalue()
+
+
+def pixels(png: bytes) -> tuple[int, int]:
+    """Return width and height of a PNG."""
+    width, height = struct.unpack(">II", png[16:24])
+    return width, height
 
 
 def checked_suffix(path: Path) -> str:

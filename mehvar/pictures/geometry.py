@@ -80,7 +80,8 @@ def _stacked(dataset: xr.Dataset, names: list[str]) -> FloatArray:
 def _panel(panel: Panel) -> ScenePanel:
     colors = islice(cycle(COLORS), _LINES)
     lines = tuple(SceneLine(name, name, color) for (name, _), color in zip(panel.variables, colors, strict=False))
-    return ScenePanel(f"{panel.kind} [{pretty_unit(panel.unit)}]", lines)
+    unit = "" if panel.unit == "1" else f" [{pretty_unit(panel.unit)}]"
+    return ScenePanel(f"{panel.kind}{unit}", lines)
 
 
 def _speeds(duration: float) -> tuple[float, ...]:

@@ -279,13 +279,15 @@ class Results:
             }
         return pandas.DataFrame.from_dict(rows, orient="index")
 
-    def report(self, path: str | os.PathLike[str]) -> Path:
+    def report(self, path: str | os.PathLike[str], model: Model | str | os.PathLike[str] | None = None) -> Path:
         """Write a page about this run or batch; any browser shows it without a network.
 
         Parameters
         ----------
         path : path
             The file, which ends in .html.
+        model : Model, str or path, optional
+            The model of a run, whose functions place the shapes of the animation; default: the installed one.
 
         Returns
         -------
@@ -295,15 +297,15 @@ class Results:
         Raises
         ------
         InputError
-            For another ending, or if matplotlib is not installed.
+            For another ending or model, or if matplotlib is not installed.
         """
         from mehvar.report.page import write_page
 
         if not str(path).endswith(".html"):
             raise bad_value("path", str(path), "a file name that ends in .html")
-        return write_page(Path(path), self.page())
+        return write_page(Path(path), self.page(model=model))
 
-    def page(self, store: str = "") -> Page:
+    def page(self, store: str = "", model: Model | str | os.PathLike[str] | None = None) -> Page:
         """Return the report as a page; `store` is the batch's folder, for the commands in it."""
         from mehvar.report.batch import batch_sections
         from mehvar.report.page import Page
@@ -311,20 +313,25 @@ class Results:
 
         if self._is_batch:
             return Page(self._title, batch_sections(self._runs(None), store))
-        return Page(self._title, run_sections(self._dataset, self._manifest))
+        return Page(self._title, run_sections(self._dataset, self._manifest, model))
 
-    def animate(self) -> Animation:
+    def animate(self, model: Model | str | os.PathLike[str] | None = None) -> Animation:
         """Return a 3-D animation of the run; a notebook shows it, and `save(path)` writes it.
+
+        Parameters
+        ----------
+        model : Model, str or path, optional
+            The run's, such as one from `mehvar.build`; default: the installed one.
 
         Raises
         ------
         InputError
-            For a batch, and for a model or a law that has no animation.
+            For a batch, a model that is not the run's, and a model or a law that has no animation.
         """
         from mehvar.report.page import Page, Section, page_text
         from mehvar.report.subjects import run_stage
 
-        stage = None if self._is_batch else run_stage(self._dataset, self._manifest)
+        stage = None if self._is_batch else run_stage(self._dataset, self._manifest, model)
         if stage is None:
             about = self._dataset.attrs
             why = "this is a batch; animate a run" if self._is_batch else "its System declares no geometry (see Shape)"

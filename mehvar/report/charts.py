@@ -93,7 +93,7 @@ def _panel(ax: Axes) -> dict[str, Any]:
     kept = np.arange(len(x)) if any(held) else thin(x, columns)
     low, high = sorted(ax.get_xlim())
     return {
-        "title": text(ax.get_title(loc="left")),
+        "title": _title(ax),
         "label": text(ax.get_ylabel()),
         "x": encode(x[kept]),
         "limits": [low, high],
@@ -104,6 +104,12 @@ def _panel(ax: Axes) -> dict[str, Any]:
         ],
         **_references(ax),
     }
+
+
+def _title(ax: Axes) -> str:
+    """Return the title of a panel; none where it says with its unit what the axis says: states in m/s, states [m/s]."""
+    title, axis = ax.get_title(loc="left"), ax.get_ylabel()
+    return "" if re.sub(r" in (.*)", r" [\1]", title) == axis else text(title)
 
 
 def _xy(line: Line2D) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:

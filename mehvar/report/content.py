@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import struct
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from mehvar.base.errors import MissingError
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
-from mehvar.pictures.files import small_png
+from mehvar.pictures.files import pixels, small_png
 from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
@@ -61,8 +60,7 @@ class Picture:
     @property
     def size(self) -> tuple[int, int]:
         """Return width and height of the static picture in pixels."""
-        width, height = struct.unpack(">II", self.png[16:24])
-        return width, height
+        return pixels(self.png)
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from mehvar.runtime.files import write_atomic
 from .content import Picture, scene_data
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
-_SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "charts.js", "view.js", "player.js")
-_STYLES = ("uplot/uPlot.min.css", "palette.css", "report.css")
+_SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "save.js", "charts.js", "view.js", "player.js")
+_STYLES = ("uplot/uPlot.min.css", "palette.css", "charts.css", "report.css")
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 
 
@@ -114,7 +114,7 @@ def page_text(page: Page) -> str:
     pictures += [picture for block in blocks if isinstance(block, Part) for picture in block.pictures]
     text = html.page(
         "report/page.html.j2",
-        {"typeset": typeset, "uri": uri},
+        {"typeset": typeset, "uri": uri, "numerals": numerals},
         page=page,
         styles=[_asset(name) for name in _STYLES],
         scripts=[*map(_asset, _SCRIPTS), *map(Markup, dict.fromkeys(s.script for s in stages)), _asset("report.js")],
@@ -162,6 +162,11 @@ def _data(pictures: Sequence[Picture], stages: Sequence[Stage]) -> Markup:
 def uri(picture: Picture) -> str:
     """Return the static picture as a data URL."""
     return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
+
+
+def numerals(text: str) -> str:
+    """Return a cell of numbers with typographic minus signs; other cells, such as commands, as they are."""
+    return text.replace("-", "−") if re.fullmatch(r"[-+\d.,e %[\]±]*\d[-+\d.,e %[\]±]*", text) else text
 
 
 def typeset(text: str) -> Markup:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
+from mehvar.base.errors import bad_value
 from mehvar.base.manifest import Manifest, Parameter
 from mehvar.codegen.equations.document import Document, Row
 from mehvar.codegen.equations.formula import Printer, SymbolNames
@@ -23,7 +25,7 @@ from mehvar.reproduction.recorded import recorded_scene
 from mehvar.reproduction.runs import Runs as PaperRuns
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
-from mehvar.runtime.model.model import load
+from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.metrics import metrics, metrics_of
 from mehvar.runtime.run.results import to_dataset
 
@@ -33,8 +35,6 @@ from .papers import paper_stage
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from mehvar.runtime.model.model import Model
 
 _MEANING = ("name", "unit", "meaning")
 
@@ -60,7 +60,9 @@ def model_sections(model: Model) -> list[Section]:
     ]
 
 
-def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
+def run_sections(
+    dataset: xr.Dataset, manifest: Manifest, model: Model | str | os.PathLike[str] | None = None
+) -> list[Section]:
     """Return the sections of a run: results, numbers, and the equations if they match the run.
 
     Parameters
@@ -69,11 +71,13 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
         What `mehvar.simulate` or `mehvar.open_result` return.
     manifest : Manifest
         The run's.
+    model : Model, str or path, optional
+        As of `run_stage`.
 
     Raises
     ------
     InputError
-        If matplotlib is not installed.
+        If matplotlib is not installed, or `model` is not the run's.
     """
     require_matplotlib()
     values, origins = (json.loads(dataset.attrs[name]) for name in ("parameters", "parameter_origins"))
@@ -81,7 +85,7 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
     start = [(name, f"{value:g}") for name, value in json.loads(dataset.attrs["initial"]).items()]
     options = [(name, str(value)) for name, value in json.loads(dataset.attrs["options"]).items()]
     return [
-        *_animation(run_stage(dataset, manifest)),
+        *_animation(run_stage(dataset, manifest, model)),
         _run(dataset, manifest, "run", "Run"),
         Section(
             "values",
@@ -97,20 +101,35 @@ def run_sections(dataset: xr.Dataset, manifest: Manifest) -> list[Section]:
     ]
 
 
-def run_stage(dataset: xr.Dataset, manifest: Manifest) -> Stage | None:
+def run_stage(
+    dataset: xr.Dataset, manifest: Manifest, model: Model | str | os.PathLike[str] | None = None
+) -> Stage | None:
     """Return the animation of a run, by its paper or its model's geometry; None without both.
 
-    Also None for a model that is not installed in the version of the run, since its functions place the points.
+    The functions of `model` place the points. Without it, they are those of the installed model; then the result is
+    None where that has another version than the run.
+
+    Raises
+    ------
+    InputError
+        If `model` is not the run's.
     """
     name = manifest.model
-    if not is_installed(name, manifest.hash):
+    if model is not None:
+        own = model if isinstance(model, Model) else load(model)
+        if own.manifest.hash != manifest.hash:
+            given, wanted = (f"{of.model} {of.hash[:12]}" for of in (own.manifest, manifest))
+            raise bad_value("model", given, f"that of the run, {wanted}", "the call")
+    elif is_installed(name, manifest.hash):
+        own = load(name)
+    else:
         return None
     if animated := recorded_scene(dataset, manifest):
         return paper_stage(name, *animated, float(dataset["t"].values[-1]))
     if not manifest.geometry:
         return None
     title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
-    return _geometry_stage({title: dataset}, load(name))
+    return _geometry_stage({title: dataset}, own)
 
 
 def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Dataset]) -> Stage | None:

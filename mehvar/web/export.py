@@ -74,12 +74,15 @@ def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str
 
 def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
     """Return the page of a model with some runs."""
-    drawing = ("report/data.js", "report/view.js", "report/geometry.js")
+    drawing = tuple(f"report/{name}.js" for name in ("data", "save", "charts", "view", "geometry"))
     names = (f"{_UPLOT}/uPlot.iife.min.js", *drawing, "web/simulator.js", "web/motion.js", "web/live.js")
     return html.page(
         "web/live.html.j2",
         title=f"{manifest.model}: {manifest.title}",
-        styles=[_asset(f"{_UPLOT}/uPlot.min.css"), _asset("report/palette.css"), _asset("web/live.css")],
+        styles=[
+            _asset(name)
+            for name in (f"{_UPLOT}/uPlot.min.css", "report/palette.css", "report/charts.css", "web/live.css")
+        ],
         scripts=[_asset(name) for name in names],
         runs=[{"law": case.run.controller.name, "scenario": case.run.scenario.name} for case in cases],
         moves=bool(manifest.geometry),

@@ -225,15 +225,17 @@ class Spacecraft:
             for f in readings(self.parts, mounted, motions, velocity, (x, u, p), self.motion == "plane")
             if free_symbols([value for _, value in f.results], derivation.definitions) <= known
         )
+        defaults = {q.symbol: float(q.default) for q in self._plant.quantities.values()}
+        geometry = craft.picture(known - {TIME.symbol}, defaults)
         return System(
             name=self.name, title=self.title, states=x, inputs=u, parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),
-            rhs=rhs, steps=_needed(derivation, rhs, functions, *users),
+            rhs=rhs, steps=_needed(derivation, rhs, functions, geometry, *users),
             initial=tuple(state.start for state in states),
             constraints=tuple(c for c in constraints if free_symbols([c.margin], {}) <= set(p.symbols)),
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
-            actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
+            geometry=geometry, actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
         )  # fmt: skip
 
     def _refuse_idle(self, used: set[sp.Symbol]) -> None:

@@ -10,10 +10,13 @@ from typing import Annotated
 import sympy as sp
 
 from ..derivation import Expr
+from ..geometry import Shape
 from ..quantities import Quantity
 from .frame import AXES, point_inertia
-from .part import Aggregates, Load, Mounted, Part
+from .part import Aggregates, Load, Mounted, Part, points
 from .values import Number, Tensor, Vector, direction, place, scalar, tensor
+
+_AXES_COLORS = ("blue", "vermillion", "green")
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,18 @@ class Hub(Part):
     def aggregates(self, at: Mounted) -> Aggregates:
         v = at.values
         return Aggregates(v.mass, v.mass * v.centre, v.inertia + point_inertia(v.mass, v.centre))
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the box of even density that has the mass and the principal moments, and the axes."""
+        v, ways = at.values, sp.eye(3)
+        trace, reach = v.inertia.trace(), at.craft.reach
+        half = [sp.sqrt(sp.Max(0, 3 * (trace - 2 * v.inertia[k, k]) / (2 * v.mass))) for k in range(3)]
+        middles = [v.centre + half[k] * ways[:, k] for k in range(3)]
+        arrows = zip(AXES, [v.centre + reach * ways[:, k] for k in range(3)], _AXES_COLORS, strict=True)
+        return (
+            Shape(self.name, "box", points(v.centre, *middles), "grey"),
+            *(Shape(f"{self.name} {axis}", "arrow", points(v.centre, end), color) for axis, end, color in arrows),
+        )
 
 
 @dataclass(frozen=True)
@@ -109,6 +124,12 @@ class Thruster(Part):
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         return (Load(self.inputs()[0].symbol * at.values.direction, at.values.at),)
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the jet, as long as the force; without a largest force, of one length."""
+        v = at.values
+        share = sp.S.One if v.limit is None else self.inputs()[0].symbol / v.limit
+        return (Shape(self.name, "arrow", points(v.at, v.at - share * at.craft.reach * v.direction), "purple"),)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         pushed = sp.Max(commanded[0], 0)

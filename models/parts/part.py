@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, field
+from dataclasses import MISSING, dataclass, field, replace
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from types import SimpleNamespace
@@ -27,7 +27,7 @@ from typing import Any, Self
 
 import sympy as sp
 
-from ..derivation import Expr
+from ..derivation import Expr, free_symbols
 from ..events import Event
 from ..geometry import Shape
 from ..mechanics import cross_matrix
@@ -307,9 +307,36 @@ class Craft:
             sum((of.inertia for of in each), sp.zeros(3, 3)),
         )
 
+    @property
+    def reach(self) -> Expr:
+        """Length of arrows of the picture, m: a radius of gyration of the first part that has mass at all times."""
+        for part, at in self.parts:
+            of = part.aggregates(at)
+            if of.mass != 0 and all(self.frame.is_constant(entry) for entry in of.inertia):
+                return 2 * sp.sqrt(of.inertia.trace() / of.mass)
+        return sp.S.One
+
     def loads(self) -> list[Load]:
         """Return the external loads on the parts."""
         return [load for part, at in self.parts for load in part.loads(at)]
+
+    def picture(self, known: set[sp.Symbol], defaults: Mapping[sp.Symbol, float]) -> tuple[Shape, ...]:
+        """Return the shapes of all parts in inertial axes, with O at rest.
+
+        Parameters
+        ----------
+        known : set of Symbol
+            States, inputs and parameters of the system.
+        defaults : mapping of Symbol to number
+            Of all parameters. Those that the equations do not need are drawn with these.
+        """
+        idle = {symbol: value for symbol, value in defaults.items() if symbol not in known}
+        shapes = []
+        for shape in (shape for part, at in self.parts for shape in part.shapes(at)):
+            places = [self.turn.T * sp.Matrix(point).subs(idle) for point in shape.points]
+            if free_symbols([e for place in places for e in place], self.frame.derivation.definitions) <= known:
+                shapes.append(replace(shape, points=points(*places)))
+        return tuple(shapes)
 
 
 @dataclass(frozen=True)
@@ -473,8 +500,20 @@ class Part(ABC):
         return tuple(commanded)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
-        """Return the part's shapes in hub axes."""
-        return ()
+        """Return the part's shapes in hub axes: a ball at its centre of mass, and a rod from its mount."""
+        of = self.aggregates(at)
+        if of.mass == 0:
+            return ()
+        centre = (of.first / of.mass).applyfunc(sp.expand)
+        ball, mount = Shape(self.name, "ball", points(centre), "orange"), getattr(at.values, "at", centre)
+        if mount == centre:
+            return (ball,)
+        return Shape(f"{self.name} mount", "rod", points(mount, centre), "orange"), ball
+
+
+def points(*places: sp.Matrix) -> tuple[tuple[Expr, Expr, Expr], ...]:
+    """Return places as the points of a shape."""
+    return tuple((place[0], place[1], place[2]) for place in places)
 
 
 def start(quantity: Quantity, scenario: Parameters, default: float = 0.0) -> State:

@@ -10,8 +10,10 @@ from typing import Annotated
 import sympy as sp
 
 from ..derivation import Expr
+from ..geometry import Shape
 from ..quantities import Quantity
-from .part import Aggregates, Coordinate, Mounted, Part
+from .frame import ZERO
+from .part import Aggregates, Coordinate, Mounted, Part, points
 from .values import Number, Vector, direction, scalar
 
 
@@ -61,6 +63,10 @@ class Wheel(Part):
             energy=v.inertia * self.speed**2 / 2,
             forces=(self.inputs()[0].symbol - drag,),
         )
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the axis."""
+        return (Shape(self.name, "arrow", points(ZERO, at.craft.reach * at.values.axis), "sky"),)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         (torque,), v = commanded, at.values

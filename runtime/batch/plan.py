@@ -17,11 +17,13 @@ from mehvar.base.manifest import Parameter, Quantity
 from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
+from ..model.functions import displacement
 from ..model.model import Model
 from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
 from ..run.own.law import OwnLaw
 from ..run.problem import (
+    START_OFF,
     check_sampled_parts,
     consistent,
     initial_corrections,
@@ -219,7 +221,7 @@ class Plan:
         if draw.possible[0]:
             return ""
         state = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self._states, draw.x0[0], strict=True))
-        return f"the initial state of run {run} is outside the limits: {state}"
+        return f"the initial state of run {run} is impossible (limits, length of a quaternion): {state}"
 
     def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
         """Return the campaign with the hold time of a law in Python, as for a sampled law."""
@@ -347,6 +349,7 @@ class Plan:
             good &= (functions["constraints"](p, s) > 0).all(axis=1)
         if self.law.constraints:
             good &= (functions[f"{identifier(self.law.name)}_constraints"](p, c, s) > 0).all(axis=1)
+        good &= (np.abs(displacement(manifest, functions, x0, p)) <= START_OFF).all(axis=1)
         if manifest.limits:
             inputs = np.zeros(len(manifest.inputs))
             good &= (functions["limits"](x0, inputs, p) > 0).all(axis=1)

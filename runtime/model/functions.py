@@ -348,3 +348,19 @@ def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
         return numbers.astype(np.float64) if numbers.dtype.kind == "O" else numbers
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error
+
+
+def displacement(manifest: Manifest, functions: Functions, x: FloatArray, p: FloatArray) -> FloatArray:
+    """Return the difference between the projection of states and these states, shape (..., 0) without a projection.
+
+    Parameters
+    ----------
+    x : array, shape (..., n_x)
+        States.
+    p : array, shape (..., n_p)
+        Model parameters.
+    """
+    if "project" not in manifest.functions or "to_coordinates" in manifest.functions:
+        return np.empty((*np.shape(x)[:-1], 0))
+    more = (p,) if manifest.projects_by_parameters else ()
+    return np.asarray(functions["project"](x, *more)) - x

@@ -14,7 +14,7 @@ from mehvar.base.errors import MehvarError, bad_value, unknown_name
 from mehvar.base.names import CLOCK
 
 from ..arguments import check_arguments
-from .functions import FloatArray
+from .functions import FloatArray, displacement
 from .model import Model, load
 from .parameters import number
 
@@ -196,11 +196,8 @@ def trim(
 
 
 def _gap(model: Model, p: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return the difference between a state and its projection; empty without a projection."""
-    if "project" not in model.manifest.functions or "to_coordinates" in model.manifest.functions:
-        return lambda _: np.empty(0)
-    project, more = model.functions["project"], (p,) if model.manifest.projects_by_parameters else ()
-    return lambda x: np.asarray(project(x, *more)) - x
+    """Return the difference between a state's projection and the state; empty without a projection."""
+    return lambda x: displacement(model.manifest, model.functions, x, p)
 
 
 def _off(model: Model, gap: FloatArray) -> str:

@@ -66,7 +66,7 @@ def contents(browser):
 
 
 def violations(browser):
-    """Return the serious and critical findings of axe-core: rule, help and the first places.
+    """Return the findings of axe-core: rule, help and the first places.
 
     Within formulas it is not asked: they are thousands of elements of which it has no rules.
     """
@@ -76,11 +76,28 @@ def violations(browser):
         "const done = arguments[0]; axe.run({exclude: ['math']}, {resultTypes: ['violations']})"
         ".then((result) => done(result.violations), (e) => done([{impact: 'critical', id: String(e), nodes: []}]))"
     )
-    return [
-        (row["id"], row.get("help"), [node["html"][:120] for node in row["nodes"][:3]])
-        for row in rows
-        if row["impact"] in ("serious", "critical")
-    ]
+    return [(row["id"], row.get("help"), [node["html"][:120] for node in row["nodes"][:3]]) for row in rows]
+
+
+SHIFT = """
+const done = arguments[0];
+let shift = 0;
+new PerformanceObserver((list) => {
+  for (const entry of list.getEntries()) shift += entry.hadRecentInput ? 0 : entry.value;
+}).observe({ type: "layout-shift", buffered: true });
+(async () => {
+  for (let at = 0; at < document.documentElement.scrollHeight; at += 0.7 * innerHeight) {
+    scrollTo({ top: at, behavior: "instant" });
+    await new Promise((then) => setTimeout(then, 60));
+  }
+  setTimeout(() => done(shift), 300);
+})();
+"""
+
+
+def shift(browser):
+    """Scroll to the end, and return by how much contents moved: readers notice 0.1, by the measure of browsers."""
+    return browser.execute_async_script(SHIFT)
 
 
 def unlabelled_canvases(browser):

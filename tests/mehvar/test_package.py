@@ -24,6 +24,19 @@ def test_importing_stays_light(module):
     assert python(f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
 
 
+def test_a_batch_and_its_statistics_do_without_scipy(tmp_path):
+    """Importing it takes longer than a small batch."""
+    code = (
+        "import sys\nsys.modules['scipy'] = None\n"
+        "from mehvar.runtime.batch.fill import run_batch\n"
+        "from mehvar.runtime.batch.plan import Campaign\n"
+        "from mehvar.runtime.batch.evaluation.statistics import summarise\n"
+        "store = run_batch('triangle', Campaign('path', 8, options={'t_end': 0.1}), 'runs.zarr')\n"
+        "print(summarise(store).successes)"
+    )
+    assert python(f"import os\nos.chdir({str(tmp_path)!r})\n{code}") == "8"
+
+
 @pytest.mark.parametrize("kind", ["package", "module"])
 @pytest.mark.soak
 def test_a_users_own_folders_or_files_of_our_rooms_names(kind, tmp_path):

@@ -15,7 +15,7 @@
   const tick = (value) => {
     if (value === null) return "";
     const size = Math.abs(value), short = Number(value.toPrecision(4));
-    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en").replaceAll(",", "\u202f")).replace("-", "−");
+    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en").replaceAll(",", "\u202f")).replaceAll("-", "−");
   };
 
   /** The largest of 1, 2, 5 times a power of ten that is not above a value. */
@@ -42,7 +42,7 @@
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
     paths: line.step ? uPlot.paths.stepped({ align: 1 }) : undefined,
-    points: { show: false }, spanGaps: true, pxAlign: 0, value: (_, v) => Report.number(v),
+    points: { show: false }, spanGaps: line.spanGaps ?? true, pxAlign: 0, value: (_, v) => Report.number(v),
   });
 
   /** Levels and marks of a panel, drawn under its series. */
@@ -73,23 +73,21 @@
     return low < 0 ? [] : [{ series: [high + 1, low + 1], fill: Report.color(lines[low].color) + "33" }];
   };
 
-  const worded = (html) => new DOMParser().parseFromString(html, "text/html").body.textContent;
-
   /** A chart in words: what it shows, over which time, and the ends of each series. */
-  const described = (panel) => {
-    const lines = panel.lines.map((line) => {
-      const values = Array.from(line.y).filter(Number.isFinite), name = worded(line.name || "value");
+  const described = (panel, data) => {
+    const lines = panel.lines.map((line, k) => {
+      const values = Array.from(data[k + 1]).filter(Number.isFinite), name = Report.words(line.name || "value");
       const least = values.reduce((a, b) => Math.min(a, b), Infinity), most = values.reduce((a, b) => Math.max(a, b), -Infinity);
       return values.length ? `${name} from ${Report.number(least)} to ${Report.number(most)}` : `${name} without values`;
     });
-    const words = worded([panel.title, panel.label].filter(Boolean).join(": "));
+    const words = Report.words([panel.title, panel.label].filter(Boolean).join(": "));
     return `${words || "Chart"} over time: ${lines.join("; ")}`;
   };
 
   /** One panel; `group` holds the panels that zoom together. */
   Report.panel = (host, panel, group, height = 190) => {
     const logarithmic = panel.log || [false, false];
-    const fit = (u) => u.setScale("x", { min: panel.limits[0], max: panel.limits[1] });
+    const fit = (u) => { u.whole = panel.limits; u.setScale("x", { min: panel.limits[0], max: panel.limits[1] }); };
     const options = {
       width: host.clientWidth || 300, height, series: [
         { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series)],
@@ -105,16 +103,27 @@
     const canvas = chart.root.querySelector("canvas");
     chart.root.classList.add("idle");
     canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", described(panel));
-    chart.reset = () => fit(chart);
+    canvas.setAttribute("aria-label", described(panel, data));
+    Object.assign(chart, { panel, reset: () => fit(chart) });
+    /** Other values: all of them, or over the time to which the reader has zoomed. */
+    chart.put = (values) => {
+      const { min, max } = chart.scales.x, [low, high] = chart.whole;
+      chart.batch(() => {
+        chart.setData(values);
+        if (min === low && max === high) fit(chart);
+        else chart.setScale("x", { min, max });
+      });
+      canvas.setAttribute("aria-label", described(panel, values));
+    };
     fit(chart);
     group.charts.push(chart);
     return chart;
   };
 
   /** Panels over the same time: zooming one zooms all. */
+  Report.groups = {};
   Report.group = (key) => {
-    const group = { key, charts: [], busy: false };
+    const group = Report.groups[key] = { key, charts: [], busy: false };
     group.zoomed = (from) => {
       if (group.busy) return;
       const { min, max } = from.scales.x;
@@ -152,10 +161,15 @@
     });
   };
 
+  const MOST = 10; // of the buttons, which are then two rows on a laptop
+  /** Few buttons, or a fold of many. */
+  const folded = (buttons) => buttons.length <= MOST ? buttons : [
+    Report.element("details", {}, Report.element("summary", { textContent: `${buttons.length} lines` }), ...buttons)];
+
   const STEPS = [["−", "zoom out", 0, 1.6], ["+", "zoom in", 0, 1 / 1.6], ["‹", "earlier", -0.25, 1], ["›", "later", 0.25, 1]];
 
   /** Zoom and move for those without a mouse. */
-  const tools = (state) => {
+  const tools = (name, state) => {
     const move = (shift, factor) => state.groups.forEach((group) => group.charts.slice(0, 1).forEach((chart) => {
       const { min, max } = chart.scales.x, half = ((max - min) / 2) * factor, middle = (min + max) / 2 + shift * (max - min);
       chart.setScale("x", { min: middle - half, max: middle + half });
@@ -168,7 +182,8 @@
     });
     const all = Report.element("button", { type: "button", className: "tool", textContent: "all", title: "show all" });
     all.addEventListener("click", () => state.groups.forEach((group) => group.charts.forEach((chart) => chart.reset())));
-    return Report.element("span", { className: "tools" }, ...buttons, all);
+    const charts = () => Array.from(state.groups.values()).flatMap((group) => group.charts);
+    return Report.element("span", { className: "tools" }, ...buttons, all, ...Report.savers(name, charts));
   };
 
   /** Put the chart of a figure into its place on the page. */
@@ -197,7 +212,7 @@
       state.apply();
       host.dataset.built = "yes";
     };
-    const bar = Report.element("div", { className: "bar" }, ...chips(figure, state), tools(state));
+    const bar = Report.element("div", { className: "bar" }, ...folded(chips(figure, state)), tools(name, state));
     host.append(bar, grid);
     new ResizeObserver(() => state.groups.forEach((group) => group.charts.forEach((chart) => {
       const width = chart.root.parentElement.clientWidth;

@@ -25,8 +25,11 @@ Report.number = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   const size = Math.abs(value);
   const text = size && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : String(Number(value.toPrecision(4)));
-  return text.replace("-", "−");
+  return text.replaceAll("-", "−");
 };
+
+/** The text of a label with markup. */
+Report.words = (html) => new DOMParser().parseFromString(html, "text/html").body.textContent;
 
 /** Call `then` whenever light turns to dark or back. */
 Report.onTheme = (then) => matchMedia("(prefers-color-scheme: dark)").addEventListener("change", then);

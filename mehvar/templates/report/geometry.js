@@ -12,10 +12,10 @@
     rod: (painter, points, color, ghost) => painter.line(points, color, ghost ? 2 : 4, ghost),
     arrow: (painter, [tail, head], color, ghost) => painter.arrow(tail, head, color, ghost ? 1.5 : 2.5, "", ghost || {}),
     ball: (painter, [centre], color, ghost) => painter.dot(centre, ghost ? 6 : 9, color, Report.color("card"), { hollow: Boolean(ghost) }),
-    face: (painter, points, color, ghost) => ghost ? painter.line(points, color, 1.5, { ...ghost, closed: true }) : painter.face(points, color, Report.color("text"), 0.85),
+    face: (painter, points, color, ghost, alpha = 0.85) => ghost ? painter.line(points, color, 1.5, { ...ghost, closed: true }) : painter.face(points, color, Report.color("text"), alpha),
     box: (painter, points, color, ghost) => {
       const eight = corners(points);
-      for (const side of SIDES) draw.face(painter, side.map((k) => eight[k]), color, ghost);
+      for (const side of SIDES) draw.face(painter, side.map((k) => eight[k]), color, ghost, 0.35); // what is within is seen
     },
   };
 
@@ -27,7 +27,7 @@
 
   const extents = new WeakMap();
 
-  /** Middle and half the size of all places that are reached. */
+  /** Middle and radius of all places that are reached. */
   const extent = (runs, shapes) => {
     if (!extents.has(runs[0])) extents.set(runs[0], measured(runs, shapes));
     return extents.get(runs[0]);
@@ -35,20 +35,23 @@
 
   const measured = (runs, shapes) => {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    const count = 3 * shapes.reduce((sum, shape) => sum + shape.points, 0);
-    for (const run of runs) for (let k = 0; k < count; k += 1) for (const value of run.columns[`point${k}`]) {
-      if (!Number.isFinite(value)) continue;
-      low[k % 3] = Math.min(low[k % 3], value);
-      high[k % 3] = Math.max(high[k % 3], value);
-    }
+    const count = shapes.reduce((sum, shape) => sum + shape.points, 0);
+    const places = runs.flatMap(({ columns }) => Array.from({ length: count }, (_, k) => [0, 1, 2].map((axis) => columns[`point${3 * k + axis}`])));
+    const each = (then) => places.forEach((place) => place[0].forEach((_, row) => {
+      const point = place.map((values) => values[row]);
+      if (point.every(Number.isFinite)) then(point);
+    }));
+    each((point) => point.forEach((v, axis) => { low[axis] = Math.min(low[axis], v); high[axis] = Math.max(high[axis], v); }));
     const middle = low.map((v, axis) => (v + high[axis]) / 2);
-    return { middle, size: Math.max(...low.map((v, axis) => (high[axis] - v) / 2)) || 1 };
+    let size = 0;
+    each((point) => { size = Math.max(size, Math.hypot(...point.map((v, axis) => v - middle[axis]))); });
+    return { middle, size: size || 1 };
   };
 
   Report.scenes.geometry = {
     camera: { azimuth: -1.25, elevation: 0.2, distance: 8 },
     draw({ context, size, camera, constants: { shapes }, runs, now, other }) {
-      const reach = extent(runs, shapes), scale = 0.36 * Math.min(size.width, size.height);
+      const reach = extent(runs, shapes), scale = 0.42 * Math.min(size.width, size.height);
       const painter = new Report.Painter(context, camera.project(size, scale));
       const near = (point) => point.map((v, axis) => (v - reach.middle[axis]) / reach.size);
       const grey = Report.color("grey"), origin = near([0, 0, 0]);

@@ -58,7 +58,10 @@
       this.part("scrub").addEventListener("input", (event) => this.go(Number(event.target.value)));
       for (const name of ["run", "compare"]) this.part(name).addEventListener("change", () => this.choose());
       this.canvas.addEventListener("keydown", (event) => this.key(event));
-      if (this.camera) this.camera.follow(this.canvas, () => this.draw());
+      if (this.camera) {
+        this.camera.follow(this.canvas, () => this.draw());
+        this.camera.offer(this.part("view"), () => this.draw());
+      } else this.part("view").parentElement.hidden = true;
       new ResizeObserver(() => { this.resize(); this.draw(); }).observe(this.canvas.parentElement);
       const tracks = this.part("tracks");
       new ResizeObserver(() => this.charts.forEach(({ chart }) => {

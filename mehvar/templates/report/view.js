@@ -8,6 +8,7 @@
   /** A camera by azimuth and elevation (rad) around the upward z axis; `perspective` is its distance in scene units. */
   Report.camera = ({ azimuth, elevation, distance }) => {
     const camera = { azimuth, elevation };
+    const views = { "oblique": [azimuth, elevation], "along x": [0, 0], "along y": [Math.PI / 2, 0], "from above": [-Math.PI / 2, Math.PI / 2] };
     const turn = (a, e, redraw) => {
       camera.azimuth += a;
       camera.elevation = Math.max(-1.5, Math.min(1.5, camera.elevation + e));
@@ -23,6 +24,11 @@
         const size = (scale * distance) / (distance - near);
         return [width / 2 + size * right, height / 2 - size * up, near];
       };
+    };
+    /** Offer the views in a list of choices. */
+    camera.offer = (list, redraw) => {
+      list.append(...Object.keys(views).map((name) => Report.element("option", { textContent: name })));
+      list.addEventListener("change", () => { [camera.azimuth, camera.elevation] = views[list.value]; redraw(); });
     };
     /** Turn by dragging, and with shift and the arrow keys. */
     camera.follow = (canvas, redraw) => {

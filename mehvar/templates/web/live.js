@@ -8,11 +8,7 @@
   const COLORS = ["blue", "vermillion", "green", "purple", "orange", "sky"];
   const { data } = Report;
   const at = (id) => document.getElementById(id);
-  const element = (tag, properties = {}, ...children) => {
-    const made = Object.assign(document.createElement(tag), properties);
-    made.append(...children);
-    return made;
-  };
+  const { element } = Report;
   const pretty = (unit) => unit.replace("^2", "²").replace("^3", "³");
   const short = (value) => String(Number(value.toPrecision(4)));
   const simulator = await Simulator.open(data);
@@ -30,35 +26,29 @@
     return made;
   })();
 
-  const line = ([q], k) => ({
-    label: q.name, stroke: Report.color(COLORS[k % COLORS.length]), dash: k < COLORS.length ? [] : [5, 3], width: 1.5,
-    points: { show: false }, pxAlign: 0, value: (_, v) => (v == null ? "–" : short(v)), spanGaps: kept !== null,
-  });
   /** Two runs have their own times, so each has gaps at the times of the other. */
-  const keptLine = (member, k) => ({ ...line(member, k), label: `${member[0].name}, kept`, dash: [2, 3], width: 1 });
+  const line = (look) => ([q], k) => ({
+    name: q.name, color: COLORS[k % COLORS.length], dash: k < COLORS.length ? [] : [5, 3], spanGaps: kept !== null, y: [], ...look(q),
+  });
+  const present = line(() => ({})), former = line((q) => ({ name: `${q.name}, kept`, dash: [2, 3], width: 1 }));
 
   const together = (panel) => (panel.kept ? uPlot.join([panel.drawn, panel.kept]) : panel.drawn);
+  const limits = () => [0, Math.max(data.cases[chosen.which].end, kept ?? 0)];
 
-  const plot = (panel, host) => {
-    const axis = { stroke: Report.color("text"), grid: { stroke: Report.color("grid"), width: 1 }, ticks: { stroke: Report.color("grid") } };
-    const made = new uPlot({
-      width: host.clientWidth - 14, height: 170, scales: { x: { time: false, range: () => [0, Math.max(data.cases[chosen.which].end, kept ?? 0)] } }, // less the figure's padding
-      series: [{ label: "t", value: (_, v) => (v === null ? "–" : `${short(v)} s`) }, ...panel.members.map(line),
-        ...(panel.kept ? panel.members.map(keptLine) : [])],
-      axes: [{ ...axis, size: 30 }, { ...axis, size: 62, values: (_, splits) => splits.map(short) }],
-    }, together(panel), host);
-    const canvas = host.querySelector("canvas");
-    canvas.setAttribute("role", "img");
-    canvas.setAttribute("aria-label", `${panel.title} over time`);
+  const plot = (panel, host, group) => {
+    panel.lines = [...panel.members.map(present), ...(panel.kept ? panel.members.map(former) : [])];
+    panel.limits = limits();
+    const made = Report.panel(host, { ...panel, x: [] }, group, 176);
     panel.head = element("div", { className: "playhead", hidden: true });
     made.over.append(panel.head);
     return made;
   };
 
   const build = () => {
-    const hosts = panels.map((panel) => element("figure", {}, element("figcaption", { textContent: panel.title })));
-    at("plots").replaceChildren(...hosts);
-    panels.forEach((panel, k) => { panel.plot = plot(panel, hosts[k]); });
+    const hosts = panels.map((panel) => element("div", { className: "panel" }, element("div", { className: "label", textContent: panel.title })));
+    const group = Report.group("run");
+    at("plots").replaceChildren(...hosts.map((host) => element("figure", {}, host)));
+    panels.forEach((panel, k) => { panel.plot = plot(panel, hosts[k], group); });
   };
 
   /** The rows of the run so far that a panel shows: t, and which rows. */
@@ -76,7 +66,8 @@
       return Number.isFinite(value) ? value : null;
     }));
     panel.drawn = [rows.map((row) => series.t[row]), ...lines];
-    panel.plot.setData(together(panel));
+    panel.plot.panel.limits = limits();
+    panel.plot.put(together(panel));
   };
 
   const point = (time) => panels.forEach(({ plot, head }) => {
@@ -107,10 +98,12 @@
   const save = () => {
     const { law, scenario } = data.cases[chosen.which], own = new URLSearchParams(chosen.own).toString();
     const address = `#${encodeURIComponent(law)}/${encodeURIComponent(scenario)}${own && `?${own}`}`;
+    at("link").href = address;
     try { history.replaceState(null, "", address); } catch { /* frames may refuse, and browsers limit how often */ }
   };
 
   let run = null, turn = 0, left = 0;
+  const soon = (then) => (document.hidden ? setTimeout(then) : requestAnimationFrame(then)); // a hidden page has no frames
   /** A share of the run and one panel: all of them in one frame take more than a frame has. */
   const frame = () => {
     if (run) {
@@ -131,7 +124,7 @@
       draw(panels[turn++ % panels.length]);
       left--;
     }
-    if (run || left) requestAnimationFrame(frame);
+    if (run || left) soon(frame);
   };
 
   /** What is said of a run goes before the next; what it drew stays, in grey, until the next one is drawn. */
@@ -158,7 +151,7 @@
     forget(null);
     const going = run !== null || left > 0;
     run = { chunk: 16, spent: 0, frames: 0 };
-    if (!going) requestAnimationFrame(frame);
+    if (!going) soon(frame);
   };
 
   /** The nearest number with the four digits of a box that is not beyond another: below it with Math.floor. */
@@ -238,6 +231,7 @@
   at("case").addEventListener("change", choose);
   at("reset").addEventListener("click", choose);
   at("keep").addEventListener("click", keep);
+  at("save").append(...Report.savers(data.name, () => panels.map((panel) => panel.plot)));
   addEventListener("hashchange", restore);
   const rebuild = () => { build(); panels.forEach(draw); if (motion?.rows) point(motion.time); };
   Report.onTheme(rebuild);

@@ -16,6 +16,7 @@
       [this.canvas, this.button, this.scrub, this.told] = root.querySelectorAll("canvas, button, input, output");
       this.camera = Report.camera(Report.scenes.geometry.camera);
       this.camera.follow(this.canvas, () => this.draw());
+      this.camera.offer(root.querySelector("select"), () => this.draw());
       this.button.addEventListener("click", () => this.toggle());
       this.scrub.addEventListener("input", () => { this.stop(); this.paused = true; this.go(Number(this.scrub.value)); });
       this.canvas.addEventListener("keydown", (event) => { if (event.key === " ") { this.toggle(); event.preventDefault(); } });

@@ -27,6 +27,7 @@ from ..blocks import IMPOSSIBLE
 from ..sampling import FloatArray
 from ..store.layout import STATUS
 from ..store.store import Store
+from .binomial import lower_bound
 from .conditions import Criterion, Number
 from .statistics import Success, column, design_of, notes, scalars, whole_blocks, worst
 
@@ -143,13 +144,6 @@ def _share(name: str, text: str, written: str, origin: str) -> float:
     if not 0 < share < 1:
         raise bad_value(name, text, f"{_USAGE}, with a share between 0 and 1", origin)
     return share
-
-
-def lower_bound(successes: int, runs: int, confidence: float) -> float:
-    """Return the exact lower bound of a probability for a predetermined number of runs (Clopper and Pearson 1934)."""
-    from scipy.special import betaincinv
-
-    return float(betaincinv(successes, runs - successes + 1, 1 - confidence)) if successes else 0.0
 
 
 def log_evidence(successes: int, runs: int, share: float) -> float:

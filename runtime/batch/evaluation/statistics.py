@@ -25,6 +25,7 @@ from ..sampling import OPEN_DESIGNS, FloatArray
 from ..store.layout import NOT_RUN, STATUS
 from ..store.records import CURE, DamageError
 from ..store.store import Store
+from .binomial import lower_bound, ranks
 from .conditions import Criterion
 
 CONFIDENCE = 0.95
@@ -116,12 +117,8 @@ class StopRule:
 
 def interval(successes: int, runs: int) -> tuple[float, float]:
     """Return the exact 95 % interval of a probability (Clopper and Pearson 1934)."""
-    from scipy.special import betaincinv
-
-    tail, failures = (1 - CONFIDENCE) / 2, runs - successes
-    low = float(betaincinv(successes, failures + 1, tail)) if successes else 0.0
-    high = float(betaincinv(successes + 1, failures, 1 - tail)) if failures else 1.0
-    return low, high
+    one_sided = (1 + CONFIDENCE) / 2
+    return lower_bound(successes, runs, one_sided), 1 - lower_bound(runs - successes, runs, one_sided)
 
 
 def design_of(attributes: Mapping[str, Any]) -> str:
@@ -163,9 +160,6 @@ def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> Floa
 @dataclass(frozen=True)
 class MetricStatistics:
     """Statistics of one number of the runs: mean of finite values, quantiles of known ones, extreme runs.
-
-    `note` is the reason if no run has the number. `intervals` holds the 95 % interval of each quantile; an end is NaN
-    where too few runs determine it, and both are where the design has no interval.
 
     `note` says why no run has the number. `intervals` holds the 95 % interval of each quantile; an end is NaN where
     too few runs determine it, and both are where the design has no interval.
@@ -424,18 +418,6 @@ def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tupl
     if not known.size:
         return dict.fromkeys(QUANTILES, math.nan), dict.fromkeys(QUANTILES, (math.nan, math.nan))
     padded = np.concatenate([[math.nan], known, [math.nan]])
-    places = {q: ranks(q, known.size) for q in QUANTILES}
+    places = {q: ranks(q, known.size, CONFIDENCE) for q in QUANTILES}
     intervals = {q: (float(padded[low]), float(padded[high])) for q, (low, high) in places.items()}
     return {q: float(known[math.ceil(q * known.size) - 1]) for q in QUANTILES}, intervals
-
-
-def ranks(q: float, n: int) -> tuple[int, int]:
-    """Return the ranks among n ordered independent numbers that enclose quantile q at 95 %, for any distribution.
-
-    The count of numbers below the quantile is binomial (David and Nagaraja, Order Statistics, 2003, 7.1). Rank 0 or
-    n + 1 means that n is too small for that end.
-    """
-    from scipy.stats import binom
-
-    tail = (1 - CONFIDENCE) / 2
-    return int(binom.ppf(tail, n, q)), int(binom.ppf(1 - tail, n, q)) + 1

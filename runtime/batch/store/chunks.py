@@ -1,44 +1,37 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a store as Zarr reads and writes them; each file is checked against its record when read."""
+"""Files of a store; each is checked against its record when read."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from zarr.storage import LocalStore, WrapperStore
+from typing import TYPE_CHECKING, Any
 
 from .places import make_place
-from .records import CURE, STORE, DamageError, Proof, Record, Stray, block_record, digest
+from .records import CURE, STORE, DamageError, Proof, Record, Stray, block_record, digest, write_file
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from zarr.abc.buffer import Buffer
-    from zarr.abc.store import ByteRequest
-    from zarr.core.buffer import BufferPrototype
+    from .arrays import Files
 
 
-class Chunks(WrapperStore[LocalStore]):
-    """A folder as a Zarr store.
+class Chunks:
+    """Files of a store in a folder.
 
     A chunk of a block without a record counts as absent: its writer is still at work, or was killed.
 
     Attributes
     ----------
+    root : Path
+        The folder.
     digests : dict of str to str
         Digests of the files written since it was last emptied.
     """
 
-    def __init__(self, store: LocalStore) -> None:
-        super().__init__(store)
+    def __init__(self, root: Path) -> None:
+        self.root = root
         self.digests: dict[str, str] = {}
         self._proof = Proof(self.root)
         self._blocks: dict[int, Record] = {}
-
-    @property
-    def root(self) -> Path:
-        """The folder."""
-        return self._store.root
 
     @property
     def record(self) -> Record:
@@ -75,28 +68,35 @@ class Chunks(WrapperStore[LocalStore]):
         self._blocks.pop(block, None)
         self._proof.unseal(block)
 
-    async def get(self, key: str, prototype: BufferPrototype, byte_range: ByteRequest | None = None) -> Buffer | None:
-        """Return a file; parts of files are never requested, as the arrays have no shards."""
+    def read(self, name: str) -> bytes | None:
+        """Return a file; None for one that no record lists.
+
+        Raises
+        ------
+        DamageError
+            If it is missing or changed.
+        """
         where, record = "", self.record
-        if key not in record.digests:
-            block = _block_of(key)
-            if block is None:
-                return await super().get(key, prototype, byte_range)
+        if name not in record.digests:
+            block = _block_of(name)
             # before the file: a writer writes the record last
-            of_block = self.block(block)
-            if of_block is None:
+            of_block = None if block is None else self.block(block)
+            if block is None or of_block is None:
                 return None
             where, record = self._where(block), of_block
-        content = await super().get(key, prototype, byte_range)
-        if content is None or digest(content.as_buffer_like()) != record.digests.get(key, ""):
-            raise self._damage(f"{where}{key} is {'missing' if content is None else 'changed'}")
+        try:
+            content = (self.root / name).read_bytes()
+        except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
+            raise self._damage(f"{where}{name} is missing") from None
+        if digest(content) != record.digests.get(name, ""):
+            raise self._damage(f"{where}{name} is changed")
         return content
 
-    async def set(self, key: str, value: Buffer) -> None:
+    def write(self, name: str, content: bytes) -> None:
         """Write a file and keep its digest."""
-        make_place(self.root, key)
-        self.digests[key] = digest(value.as_buffer_like())
-        await super().set(key, value)
+        make_place(self.root, name)
+        self.digests[name] = digest(content)
+        write_file(self.root / name, content)
 
     def _where(self, block: int) -> str:
         return f"block {block} ({runs_text(block, self.record)}): "
@@ -105,10 +105,50 @@ class Chunks(WrapperStore[LocalStore]):
         return DamageError(f"{self.root} is damaged: {what}; {CURE}")
 
 
-def _block_of(key: str) -> int | None:
+class Memory(dict[str, bytes]):
+    """Files of a store in memory."""
+
+    def read(self, name: str) -> bytes | None:
+        """Return a file; None if it is absent."""
+        return self.get(name)
+
+    def write(self, name: str, content: bytes) -> None:
+        """Keep a file."""
+        self[name] = content
+
+
+class Folder:
+    """A folder whose files are written without a record."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def read(self, name: str) -> bytes | None:
+        """Return a file; None if it is absent."""
+        return (self.root / name).read_bytes() if (self.root / name).is_file() else None
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a file."""
+        write_file(self.root / name, content)
+
+
+def zarr_store(files: Files) -> Any:
+    """Return files as a store that Zarr reads, each checked as `files` checks it."""
+    from zarr.storage import MemoryStore
+
+    class Checked(MemoryStore):
+        async def get(self, key: str, prototype: Any = None, *_: Any, **__: Any) -> Any:
+            """Return a file; parts of files are never requested, as the arrays have no shards."""
+            content = files.read(key)
+            return None if content is None else prototype.buffer.from_bytes(content)
+
+    return Checked(read_only=True)
+
+
+def _block_of(name: str) -> int | None:
     """Return the block of a chunk; None for other names, such as files that Zarr looks for."""
-    name = key.split("/")
-    return int(name[2]) if len(name) > 2 and name[1] == "c" else None
+    parts = name.split("/")
+    return int(parts[2]) if len(parts) > 2 and parts[1] == "c" and parts[2].isdigit() else None
 
 
 def runs_text(block: int, store: Record) -> str:

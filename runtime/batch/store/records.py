@@ -23,11 +23,9 @@ from .places import is_plain, make_place
 
 FOLDER = "records"
 STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
-ROOT = "zarr.json"
-"""Metadata of the group with the attributes."""
 FORMAT = 2
 _PARTIAL = ".partial"
-"""Ending of unfinished files, as in Zarr."""
+"""Ending of unfinished files."""
 _LEFTOVER = re.compile(rf".+\.(?:[0-9a-f]{{16}}|[0-9a-f]{{32}}){re.escape(_PARTIAL)}")
 """Pattern of unfinished files by Zarr or `replace_file`; others may be the user's."""
 _SELF = "sha256"
@@ -184,14 +182,19 @@ def write_record(folder: Path, name: str, record: Record) -> None:
 
 def replace_file(folder: Path, name: str, content: bytes) -> None:
     """Write a file of a store by renaming; its bytes reach the disk before its name."""
-    path = folder / name
     make_place(folder, name)
+    write_file(folder / name, content, forced=True)
+
+
+def write_file(path: Path, content: bytes, forced: bool = False) -> None:
+    """Write a file by renaming, with its folders; `forced` first flushes its bytes to disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}{_PARTIAL}")
     with temporary.open("wb") as file:
         file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
+        if forced:
+            file.flush()
+            os.fsync(file.fileno())
     temporary.replace(path)
 
 

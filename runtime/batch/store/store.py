@@ -19,7 +19,7 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,15 +27,16 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, MehvarError
 
 from ...interrupts import deferred
+from .arrays import ROOT, Array, Files, read_array
 from .attributes import NAMES, check_attributes, check_batch, check_variables
-from .layout import STATUS, Layout, Variable, consolidate
+from .chunks import Chunks, Memory, zarr_store
+from .layout import STATUS, Layout, Variable
 from .lock import Lock, holder, is_abandoned
 from .places import foreign, make_place, remove_foreign
 from .records import (
     CURE,
     END,
     FOLDER,
-    ROOT,
     STORE,
     DamageError,
     Record,
@@ -62,11 +63,6 @@ from .verification import (
 
 if TYPE_CHECKING:
     import xarray
-
-    from .chunks import Chunks
-
-_CODECS = {"bytes", "vlen-utf8", "zstd"}
-"""Codecs of our stores; other names belong to code that somebody else registered."""
 
 _NEW = ".new"
 """Ending of an unfinished store."""
@@ -95,21 +91,20 @@ class Store:
         Runs per block, and runs in all.
     """
 
-    def __init__(
-        self, group: Any, chunks: Chunks | None = None, layout: Layout | None = None, lock: Lock | None = None
-    ) -> None:
-        self.path = None if chunks is None else chunks.root
-        self.attributes: dict[str, Any] = dict(group.attrs)
-        self._group, self._chunks, self._layout, self._lock = group, chunks, layout, lock
-        self._arrays = _arrays(group)
+    def __init__(self, files: Chunks | Memory, layout: Layout | None = None, lock: Lock | None = None) -> None:
+        self._files, self._layout, self._lock = files, layout, lock
+        self._chunks = None if isinstance(files, Memory) else files
+        self.path = None if isinstance(files, Memory) else files.root
+        self.attributes = _attributes(files)
+        self._arrays = _arrays(files, self.attributes["variables"])
         self._status = self._arrays[STATUS]
         self._memory: dict[int, Mapping[str, Any]] = {}
-        self.chunk = int(self._status.chunks[0])
+        self.chunk = self._status.chunk[0]
 
     @property
     def n(self) -> int:
         """Number of runs, stored or not."""
-        return int(self._status.shape[0])
+        return self._status.shape[0]
 
     @property
     def name(self) -> str:
@@ -189,7 +184,7 @@ class Store:
                 (self._chunks.root / block_record(block)).unlink(missing_ok=True)
                 self._chunks.digests.clear()
             for name, array in values.items():
-                self._arrays[name][runs.start : runs.stop] = array
+                self._arrays[name].write(self._files, block, array)
             if self._chunks is None or self._layout is None:
                 self._memory[block] = about
                 return
@@ -235,40 +230,39 @@ class Store:
         """
         array = self._array(name)
         selection = self.stored() if blocks is None else blocks
-        out = np.empty((sum(len(self.runs(b)) for b in selection), *array.shape[1:]), dtype=array.dtype)
+        out = np.empty((sum(len(self.runs(b)) for b in selection), *array.shape[1:]), array.dtype)
         place = 0
         for block in selection:
             runs = self.runs(block)
             with self._reading(name, f", block {block}"):
-                out[place : place + len(runs)] = array[runs.start : runs.stop]
+                out[place : place + len(runs)] = array.block(self._files, block)
             place += len(runs)
         return out
 
     def coordinate(self, name: str) -> NDArray[Any]:
         """Return a coordinate or other variable without run dimension."""
         with self._reading(name):
-            values: NDArray[Any] = self._array(name)[:]
-        return values
+            return self._array(name).block(self._files, 0)
 
     def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
         """Return samples first ... last - 1 of a stored series, shape (runs, samples)."""
         array = self._array(name)
         with self._reading(name):
-            return np.concatenate([array[self.runs(b).start : self.runs(b).stop, first:last] for b in blocks])
+            return np.concatenate([array.block(self._files, block, slice(first, last)) for block in blocks])
 
     def variables(self) -> dict[str, Variable]:
         """Return the variables of the store, by name."""
         variables: dict[str, Variable] = {}
         for name, array in self._arrays.items():
-            first, *rest = array.metadata.dimension_names
+            first, *rest = array.dimensions
             second, size = (rest[0], array.shape[1]) if rest else ("", 0)
             if first == "run":
-                variables[name] = Variable(name, str(array.dtype), second, size, dict(array.attrs))
+                variables[name] = Variable(name, array.dtype, second, size, dict(array.attributes))
         return dict(sorted(variables.items()))
 
     def array_attributes(self) -> dict[str, dict[str, Any]]:
         """Return the attributes of each variable and coordinate."""
-        return {name: dict(array.attrs) for name, array in self._arrays.items()}
+        return {name: dict(array.attributes) for name, array in self._arrays.items()}
 
     @deferred()
     def dataset(self) -> xarray.Dataset:
@@ -277,7 +271,7 @@ class Store:
 
         names: list[str] = self.attributes["variables"]
         # otherwise xarray would convert numbers with a unit such as "days since 2000"
-        opened: xarray.Dataset = xarray.open_zarr(self._group.store, chunks=None, decode_times=False)
+        opened: xarray.Dataset = xarray.open_zarr(zarr_store(self._files), chunks=None, decode_times=False)
         ordered: xarray.Dataset = opened[names]
         return ordered
 
@@ -300,30 +294,27 @@ class Store:
             lock.release()
 
     def _cut(self, n: int) -> None:
-        arrays = [array for name, array in self._arrays.items() if name != STATUS]
-        for array in (*arrays, self._status):
-            if array.metadata.dimension_names[0] == "run" and array.shape[0] > n:
-                array.resize((n, *array.shape[1:]))
-        consolidate(self._group)
-        self._memory = {block: about for block, about in self._memory.items() if block < -(-n // self.chunk)}
+        if self._layout is not None and n < self.n:
+            self._layout = replace(self._layout, n=n)
+            self._layout.build(self._files)
+            self._arrays = _arrays(self._files, self.attributes["variables"])
+            self._status = self._arrays[STATUS]
+            self._memory = {block: about for block, about in self._memory.items() if block < self.blocks()}
 
     def _open_again(self) -> None:
         if self.path is not None:
-            self._group, self._chunks = _group(self.path, "r+")
-            self._arrays = _arrays(self._group)
+            self._files = self._chunks = Chunks(self.path)
+            self._arrays = _arrays(self._files, self.attributes["variables"])
             self._status = self._arrays[STATUS]
 
-    def _array(self, name: str) -> Any:
+    def _array(self, name: str) -> Array:
         if name not in self._arrays:
             raise InputError(f"{self.name} is damaged: it has no variable {name}")
         return self._arrays[name]
 
     @contextlib.contextmanager
     def _reading(self, name: str, where: str = "") -> Iterator[None]:
-        """Convert any error of Zarr and its codecs about a foreign chunk into an error that names the file.
-
-        Missing or changed chunks are refused before Zarr reads them.
-        """
+        """Convert any error of a codec about a foreign chunk into an error that names the file."""
         with deferred():
             try:
                 yield
@@ -353,9 +344,9 @@ def create(path: Path | None, layout: Layout) -> Store:
         If it cannot be written.
     """
     if path is None:
-        import zarr
-
-        return Store(layout.build(zarr.storage.MemoryStore()), layout=layout)
+        files = Memory()
+        layout.build(files)
+        return Store(files, layout)
     _refuse_existing(path)
     if not path.parent.is_dir():
         raise InputError(f"cannot write {path}: the folder {path.parent} does not exist")
@@ -435,10 +426,11 @@ def _opened(folder: Path) -> Store | DamageError:
         return DamageError(f"{folder} is damaged: {listed(files)}; {CURE}")
     check_format(folder / STORE)
     try:
-        group, chunks = _group(folder, "r")
-        check_attributes(dict(group.attrs))
-        check_batch(dict(group.attrs), chunks.record.about)
-        store = Store(group, chunks)
+        chunks = Chunks(folder)
+        attributes = _attributes(chunks)
+        check_attributes(attributes)
+        check_batch(attributes, chunks.record.about)
+        store = Store(chunks)
         numbers = [name for name, v in store.variables().items() if not v.dimension and v.dtype == "float64"]
         check_variables(store.attributes, numbers, store.array_attributes())
         return store
@@ -446,37 +438,23 @@ def _opened(folder: Path) -> Store | DamageError:
         return error
     except InputError:
         raise
-    except Exception as error:  # for a folder that is not a store, Zarr and its parsers raise anything
+    except Exception as error:  # for a folder that is not a store, parsers raise anything
         raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
 
 
-def _group(folder: Path, mode: Literal["r", "r+"]) -> tuple[Any, Chunks]:
-    import zarr
-
-    from .chunks import Chunks
-
-    chunks = Chunks(zarr.storage.LocalStore(folder, read_only=mode == "r"))
-    # opened for writing, this process has made or repaired it, so the group's copy of the metadata is intact
-    return zarr.open_group(chunks, mode=mode, zarr_format=3, use_consolidated=mode == "r+"), chunks
+def _attributes(files: Files) -> dict[str, Any]:
+    content = files.read(ROOT)
+    if content is None:
+        raise ValueError(f"it has no {ROOT}")
+    attributes: dict[str, Any] = json.loads(content)["attributes"]
+    return attributes
 
 
-def _arrays(group: Any) -> dict[str, Any]:
-    """Return variables and the coordinates of their second dimensions, by name.
-
-    A chunk of fill values is stored as a file too, so that a missing file is detected.
-    """
-    import zarr
-
-    with zarr.config.set({"array.write_empty_chunks": True}):
-        # one after the other: opened at once, several damaged arrays leave uncollected errors
-        arrays = {name: group[name] for name in group.attrs["variables"]}
-        dimensions = {name for array in arrays.values() for name in array.metadata.dimension_names[1:]}
-        arrays |= {name: group[name] for name in sorted(dimensions) if name in group}
-    for name, array in arrays.items():
-        foreign = {codec["name"] for codec in array.metadata.to_dict()["codecs"]} - _CODECS
-        if foreign:
-            raise InputError(f"{name} is coded with {', '.join(sorted(foreign))}, which mehvar does not use")
-    return arrays
+def _arrays(files: Files, variables: Sequence[str]) -> dict[str, Array]:
+    """Return variables and the coordinates of their second dimensions, by name."""
+    arrays = {name: read_array(files, name) for name in variables}
+    dimensions = {name for array in arrays.values() for name in array.dimensions[1:]}
+    return arrays | {name: read_array(files, name) for name in sorted(dimensions)}
 
 
 def _created(path: Path, layout: Layout) -> Lock:
@@ -515,8 +493,7 @@ def _remove_abandoned(path: Path) -> None:
 
 
 def _open_for_writing(path: Path, layout: Layout, lock: Lock) -> Store:
-    group, chunks = _group(path, "r+")
-    return Store(group, chunks, layout, lock)
+    return Store(Chunks(path), layout, lock)
 
 
 def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:

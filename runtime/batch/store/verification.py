@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from mehvar.base.errors import InputError, bad_value
 
+from .arrays import ROOT
 from .attributes import check_attributes, check_batch
 from .lock import FILE as LOCK
 from .lock import holder
@@ -20,7 +21,6 @@ from .places import foreign, is_plain
 from .records import (
     END,
     FOLDER,
-    ROOT,
     STORE,
     Proof,
     Record,
@@ -194,7 +194,7 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
     folder = Path(path)
     if not folder.is_dir():
         raise InputError(f"no batch store {folder}")
-    if not (folder / FOLDER).is_dir() and not (folder / "zarr.json").exists():
+    if not (folder / FOLDER).is_dir() and not (folder / ROOT).exists():
         raise InputError(f"{folder} is not a batch store: it has no records")
     return folder
 

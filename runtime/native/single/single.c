@@ -192,7 +192,7 @@ static double *divide(mv_loop *l, double *place)
         {&l->mass, ALGEBRAIC ? NQ : 0}, {&l->kept, KEPT_SIZE},
         {&l->margin, LIMITS}, {&l->margin_end, LIMITS},
         {&l->guard, EVENTS}, {&l->guard_end, EVENTS}, {&l->side, EVENTS}, {&l->ahead, EVENTS}, {&l->resting, EVENTS},
-        {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS}, {&l->noise, EVENTS},
+        {&l->begins, EVENTS}, {&l->fires, EVENTS}, {&l->zero, EVENTS}, {&l->reaches, EVENTS}, {&l->noise, EVENTS},
     };
     for (unsigned i = 0; i < sizeof arrays / sizeof *arrays; place += arrays[i++].size) *arrays[i].array = place;
     return place;

@@ -25,6 +25,9 @@ static void mv_happen(mv_loop *l, mask lanes, int event);
 /* Of a step, by which its end may be past a crossing, beside two spacings of time. Own: rates of the state times this are
  * beyond the digits of its change over the step; ten times as much still are, a tenth is the rounding of the cubic. */
 #define LOCATED 1e-13
+/* Of a run, the least spacing of time: at its start that of doubles is 5e-324 s, by which no method divides. Own: far below
+ * the spacing at the end. */
+#define LEAST 1e-20
 /* Looks at a step, evenly: two crossings between two of them are missed. Own. */
 #define LOOKS 4
 /* Of a step, over which the rate of a resting guard is taken: half the digits of a double, as TIME_STEP. */
@@ -77,7 +80,8 @@ static inline real mv_side(real g) { return SELECT(EQ(g, K(0)), SPLAT(0), mv_cop
  * in as many as there are bits between, and is off by what its state and guard resolve. */
 static inline real mv_located(const mv_loop *l, real h)
 {
-    const real spacing = mv_from_bits(mv_to_bits(l->t) + 1) - l->t;
+    const real least = SPLAT(LEAST * l->schedule->t[l->schedule->ticks - 1]);
+    const real spacing = mv_max(mv_from_bits(mv_to_bits(l->t) + 1) - l->t, least);
     return mv_max(SPLAT(1), l->coarse) * (K(LOCATED) * h + K(2) * spacing);
 }
 
@@ -259,7 +263,9 @@ static void mv_take_sides(mv_loop *l)
         l->resting[e] = SELECT(same, l->resting[e], SELECT0(EQ(g[e], K(0)), SPLAT(1)));
         l->noise[e] = SELECT0(same, l->noise[e]);
         l->guard[e] = g[e];
-        if (EVENT(e, 2) && EVENT(e, 0) && !l->started)
+        if (l->started) continue;
+        l->begins[e] = l->resting[e];
+        if (EVENT(e, 2) && EVENT(e, 0))
             l->side[e] = SELECT(EQ(g[e], K(0)), SPLAT(-EVENT(e, 0)), l->side[e]); /* from zero it may happen at once */
     }
     mv_halt(l, AND(l->alive, NOT(mv_finite(g, EVENTS))), MV_NOT_FINITE);
@@ -274,8 +280,12 @@ static mask mv_reset(mv_loop *l)
     for (int e = 0; e < EVENTS; e++) {
         const mask lanes = AND(l->happens, LT(K(0), l->fires[e]));
         if (!mv_any(lanes)) continue;
+        const mask soon = LE(l->t, K(STALLED * l->schedule->t[l->schedule->ticks - 1]));
+        const mask begins = EVENT(e, 2) && EVENT(e, 0) ? AND(lanes, AND(soon, LT(K(0), l->begins[e]))) : mv_none();
+        l->t = SELECT(begins, SPLAT(0), l->t);
         mv_happen(l, lanes, e);
-        mv_end_by(l, lanes, e, 0);
+        mv_end_by(l, begins, e, 1);
+        mv_end_by(l, AND(lanes, NOT(begins)), e, 0);
         if (!EVENT(e, 1)) continue;
         if (SAMPLED) {
             mv_copy(x, l->q, NX);

@@ -95,6 +95,7 @@ typedef struct {
     REALS(side, EVENTS);
     REALS(ahead, EVENTS);      /* the side at the end of the trial */
     REALS(resting, EVENTS);    /* the guard is zero at t */
+    REALS(begins, EVENTS);     /* it was zero at the start */
     REALS(fires, EVENTS);      /* the event happens at the end of the trial */
     REALS(reaches, EVENTS);    /* the largest size of the guard in the trial */
     REALS(zero, EVENTS);       /* what is zero to the guard after an event */

@@ -19,10 +19,10 @@ def loop(A, b, c, period=None):
                         np.zeros((1, 1)), names, ("u",), ("y",), held)  # fmt: skip
 
 
-def worst(A, b, c, factor, period):
-    """Return the growth of the slowest mode of the loop with another gain; negative if it is stable."""
-    eigenvalues = np.linalg.eigvals(np.asarray(A) + factor * np.outer(b, c))
-    return np.max(eigenvalues.real) if period is None else np.max(np.abs(eigenvalues)) - 1
+def worst(A, b, c, factors, period):
+    """Return the growth of the slowest mode of the loop with other gains; negative where it is stable."""
+    eigenvalues = np.linalg.eigvals(np.asarray(A) + np.multiply.outer(factors, np.outer(b, c)))
+    return eigenvalues.real.max(axis=-1) if period is None else np.abs(eigenvalues).max(axis=-1) - 1
 
 
 FACTORS = np.geomspace(1, 1e4, 4001)
@@ -32,7 +32,7 @@ def nearest(A, b, c, period):
     """The nearest factor to one at which stability is lost, from a scan of eigenvalues."""
     limits = []
     for factors in (FACTORS, 1 / FACTORS):
-        signs = [worst(A, b, c, factor, period) for factor in factors]
+        signs = worst(A, b, c, factors, period)
         limits += [factors[k] for k in range(1, len(signs)) if signs[k] > 0 > signs[k - 1]][:1]
     return min(limits, key=lambda factor: abs(math.log(factor)), default=math.inf)
 

@@ -8,11 +8,12 @@ from datetime import datetime
 import numpy as np
 import pytest
 import xarray
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import mehvar
 from mehvar.base.errors import InputError
-from mehvar.formats.attitude import Attitude, _spice
+from mehvar.formats.attitude import Attitude, _spice, attitude
 from mehvar.formats.conversion import convert
 from tests.mehvar.cli.test_app import refused, run
 
@@ -121,6 +122,60 @@ def test_other_formats_have_no_frames(turning):
     source, _ = turning
     out = str(source.with_suffix(".csv"))
     assert "one of aem, ck with --attitude" in refused("convert", str(source), "--out", out, "--attitude", "epoch=1")
+
+
+@pytest.fixture
+def tumbling():
+    """Return a run of a body without torque whose rates change their direction."""
+    t = np.arange(0.0, 20.0, 0.1)
+    inertia = np.array([1.0, 2.0, 3.0])
+
+    def slopes(_, x):
+        (q1, q2, q3, q0), w = x[:4], x[4:]
+        turn = [q0 * w[0] + q2 * w[2] - q3 * w[1], q0 * w[1] + q3 * w[0] - q1 * w[2], q0 * w[2] + q1 * w[1] - q2 * w[0]]
+        return [*np.array(turn) / 2, -np.dot(x[:3], w) / 2, *np.cross(inertia * w, w) / inertia]
+
+    x = solve_ivp(slopes, (0, 20), [0, 0, 0, 1, 0.3, 0.5, -0.2], t_eval=t, rtol=1e-10, atol=1e-12).y
+    names = {"q1": "1", "q2": "1", "q3": "1", "q0": "1", "wx": "rad/s", "wy": "rad/s", "wz": "rad/s"}
+    values = {name: ("t", row, {"units": unit}) for (name, unit), row in zip(names.items(), x, strict=True)}
+    return xarray.Dataset(values, {"t": ("t", t, {"units": "s"})})
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, ""),
+        ({"quaternion": "q0,q1,q2,q3"}, "turns between samples agree with the first variable as scalar part"),
+        ({"rates": "wz,wy,wx"}, "agree with rates=wx,wy,wz"),
+        ({"quaternion": "q0,q1,q2,q3", "rates": "wy,wx,wz"}, "as scalar part, rates=wx,wy,wz"),
+        ({"frame_b": "J2000"}, "frame_b = 'J2000' .*: must be another frame than frame_a"),
+    ],
+    ids=str,
+)
+def test_rates_that_contradict_the_quaternion_are_refused(tumbling, given, message):
+    """The error names the reading that the turns between samples agree with."""
+    about = MESSAGE | {"rates": "wx,wy,wz"} | given
+    if not message:
+        assert attitude(tumbling, "aem", about).rates is not None
+        return
+    with pytest.raises(InputError, match=message):
+        attitude(tumbling, "aem", about)
+
+
+def test_the_inverse_turn_is_told(tumbling):
+    """The conjugate takes frame B into frame A."""
+    for name in ("q1", "q2", "q3"):
+        tumbling[name] = -tumbling[name].assign_attrs(tumbling[name].attrs)
+        tumbling[name].attrs["units"] = "1"
+    with pytest.raises(InputError, match="agree with the inverse turn"):
+        attitude(tumbling, "aem", MESSAGE | {"rates": "wx,wy,wz"})
+
+
+def test_rates_of_a_vibration_are_accepted(tumbling):
+    """Between the samples the rates turn to and fro, which no order of names explains."""
+    for name in ("wx", "wy", "wz"):
+        tumbling[name].values[:] = 40 * np.cos(np.pi * np.arange(tumbling.t.size))
+    assert attitude(tumbling, "aem", MESSAGE | {"rates": "wx,wy,wz"}).rates is not None
 
 
 @pytest.mark.peers

@@ -16,6 +16,7 @@ import xarray as xr
 from matplotlib import pyplot
 
 import mehvar
+from mehvar.base.errors import InputError
 from mehvar.cli import report as report_command
 from mehvar.cli.store.stats import print_statistics
 from mehvar.parts import Hub, Spacecraft
@@ -250,3 +251,9 @@ def test_bins_have_edges_of_their_own(values):
     assert len(edges) == BINS + 1
     assert (np.diff(edges) > 0).all()
     assert np.histogram(values, edges)[0].sum() == len(values)
+
+
+def test_a_run_is_animated_by_its_own_model_only(run):
+    assert "Report.players" in run.mehvar.animate(mehvar.load("triangle")).page
+    with pytest.raises(InputError, match=r"model = 'slosh .*that of the run, triangle"):
+        run.mehvar.animate("slosh")

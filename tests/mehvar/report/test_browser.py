@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a user's own system, in browsers: picture, links, screen reader, print, approved looks."""
 
+import csv
+import io
 import shutil
 import subprocess
 from pathlib import Path
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
+import mehvar
 from mehvar.cli.new import scaffold
 from mehvar.report.page import Page, write_page
 from mehvar.report.subjects import model_sections
 from mehvar.runtime.model.model import load
-from tests.mehvar.browser import chromium
+from tests.mehvar.browser import chromium, prefer
 from tests.mehvar.pages import (
     TOLERANCE,
     WIDTHS,
@@ -21,6 +26,8 @@ from tests.mehvar.pages import (
     misses,
     opened,
     printed_pages,
+    resize,
+    shift,
     unlabelled_canvases,
     unlike,
     violations,
@@ -96,6 +103,70 @@ def test_controls_stand_under_the_picture_on_a_phone(browser, page):
     )
     assert 0 <= top - bottom < 24
     assert below > top
+
+
+def test_the_picture_is_seen_from_chosen_sides(browser, page):
+    opened(browser, page)
+    look = "(({azimuth, elevation}) => [azimuth, elevation])(Report.players.flywheel.camera)"
+    first, pixels = browser.execute_script(f"return [{look}, Report.players.flywheel.canvas.toDataURL()]")
+    browser.execute_script(
+        "const list = document.querySelector('[data-part=view]');"
+        "list.value = 'from above'; list.dispatchEvent(new Event('change'))"
+    )
+    above, others = browser.execute_script(f"return [{look}, Report.players.flywheel.canvas.toDataURL()]")
+    assert above == pytest.approx([-np.pi / 2, np.pi / 2])
+    assert above != first
+    assert pixels != others
+
+
+def test_what_charts_show_is_saved_as_numbers_and_as_a_drawing(browser, page):
+    opened(browser, page)
+    table, drawing, t, values, hidden = browser.execute_script(
+        "const charts = Report.players.flywheel.charts.map(({chart}) => chart), [t, y] = charts[0].data;"
+        "const table = Report.csv(charts), drawing = Report.svg(charts);"
+        "charts[0].setSeries(1, {show: false});"
+        "return [table, drawing, t, y, Report.svg(charts)]"
+    )
+    head, *rows = csv.reader(io.StringIO(table))
+    assert head[0] == "t [s]"
+    assert len(head) > 2
+    numbers = np.array(rows, dtype=float)
+    assert np.array_equal(numbers[:, 0], t)
+    assert np.array_equal(numbers[:, 1], values)
+    lines, others = (
+        [path for path in ElementTree.fromstring(text).findall(".//{*}path") if path.get("d").count("L") == len(t) - 1]
+        for text in (drawing, hidden)
+    )
+    assert [len(lines), len(others)] == [len(head) - 1, len(head) - 2]
+
+
+def test_little_moves_while_the_page_is_read(browser, page):
+    opened(browser, page)
+    assert shift(browser) < 0.05
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Pages of a run, a batch and a requirement."""
+    place = tmp_path_factory.mktemp("results")
+    vary, store = {"theta_0": "uniform(0.8, 1.2)"}, place / "runs.zarr"
+    batch = mehvar.batch("triangle", "path", n=40, vary=vary, success="theta_final < 1", t_end=1.0, out=store)
+    mehvar.simulate("triangle", "path", t_end=1.0).mehvar.report(place / "run.html")
+    batch.mehvar.report(place / "batch.html")
+    verdicts = mehvar.require(store, {"turn": "probability(final(theta) < 0.9) > 0.1"})
+    (place / "require.html").write_text(verdicts.page(), encoding="utf-8")
+    return place
+
+
+@pytest.mark.parametrize(("kind", "color"), [("run", "light"), ("batch", "dark"), ("require", "light")])
+def test_pages_of_results_are_for_everyone(browser, results, kind, color):
+    resize(browser, 390)
+    prefer(browser, prefers_color_scheme=color)
+    browser.get((results / f"{kind}.html").as_uri())
+    browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true })")
+    assert violations(browser) == []
+    assert browser.execute_script("return document.documentElement.scrollWidth") == 390
+    assert shift(browser) < 0.05
 
 
 def test_charts_have_two_ticks_and_no_empty_legend(browser, page):

@@ -21,7 +21,7 @@ from mehvar.runtime.run.simulate import simulate
 from mehvar.web import module
 from mehvar.web.export import export_web
 from tests.mehvar.browser import chromium, eventually, prefer, requests
-from tests.mehvar.pages import violations
+from tests.mehvar.pages import resize, shift, violations
 
 HERE = Path(__file__).parent
 IMPORTS = """
@@ -55,6 +55,28 @@ def page(tmp_path_factory):
         return pages[model]
 
     return written
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("browser")) as driver:
+        yield driver
+
+
+@pytest.fixture
+def opened(browser, page):
+    """Show the page of a model at a width until its first run is there; return the run's checksum."""
+
+    def show(model, width=1300, color="light"):
+        resize(browser, width)
+        prefer(browser, prefers_color_scheme=color, prefers_reduced_motion="no-preference")
+        browser.get("about:blank")
+        browser.get_log("browser")
+        requests(browser)
+        browser.get(page(model).as_uri())
+        return eventually(browser, "document.documentElement.dataset.done")
+
+    return show
 
 
 @pytest.fixture(params=[*shipped_models(), "own"])
@@ -121,31 +143,26 @@ def test_the_page_names_no_other(model, page):
 
 @pytest.mark.parametrize("width", [1300, 390])
 @pytest.mark.share(2)
-def test_in_a_browser(width, page, tmp_path):
-    place = page("triangle")
-    with chromium(tmp_path, width) as browser:
-        browser.get("about:blank")
-        requests(browser)
-        browser.get(place.as_uri())
-        here = eventually(browser, "document.documentElement.dataset.done")
-        assert here == data_of(place)["cases"][0]["checksum"]
-        assert browser.find_element("id", "verdict").text == "the same bits"
-        assert browser.execute_script("return document.documentElement.scrollWidth <= innerWidth")
-        widths = browser.execute_script(
-            "return Array.from(document.querySelectorAll('figure'), (f) => [f.clientWidth, f.scrollWidth])"
-        )
-        assert len(widths) > 3
-        assert all(inside <= outside for outside, inside in widths)
-        browser.execute_script(
-            "const bar = document.querySelector('#controls input');"
-            "bar.value = bar.max; bar.dispatchEvent(new Event('input'))"
-        )
-        other = eventually(browser, f"(d => d && d !== '{here}' && d)(document.documentElement.dataset.done)")
-        command = browser.find_element("id", "command").text.split()
-        done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=True)
-        assert json.loads(done.stdout)["checksum"] == other
-        assert requests(browser) == [place.as_uri()]
-        assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+def test_in_a_browser(width, page, browser, opened):
+    place, here = page("triangle"), opened("triangle", width)
+    assert here == data_of(place)["cases"][0]["checksum"]
+    assert browser.find_element("id", "verdict").text == "the same bits"
+    assert browser.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+    widths = browser.execute_script(
+        "return Array.from(document.querySelectorAll('figure'), (f) => [f.clientWidth, f.scrollWidth])"
+    )
+    assert len(widths) > 3
+    assert all(inside <= outside for outside, inside in widths)
+    browser.execute_script(
+        "const bar = document.querySelector('#controls input');"
+        "bar.value = bar.max; bar.dispatchEvent(new Event('input'))"
+    )
+    other = eventually(browser, f"(d => d && d !== '{here}' && d)(document.documentElement.dataset.done)")
+    command = browser.find_element("id", "command").text.split()
+    done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["checksum"] == other
+    assert requests(browser) == [place.as_uri()]
+    assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
 
 
 FRAME_MS = 8.0
@@ -165,19 +182,18 @@ def scripts_so_far(browser):
     return np.array([spent, browser.execute_script("return window.frames_drawn")])
 
 
-def test_it_moves_and_a_frame_costs_little(page, tmp_path):
-    with chromium(tmp_path) as browser:
-        browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FRAMES})
-        browser.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})
-        browser.get(page("triangle").as_uri())
-        eventually(browser, "document.documentElement.dataset.done")
-        eventually(browser, "Number(document.querySelector('#motion input[type=range]').value) > 0.5")
-        pixels = "document.querySelector('#motion canvas').toDataURL()"
-        before, begin = browser.execute_script(f"return {pixels}"), scripts_so_far(browser)
-        eventually(browser, f"window.frames_drawn > {begin[1] + 30}")
-        spent, frames = scripts_so_far(browser) - begin
-        assert browser.execute_script(f"return {pixels}") != before
-        assert 1e3 * spent / frames < FRAME_MS
+def test_it_moves_and_a_frame_costs_little(browser, opened):
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FRAMES})
+    browser.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})
+    opened("triangle")
+    eventually(browser, "Number(document.querySelector('#motion input[type=range]').value) > 0.5")
+    pixels = "document.querySelector('#motion canvas').toDataURL()"
+    before, begin = browser.execute_script(f"return {pixels}"), scripts_so_far(browser)
+    eventually(browser, f"window.frames_drawn > {begin[1] + 30}")
+    spent, frames = scripts_so_far(browser) - begin
+    assert browser.execute_script(f"return {pixels}") != before
+    assert 1e3 * spent / frames < FRAME_MS
+    browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
 SET = """
@@ -189,25 +205,21 @@ box.dispatchEvent(new Event('change'));
 
 @pytest.mark.parametrize(("name", "value", "why"), [("l1_0", 9, "do not form a triangle"), ("R", 9, "must be in")])
 @pytest.mark.share(2)
-def test_a_refused_value_leaves_nothing_that_looks_like_its_run(page, tmp_path, name, value, why):
-    with chromium(tmp_path) as browser:
-        browser.get(page("triangle").as_uri())
-        checksum = eventually(browser, "document.documentElement.dataset.done")
-        assert browser.find_element("id", "command").text
-        browser.execute_script(SET, name, value)
-        assert why in browser.find_element("id", "refusal").text
-        assert not browser.find_element("id", "run").is_displayed()
-        said = [browser.find_element("id", part).get_property("textContent") for part in ("verdict", "here", "command")]
-        assert said == ["", "", ""]
-        views = "document.getElementById('views')"
-        assert browser.execute_script(f"return [getComputedStyle({views}).filter, {views}.inert]") == [
-            "grayscale(1)",
-            True,
-        ]
-        browser.find_element("id", "reset").click()
-        assert eventually(browser, "document.documentElement.dataset.done") == checksum
-        assert browser.find_element("id", "verdict").text == "the same bits"
-        assert browser.execute_script(f"return [getComputedStyle({views}).filter, {views}.inert]") == ["none", False]
+def test_a_refused_value_leaves_nothing_that_looks_like_its_run(browser, opened, name, value, why):
+    checksum = opened("triangle")
+    assert browser.find_element("id", "command").text
+    browser.execute_script(SET, name, value)
+    assert why in browser.find_element("id", "refusal").text
+    assert not browser.find_element("id", "run").is_displayed()
+    said = [browser.find_element("id", part).get_property("textContent") for part in ("verdict", "here", "command")]
+    assert said == ["", "", ""]
+    views = "document.getElementById('views')"
+    look = f"return [getComputedStyle({views}).filter, {views}.inert]"
+    assert browser.execute_script(look) == ["grayscale(1)", True]
+    browser.find_element("id", "reset").click()
+    assert eventually(browser, "document.documentElement.dataset.done") == checksum
+    assert browser.find_element("id", "verdict").text == "the same bits"
+    assert browser.execute_script(look) == ["none", False]
 
 
 ENDS = """
@@ -230,70 +242,93 @@ return found;
 
 
 @pytest.mark.share(4)
-def test_sliders_end_on_values_that_their_bounds_allow(model, page, tmp_path):
-    with chromium(tmp_path) as browser:
-        browser.get(page(model).as_uri())
-        eventually(browser, "document.documentElement.dataset.done")
-        assert browser.execute_script(ENDS) == []
+def test_sliders_end_on_values_that_their_bounds_allow(model, browser, opened):
+    opened(model)
+    assert browser.execute_script(ENDS) == []
 
 
-def test_the_address_holds_the_run_and_two_runs_lie_over_one_another(page, tmp_path):
-    place = page("triangle").as_uri()
-    with chromium(tmp_path) as browser:
-        browser.get(place)
-        first = eventually(browser, "document.documentElement.dataset.done")
-        count = len(browser.find_elements("css selector", "#plots .u-series"))
-        browser.find_element("id", "keep").click()
-        assert len(browser.find_elements("css selector", "#plots .u-series")) > count
-        browser.execute_script(SET, "theta_0", 0.25)
-        other = eventually(browser, f"(d => d && d !== '{first}' && d)(document.documentElement.dataset.done)")
-        address = browser.current_url
-        assert address.endswith("?theta_0=0.25")
-        browser.find_element("id", "keep").click()
-        assert len(browser.find_elements("css selector", "#plots .u-series")) == count
+def test_the_address_holds_the_run_and_two_runs_lie_over_one_another(page, browser, opened):
+    first = opened("triangle")
+    count = len(browser.find_elements("css selector", "#plots .u-series"))
+    browser.find_element("id", "keep").click()
+    assert len(browser.find_elements("css selector", "#plots .u-series")) > count
+    browser.execute_script(SET, "theta_0", 0.25)
+    other = eventually(browser, f"(d => d && d !== '{first}' && d)(document.documentElement.dataset.done)")
+    address = browser.current_url
+    assert address.endswith("?theta_0=0.25")
+    assert browser.find_element("id", "link").get_attribute("href") == address
+    browser.find_element("id", "keep").click()
+    assert len(browser.find_elements("css selector", "#plots .u-series")) == count
+    browser.get("about:blank")
+    browser.get(address)
+    assert eventually(browser, "document.documentElement.dataset.done") == other
+    for wrong, why in (
+        ("?nothing=1", "nothing"),
+        ("?theta_0=far", "theta_0 to far"),
+        ("/x", "no run of this page"),
+    ):
         browser.get("about:blank")
-        browser.get(address)
-        assert eventually(browser, "document.documentElement.dataset.done") == other
-        for wrong, why in (
-            ("?nothing=1", "nothing"),
-            ("?theta_0=far", "theta_0 to far"),
-            ("/x", "no run of this page"),
-        ):
-            browser.get("about:blank")
-            browser.get(address.partition("?")[0] + wrong)
-            eventually(browser, "document.getElementById('refusal').textContent")
-            assert why in browser.find_element("id", "refusal").text
-            assert not browser.find_element("id", "run").is_displayed()
+        browser.get(address.partition("?")[0] + wrong)
+        eventually(browser, "document.getElementById('refusal').textContent")
+        assert why in browser.find_element("id", "refusal").text
+        assert not browser.find_element("id", "run").is_displayed()
 
 
-SHIFT = """
-const done = arguments[0];
-let shift = 0;
-new PerformanceObserver((list) => {
-  for (const entry of list.getEntries()) shift += entry.hadRecentInput ? 0 : entry.value;
-}).observe({ type: 'layout-shift', buffered: true });
-setTimeout(() => done(shift), 500);
+def test_a_zoom_outlasts_the_next_run(browser, opened):
+    first = opened("triangle")
+    charts = "const charts = Object.values(Report.groups.run.charts);"
+    browser.execute_script(f"{charts} charts[0].setScale('x', {{min: 5, max: 9}})")
+    browser.execute_script(SET, "theta_0", 0.25)
+    eventually(browser, f"(d => d && d !== '{first}' && d)(document.documentElement.dataset.done)")
+    scales = browser.execute_script(f"{charts} return charts.map(({{scales}}) => [scales.x.min, scales.x.max])")
+    assert set(map(tuple, scales)) == {(5, 9)}
+
+
+FRAME = """
+const frame = document.createElement('iframe'), done = arguments[1];
+frame.sandbox = 'allow-scripts';
+addEventListener('message', ({ data }) => done(data));
+frame.srcdoc = arguments[0];
+document.body.append(frame);
 """
+ANSWER = """<script>
+const ask = setInterval(() => {
+  const { done } = document.documentElement.dataset;
+  if (done) { clearInterval(ask); parent.postMessage(done, '*'); }
+}, 50);
+</script></body>"""
+
+
+def test_it_runs_in_a_frame_without_an_address_of_its_own(page, browser, opened):
+    checksum, text = opened("triangle"), page("triangle").read_text(encoding="utf-8")
+    browser.get("about:blank")
+    assert browser.execute_async_script(FRAME, text.replace("</body>", ANSWER)) == checksum
+
+
+HIDDEN = """
+Object.defineProperty(Document.prototype, 'hidden', {get: () => true});
+window.requestAnimationFrame = () => 0;
+"""
+
+
+def test_in_a_hidden_page_it_runs_to_its_end(browser, opened):
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": HIDDEN})
+    assert opened("triangle")
+    browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
 @pytest.mark.parametrize("width", [1300, 390])
 @pytest.mark.share(2)
-def test_nothing_moves_when_results_arrive(width, page, tmp_path):
-    """A shift of 0.1 is what readers notice, by the measure of browsers; half of it is asked."""
-    with chromium(tmp_path, width) as browser:
-        browser.get(page("triangle").as_uri())
-        eventually(browser, "document.documentElement.dataset.done")
-        assert browser.execute_async_script(SHIFT) < 0.05
+def test_nothing_moves_when_results_arrive(width, browser, opened):
+    opened("triangle", width)
+    assert shift(browser) < 0.05
 
 
 @pytest.mark.parametrize("color", ["light", "dark"])
 @pytest.mark.share(2)
-def test_a_screen_reader_has_what_it_needs(color, page, tmp_path):
-    with chromium(tmp_path) as browser:
-        prefer(browser, prefers_color_scheme=color)
-        browser.get(page("triangle").as_uri())
-        eventually(browser, "document.documentElement.dataset.done")
-        assert violations(browser) == []
+def test_a_screen_reader_has_what_it_needs(color, browser, opened):
+    opened("triangle", color=color)
+    assert violations(browser) == []
 
 
 def test_without_zig_it_says_what_to_install(monkeypatch, tmp_path):

@@ -103,6 +103,19 @@ def test_a_run_ends_where_the_fuel_is_used_up(burning):
         mehvar.simulate(burning, None, inputs=flows, initial={"tank_fuel": -1.0})
 
 
+@pytest.mark.parametrize("start", [{"q0": 0.5}, {"q0": 2.0, "q1": 1.0}, {"q0": 0.0}], ids=str)
+def test_a_start_that_is_no_attitude_is_refused(burning, start):
+    """A quaternion off unit length by more than its last of three digits; the error says the nearest attitude."""
+    with pytest.raises(mehvar.InputError, match=r"initial state .* is impossible, .* length is not 1: q0 = "):
+        mehvar.simulate(burning, lambda t, x: [0.0, 0.0], period=0.1, t_end=1.0, initial=start)
+
+
+def test_a_batch_counts_starts_that_are_no_attitude(burning):
+    """Run 1 starts at a quaternion of length 1.2."""
+    runs = mehvar.batch(burning, lambda t, x: [0.0, 0.0], period=0.1, t_end=0.2, points={"q1": [1e-4, 0.7]})
+    assert runs["status"].values.tolist() == [0, 5]
+
+
 def test_a_reserve_ends_the_thrust_and_not_the_run(burning):
     run = mehvar.simulate(burning, lambda t, x: [0.0, 0.3], period=0.1, t_end=20.0)
     assert run.attrs["reason"] == "end time reached"

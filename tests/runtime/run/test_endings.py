@@ -79,6 +79,10 @@ PAST = [
     ("passed", {"gate": -0.5}, Status.FAILURE, " as a failure"),
     ("won", {"goal": -0.5}, Status.EVENT, " as a success"),
     ("low", {"floor": 0.5}, Status.FAILURE, " as a failure"),
+    ("passed", {"gate": 0.0}, Status.FAILURE, " as a failure"),
+    ("passed", {"gate": 2.0, "place_0": 2.0}, Status.FAILURE, " as a failure"),
+    ("won", {"goal": 0.0}, Status.EVENT, " as a success"),
+    ("low", {"floor": 0.0, "w": -1.0}, Status.FAILURE, " as a failure"),
 ]
 
 

@@ -19,12 +19,12 @@ import mehvar
 from mehvar.base.errors import InputError
 from mehvar.report.verdicts import Verdicts
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
+from mehvar.runtime.batch.evaluation.binomial import lower_bound
 from mehvar.runtime.batch.evaluation.requirements import (
     DecisionRule,
     decide,
     evidence,
     log_evidence,
-    lower_bound,
     read_requirements,
     sequential_bound,
 )

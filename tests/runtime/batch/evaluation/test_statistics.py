@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import binom, binomtest, sobol_indices, t
+from scipy.stats import binomtest, sobol_indices, t
 
 import mehvar
 from mehvar.base.errors import InputError
@@ -23,7 +23,6 @@ from mehvar.runtime.batch.evaluation.statistics import (
     Success,
     bands,
     interval,
-    ranks,
     summarise,
     worst,
 )
@@ -247,18 +246,6 @@ def test_an_index_that_could_be_anything_is_undetermined(rng: np.random.Generato
     assert not result.total["a"].determined
     few = sensitivities(filled({"m": rng.normal(size=16)}, n=16, campaign=campaign("saltelli")))
     assert not any(share.determined for share in few[0].total.values())
-
-
-@given(n=st.integers(1, 3000), q=st.sampled_from(QUANTILES))
-@settings(deadline=None)
-def test_a_quantile_lies_between_its_ranks_for_any_distribution(n: int, q: float) -> None:
-    """The chance that fewer than `low` or at least `high` of n numbers are below it, by their count alone."""
-    low, high = ranks(q, n)
-    assert 0 <= low <= np.ceil(q * n) <= high <= n + 1
-    assert binom.cdf(low - 1, n, q) <= 0.025
-    assert binom.sf(high - 1, n, q) <= 0.025
-    assert binom.cdf(low, n, q) >= 0.025 - 1e-12
-    assert high == 1 or binom.sf(high - 2, n, q) >= 0.025 - 1e-12
 
 
 def test_the_stop_rule_looks_at_the_whole_width() -> None:

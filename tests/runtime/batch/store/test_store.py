@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray
-import zarr.storage._local
 
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.store import chunks
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS, Coordinate, Layout, Variable
 from mehvar.runtime.batch.store.lock import Lock
@@ -134,16 +134,16 @@ def test_a_full_disk_loses_no_block_and_repeats_none(
     store: Store, monkeypatch: pytest.MonkeyPatch, failing: int
 ) -> None:
     store.write(0, values(0, 4))
-    real, count = zarr.storage._local._put, iter(range(100))
+    real, count = chunks.write_file, iter(range(100))
 
-    def full(path: Path, *rest: Any, **options: Any) -> int:
+    def full(path: Path, *rest: Any, **options: Any) -> None:
         if next(count) == failing:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.with_suffix(f".{0:032x}.partial").write_bytes(b"half")
             raise OSError(errno.ENOSPC, "No space left on device")
-        return real(path, *rest, **options)
+        real(path, *rest, **options)
 
-    monkeypatch.setattr(zarr.storage._local, "_put", full)
+    monkeypatch.setattr(chunks, "write_file", full)
     with store.writing(), pytest.raises(StoreError, match=r"cannot write .*runs.zarr: No space left on device"):
         store.write(1, values(4, 4))
     monkeypatch.undo()
@@ -284,10 +284,10 @@ def test_what_is_there_already_is_not_touched(store: Store, tmp_path: Path) -> N
 
 
 def test_an_interrupted_creation_leaves_no_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: Any, **__: Any) -> int:
+    def full(*_: Any, **__: Any) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(zarr.storage._local, "_put", full)
+    monkeypatch.setattr(chunks, "write_file", full)
     with pytest.raises(OSError, match=r"cannot write .*new.zarr: No space left on device"):
         create(tmp_path / "new.zarr", LAYOUT)
     monkeypatch.undo()

@@ -13,14 +13,14 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from ..equal.branches import BRANCHING, COMPARISONS
-from ..equal.judge import Verdict
-from ..equal.meaning import Expression, Meaning
-from ..equal.reals import vanishes
-from ..equations.document import Document, Symbol, reached
+from ...equal.branches import BRANCHING, COMPARISONS
+from ...equal.judge import Verdict
+from ...equal.meaning import Expression, Meaning
+from ...equal.reals import vanishes
+from ...equations.document import Document, Symbol, reached
 
 if TYPE_CHECKING:
-    from .versions import Versions
+    from ..versions import Item, Versions
 
 _POINTS = 16
 """Points of the other names for each value of a mode. Rarely taken branches are compared by the judge."""
@@ -61,8 +61,7 @@ class Modes:
         for item in (*versions.olds, *versions.news):
             if item.row.kind not in ("initial", "reset"):
                 continue
-            name = item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.partition(": ")[2][:-1]
-            name = versions.renamed.get(name, name)
+            name = versions.renamed.get(_state(item), _state(item))
             value = versions.pool.constant(item.root)
             if name not in self._values:
                 self._starts.setdefault(name, set()).update(self._default(item.root) if value is None else {value})
@@ -73,19 +72,20 @@ class Modes:
         self._start_points = self._starts_of(versions)
 
     def at_start(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return an undecided verdict if two expressions differ where a run may start.
+        """Return an undecided verdict if two expressions differ where a run may start, or after a reset there.
 
         Parameters have their defaults there, and each one its bounds in turn. One side may have no value, as
         (a^2 - b^2)/(a - b) at a = b.
         """
         left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
         names = sorted({*self._free.free(left[1]), *self._free.free(right[1])})
-        for start in self._start_points:
+        for start, event in self._start_points:
             for fixed in ({}, *self._at_bounds(names)):
                 point = {**start, **fixed}
                 if self._unlike(point, left, right):
                     place = {name: point[name] for name in names if name in fixed or not self._is_parameter(name)}
                     where = "at a bound from where a run starts" if fixed else "where a run starts"
+                    where = f"{where}, after the resets of {event}" if event else where
                     return Verdict(None, f"they differ at {_text(place or point)}, {where}")
         return None
 
@@ -103,24 +103,40 @@ class Modes:
                 values = [Fraction(end.strip()) for end, closed in ends if closed and "inf" not in end]
                 yield from ({name: value} for value in values if self._may_be(name, value))
 
-    def _starts_of(self, versions: Versions) -> list[dict[str, Fraction]]:
-        """Return the point at which each side's runs start, with the defaults of parameters."""
+    def _starts_of(self, versions: Versions) -> list[tuple[dict[str, Fraction], str]]:
+        """Return the points at which each side's runs start with default parameters, and those after each event.
+
+        Each point has the name of its event; a start has none.
+        """
         names = self._judge.sampler.names
         usual = {name: Fraction(row[2]) for name, row in names.items() if row[2] is not None and row[2] == row[2]}
-        points = []
-        for items, renamed in ((versions.olds, {}), (versions.news, versions.renamed)):
-            start = {**self._judge.sampler.point(0), **usual} | dict.fromkeys(
-                {"t", "clock"} & names.keys(), Fraction(0)
-            )
-            world = self._judge.stepped(dict(start))[self._free]
-            for item in (item for item in items if item.row.kind == "initial"):
-                side = versions.before if items is versions.olds else versions.after
-                value = world.defined(self._judge.written_out((side, item.root)))
-                name = item.name.removesuffix("(0)")
-                if value is not None:
-                    start[renamed.get(name, name)] = Fraction(str(value))
-            points += [start] if start not in points else []
-        return points
+        base = {**self._judge.sampler.point(0), **usual} | dict.fromkeys({"t", "clock"} & names.keys(), Fraction(0))
+        points: list[tuple[dict[str, Fraction], str]] = []
+        for items, meaning, renamed in (
+            (versions.olds, versions.before, {}),
+            (versions.news, versions.after, versions.renamed),
+        ):
+            rows = {kind: [item for item in items if item.row.kind == kind] for kind in ("initial", "reset")}
+            start = self._set(base, rows["initial"], meaning, renamed)
+            points.append((start, ""))
+            resets: dict[str, list[Item]] = {}
+            for item in rows["reset"]:
+                resets.setdefault(item.name.rpartition(": ")[0], []).append(item)
+            points += [(self._set(start, resets[event], meaning, renamed), event) for event in resets]
+        return [point for number, point in enumerate(points) if point not in points[:number]]
+
+    def _set(
+        self, point: dict[str, Fraction], items: list[Item], meaning: Meaning, renamed: Mapping[str, str]
+    ) -> dict[str, Fraction]:
+        """Return a point at which states have the values that starts or resets give them."""
+        world = self._judge.stepped(dict(point))[self._free]
+        values = {}
+        for item in items:
+            value = world.defined(self._judge.written_out((meaning, item.root)))
+            if value is not None:
+                name = _state(item)
+                values[renamed.get(name, name)] = Fraction(str(value))
+        return {**point, **values}
 
     def at_thresholds(self, old: Expression, new: Expression) -> Verdict | None:
         """Return a verdict if two expressions differ where a name may stay on a threshold, else None.
@@ -224,6 +240,11 @@ class Modes:
     def _may_be(self, name: str, value: Fraction) -> bool:
         """Return True if some declaration of a name allows a value."""
         return any(_allows(symbol, value) for symbol in self._symbols[name])
+
+
+def _state(item: Item) -> str:
+    """Return the state that a row gives its initial value, or its value after an event."""
+    return item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.rpartition(": ")[2][:-1]
 
 
 def _text(fixed: Fixed) -> str:

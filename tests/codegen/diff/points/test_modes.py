@@ -13,9 +13,9 @@ from tests.codegen.diff.documents import document
 KINDS = {"start": ("initial", "z(0)"), "one": ("reset", "plus: z+"), "two": ("reset", "minus: z+")}
 
 
-def modal(torque: str, rate: str = "0"):
+def modal(torque: str, rate: str = "0", one: str = "1"):
     """A mode z that starts at 0 and is reset to 1 and 2, and a rate that depends on it."""
-    made = document(f"z': {rate}\nstart: 0\none: 1\ntwo: 2\n{torque}")
+    made = document(f"z': {rate}\nstart: 0\none: {one}\ntwo: 2\n{torque}")
     kinds = [KINDS.get(row.name, (row.kind, row.name)) for row in made.results]
     rows = [
         dataclasses.replace(row, kind=kind, name=name) for row, (kind, name) in zip(made.results, kinds, strict=True)
@@ -178,3 +178,12 @@ def test_a_product_of_two_signs_counts_both_in_a_proof():
     window = f"(sign({value} - (-3467/2500)) + 1)*(sign(-1386799999/1000000000 - ({value})) + 1)/4"
     change = compare(document(f"f: x + v*{window}"), document("f: x"))["f"]
     assert change.verdict in (Fate.CHANGED, Fate.UNDECIDED)
+
+
+@pytest.mark.parametrize("rate", ["0", "w"], ids=["mode", "state"])
+def test_a_state_that_a_reset_sets_to_a_parameter_is_compared_there(rate):
+    """After the event it may rest on the threshold, whatever the parameter is."""
+    first, second = (modal(piecewise(f"m, z {sign} J"), rate, one="J") for sign in (">", ">="))
+    row = next(row for row in compare(first, second).equations if row.name == "v'")
+    assert row.verdict is Fate.UNDECIDED
+    assert "after the resets of plus" in row.how or "J = 2" in row.how

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..equal.judge import Judge, Verdict
-from ..equal.meaning import Expression
-from ..equal.reals import DIGITS
-from ..equations.document import reached
+from ...equal.judge import Judge, Verdict
+from ...equal.meaning import Expression
+from ...equal.reals import DIGITS
+from ...equations.document import reached
 
 POINTS = 100_000
 """Number of points. In a corpus of 281 pairs, 20 000 points found 9 of 15 wrong answers. Five times as many reach a
@@ -42,7 +42,7 @@ def second_opinion(judge: Judge, pairs: Sequence[tuple[Expression, Expression]])
     count : int
         Points at which every pair was evaluated.
     """
-    from ..equal.doubles import suspects  # imports numpy, which comparing equal texts does not need
+    from ...equal.doubles import suspects  # imports numpy, which comparing equal texts does not need
 
     flat = [(judge.written_out(old), judge.written_out(new)) for old, new in pairs]
     nodes = reached(judge.pool.nodes, [node for pair in flat for node in pair])

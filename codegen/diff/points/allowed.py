@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Points that a version's constraints and limits allow: a difference elsewhere reaches no run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+
+from ...equal.judge import Judge, Verdict, Worlds, inside
+from ...equal.meaning import Expression, Meaning
+from ...equal.reals import Point
+from ..versions import Versions
+
+CONDITIONS = frozenset(("constraint", "limit"))
+"""Kinds of rows whose expression is positive in every run."""
+_POINTS = 128
+"""Points drawn, half of them with default parameters, which constraints allow: five independent inequalities of drawn
+names then still leave points."""
+
+Test = Callable[[Worlds], bool]
+
+
+class Allowed:
+    """Conditions of both versions on the names of expressions.
+
+    Parameters
+    ----------
+    versions : Versions
+        Rows of both sides.
+    """
+
+    def __init__(self, versions: Versions) -> None:
+        self._judge: Judge = versions.judge
+        self._free = Meaning(versions.pool, lambda _: None)
+        self._conditions = [
+            [self._margin(meaning, item.root) for item in items if item.row.kind in CONDITIONS]
+            for items, meaning in ((versions.olds, versions.before), (versions.news, versions.after))
+        ]
+
+    def _margin(self, meaning: Meaning, root: int) -> Expression:
+        return self._free, self._judge.written_out((meaning, root))
+
+    def test(self, *sides: Expression) -> Test:
+        """Return a function that is True where a version allows the names that expressions depend on."""
+        conditions = self._beside(sides)
+        return lambda worlds: any(inside(worlds, margins) for margins in conditions)
+
+    def _beside(self, sides: Sequence[Expression]) -> list[list[Expression]]:
+        """Return each version's conditions on a name that expressions depend on."""
+        names = {name for side in sides for name in self._free.free(self._judge.written_out(side))}
+        return [[margin for margin in margins if names & {*self._free.free(margin[1])}] for margins in self._conditions]
+
+    def where_allowed(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
+        """Return a verdict "different", or "undecided" if no allowed point shows the difference."""
+        if not all(self._beside((old, new))):
+            return verdict
+        test = self.test(old, new)
+        count = 0
+        for point in self._points(verdict.point):
+            worlds = self._judge.stepped(point)  # as a name may be equal to a threshold
+            if test(worlds):
+                count += 1
+                if self._judge.differ(worlds, old, new) or self._judge.one_exists(worlds, old, new):
+                    return Verdict(False, verdict.how, point=point)
+        if not count:
+            return verdict
+        return Verdict(None, f"they differ, but at none of {count} points that the constraints and limits allow")
+
+    def _points(self, known: Point | None) -> Iterator[Point]:
+        sampler = self._judge.sampler
+        usual = {name: Fraction(row[2]) for name, row in sampler.names.items() if row[2] is not None}
+        drawn = {} if known is None else {name: known[name] for name in known}
+        yield from [{**sampler.point(0), **drawn}] * bool(drawn)
+        for number in range(_POINTS):
+            yield {**sampler.point(number), **(usual if number % 2 else {})}

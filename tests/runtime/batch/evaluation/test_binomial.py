@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bounds from counts against SciPy's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import betaincinv
+from scipy.stats import binom
+
+from mehvar.runtime.batch.evaluation.binomial import log_probabilities, lower_bound, ranks
+from mehvar.runtime.batch.evaluation.statistics import QUANTILES
+
+
+@pytest.mark.parametrize("runs", [1, 2, 15, 16, 17, 1000, 10**6])
+@pytest.mark.parametrize("confidence", [0.1, 0.5, 0.95, 1 - 1e-9])
+def test_the_lower_bound_is_the_quantile_of_a_beta_distribution(runs: int, confidence: float) -> None:
+    for successes in sorted({1, min(2, runs), (runs + 1) // 2, max(runs - 1, 1), runs}):
+        expected = betaincinv(successes, runs - successes + 1, 1 - confidence)
+        assert lower_bound(successes, runs, confidence) == pytest.approx(expected, rel=1e-12)
+    assert lower_bound(0, runs, confidence) == 0
+
+
+@given(n=st.integers(1, 3000), q=st.sampled_from(QUANTILES))
+@settings(deadline=None)
+def test_a_quantile_lies_between_its_ranks_for_any_distribution(n: int, q: float) -> None:
+    """The chance that fewer than `low` or at least `high` of n numbers are below it, by their count alone."""
+    low, high = ranks(q, n, 0.95)
+    assert 0 <= low <= np.ceil(q * n) <= high <= n + 1
+    assert binom.cdf(low - 1, n, q) <= 0.025
+    assert binom.sf(high - 1, n, q) <= 0.025
+    assert binom.cdf(low, n, q) >= 0.025 - 1e-12
+    assert high == 1 or binom.sf(high - 2, n, q) >= 0.025 - 1e-12
+
+
+@pytest.mark.parametrize("n", [15, 4096, 10**6, 10**7])
+def test_ranks_of_many_numbers_are_those_of_scipy(n: int) -> None:
+    expected = {q: (binom.ppf(0.025, n, q), binom.ppf(0.975, n, q) + 1) for q in QUANTILES}
+    assert {q: ranks(q, n, 0.95) for q in QUANTILES} == expected
+
+
+@pytest.mark.parametrize(("n", "p"), [(1, 0.3), (16, 0.5), (40, 1e-9), (3000, 0.999)])
+def test_probabilities_sum_to_one(n: int, p: float) -> None:
+    assert np.exp(log_probabilities(0, n, n, p)).sum() == pytest.approx(1, rel=1e-12)
