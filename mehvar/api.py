@@ -441,7 +441,7 @@ def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) -> dict[str, str]:
-    """Return all dispersions as texts: distributions, lists of values, grids of these lists, and the user's own points."""
+    """Return all dispersions as texts: distributions, lists of values, grids of lists, and the user's own points."""
     if design is not None and not (isinstance(design, str) and design == "grid"):
         raise bad_value("design", design, '"grid"; sampling has the designs of drawn points', "the call")
     own = {} if points is None else table(points, "the call")

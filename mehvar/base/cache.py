@@ -39,7 +39,7 @@ def key(*parts: str) -> str:
 
 
 def find(kind: str, name: str) -> Path | None:
-    """Return the folder of an entry that is undamaged and that no other user could have written; None if there is no such entry."""
+    """Return the folder of an undamaged entry that no other user could have written; None if there is no such entry."""
     for root in _roots():
         entry = root / kind / name
         if is_private(root) and is_private(root / kind) and _is_ours(entry):

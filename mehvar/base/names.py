@@ -39,7 +39,7 @@ _GREEK = frozenset(
 
 
 def typeset(name: str) -> str:
-    r"""Return LaTeX for a name without a LaTeX of its own: `theta_dot` is \dot{\theta}, `k_energy` has an upright subscript."""
+    r"""Return LaTeX for a name that declares none: `theta_dot` is \dot{\theta}, `k_energy` has an upright subscript."""
     base, *marks = name.split("_")
     word, digits = re.fullmatch(r"(.*?)([0-9]*)", base, re.DOTALL).groups()  # type: ignore[union-attr]
     below = [*([digits] if word and digits else ()), *(m for m in marks if m not in ("", "dot", "ddot"))]

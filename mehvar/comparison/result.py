@@ -69,7 +69,7 @@ class ModelDiff:
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
-        """Equations with a value that differs or is undecided, because of their own expression or of other equations."""
+        """Equations with a value that differs or is undecided, because of their own or other expressions."""
         return self.comparison.changed
 
     @property

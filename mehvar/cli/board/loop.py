@@ -48,7 +48,7 @@ Tunable = Annotated[
 
 
 def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
-    """Return the parameters that stay tunable while all others become constants; None if no parameter becomes a constant.
+    """Return the parameters that stay tunable while all others become constants; None if none becomes one.
 
     Raises
     ------
