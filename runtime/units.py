@@ -130,7 +130,7 @@ def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, str]:
         value = _units().Quantity(float(match["number"]), match["unit"]).to_base_units()
         powers = {_BASE[base]: Fraction(power).limit_denominator(12) for base, power in value.unit_items()}
     except (PintError, ArithmeticError, AssertionError, KeyError) as error:
-        raise bad_value(name, text, f"numbers in known units: {match['unit']!r} is none") from error
+        raise bad_value(name, text, f"numbers in known units: {match['unit']!r} is unknown") from error
     return float(value.magnitude), unit_text(powers)
 
 

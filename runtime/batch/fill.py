@@ -155,7 +155,7 @@ def run_batch(
         raise bad_value("resume", resume, "left out unless out is a store", origin)
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
-        raise bad_value("backend", loaded.backend, "'c': a batch runs many in lanes of our own C", origin)
+        raise bad_value("backend", loaded.backend, "'c': batches need our own C", origin)
     if own is not None and client is not None:
         raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
     if own is not None and resume and not own.text:
@@ -217,7 +217,7 @@ def _opened(
         return create(path, layout)
     store = resume_store(path, layout, lambda attributes: _compare(str(path), attributes, layout.identity))
     if chunk not in (None, store.chunk):
-        raise bad_value("chunk", chunk, f"left out or {store.chunk}, as {store.name} was made", plan.origin)
+        raise bad_value("chunk", chunk, f"left out, or {store.chunk} as in {store.name}", plan.origin)
     return store
 
 

@@ -287,7 +287,7 @@ def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: Flo
     above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
     if not np.allclose((above - below) / (2 * _STEP), np.eye(len(manifest.states)), rtol=0, atol=_SLOPE):
         raise InputError(
-            f"{manifest.model} has a sensor whose measurements have no names: declare them (seen) for a linear system"
+            f"the sensor of {manifest.model} has measurements without names; a linear system needs names (seen)"
         )
 
 
@@ -309,7 +309,7 @@ def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequ
     commanding[..., place] = 0
     if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
         raise InputError(
-            f"the law {controller.name} commands only at some samples; a linear system needs a command at each"
+            f"the law {controller.name} commands only at some samples; a linear system needs a command at every sample"
         )
 
 

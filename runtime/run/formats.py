@@ -104,7 +104,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     except Exception as error:  # for a damaged file HDF5 and its readers raise anything
         raise InputError(f"{name} is not a result file: {_one_line(error)}") from error
     if "model_hash" not in result.attrs or not {"t", "run"} & {*result.coords, *result.dims}:
-        raise InputError(f"{name} is not a result file: it has no model_hash, or neither time t nor runs")
+        raise InputError(f"{name} is not a result file: it lacks model_hash, or it has neither a time t nor runs")
     if result.attrs.pop(_DIGEST, None) != _digest(result):
         raise InputError(f"{name} is damaged: its content does not match its {_DIGEST}; save the run again")
     return result

@@ -286,7 +286,7 @@ def check_delay(delay: int, ticks: int, hold_every: int | None, origin: str) -> 
     """Refuse a delay as long as the run, in which no input acts."""
     periods = 0 if hold_every is None else -(-(ticks - 1) // hold_every)
     if delay and delay >= periods:
-        raise bad_value("delay", delay, f"less than {periods}, the periods that this run has", origin)
+        raise bad_value("delay", delay, f"less than {periods}, the number of periods in this run", origin)
 
 
 def check_hold(hold: float | None, law: Controller, period: float | None, origin: str) -> None:
@@ -328,7 +328,7 @@ def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int 
     periods = -(-(ticks - 1) // hold_every)
     for name, delay in greatest.items():
         if delay and delay >= periods:
-            raise bad_value(name, delay, f"less than {periods}, the periods that this run has", origin)
+            raise bad_value(name, delay, f"less than {periods}, the number of periods in this run", origin)
     return tuple(greatest[manifest.delays[q.name]] if q.name in manifest.delays else 0 for q in manifest.inputs)
 
 

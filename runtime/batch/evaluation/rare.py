@@ -75,7 +75,7 @@ def decide_rare(
     blocks = Blocks(plan, threads)
     read = read_requirements(requirements, blocks.scalars(), blocks.notes, origin)
     if not read:
-        raise bad_value("require", requirements, "one requirement at least", origin)
+        raise bad_value("require", requirements, "at least one requirement", origin)
     for requirement in read:
         _check_rare(requirement, origin)
     seekers = [_Seeker(blocks, requirement, k, len(read), report) for k, requirement in enumerate(read)]

@@ -241,7 +241,7 @@ class _Function:
         """Return the length of a loop: its longest iteration times their number."""
         entries = {m for n in nodes - loop for m in self._next[n] if m in loop}
         if len(entries) != 1:
-            raise self._unbounded(loop, "more than one way leads into it")
+            raise self._unbounded(loop, "it has more than one entry")
         (header,) = entries
         turns = self._count(loop, header)
         total, own = self._longest(loop, header)
@@ -258,7 +258,7 @@ class _Function:
                 count = self._counted(loop, start, block)
                 if count is not None:
                     return count
-        raise self._unbounded(loop, "no register counts its turns between values that are known")
+        raise self._unbounded(loop, "no register counts its iterations between known values")
 
     def _counted(self, loop: set[int], start: State, block: list[Instruction]) -> int | None:
         last = block[-1]

@@ -242,7 +242,7 @@ class Link:
         count, crc, ticks = struct.unpack_from("<3I", payload)
         if count != samples:
             done = f"after {count} of {samples} samples"
-            raise LinkError(f"{self._port.name}: the self-test was interrupted by a byte on the line {done}")
+            raise LinkError(f"{self._port.name}: a byte on the line interrupted the self-test {done}")
         numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
         states = self._layout.sizes[6]
         return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])
