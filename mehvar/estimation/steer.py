@@ -129,7 +129,10 @@ def steer(
     loaded = model if isinstance(model, Model) else load(model)
     n, t_end = int(_INTERVALS.check(n, "the call")), float(OPTIONS["t_end"].check(t_end, "the call"))
     _check(loaded, to, limits or {})
-    start = simulate(loaded, None, scenario, parameters, initial, inputs={}, t_end=t_end)
+    first: dict[str, Any] = {"t_end": t_end / n, "dt_out": t_end / n}
+    if sampled_parameters(loaded.manifest):
+        first = {"t_end": t_end}  # of whole periods
+    start = simulate(loaded, None, scenario, parameters, initial, inputs={}, **first)
     step = _step(loaded, start, t_end, n)
     problem = _Problem(library("casadi", "casadi", "steer"), loaded, start, to, n, t_end, limits or {})
     states, inputs, iterations = problem.solve()

@@ -50,6 +50,7 @@ def test_an_edit_is_found_named_and_replayed(name):
 
 
 @pytest.mark.parametrize("name", EDITED)
+@pytest.mark.share(4)
 def test_the_way_back_is_found_too(name):
     before, after, source, *_ = EDITED[name]
     comparison = compare(document(after), document(before))

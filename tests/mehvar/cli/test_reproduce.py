@@ -291,6 +291,8 @@ def _only_claims(monkeypatch, claims):
     monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
     for name in ("run_study", "agreement"):
         monkeypatch.setattr(content, name, lambda *given: None)
+    for name in ("deviations", "loop_spectra"):
+        monkeypatch.setattr(content, name, lambda *given: [])
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards())
     monkeypatch.setattr(content, "load_beyond", lambda name: None)
     without_others(monkeypatch, ())
