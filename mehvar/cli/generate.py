@@ -82,7 +82,7 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
 
 
 def _check_own(out: Path, model: str) -> None:
-    """Refuse a folder of another model: its files would remain among the new ones."""
+    """Refuse a folder of another model, because its files would remain beside the new files."""
     if (out / FILE).is_file() and (there := read_manifest(out).model) != model:
         raise bad_value("out", str(out), f"another folder: this one has the model {there}", "--out")
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,8 +20,10 @@ from mehvar.runtime.files import check_file, write_atomic
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.run.formats import checked_format, columnar, matlab5, matlab_values, open_result, save
 
-from .attitude import ORIGIN, attitude, kernel, message
+from .attitude import attitude, kernel, message
 from .matlab import matlab73
+from .messages import ORIGIN
+from .orbit import orbit_message
 
 if TYPE_CHECKING:
     import pyarrow
@@ -29,11 +31,15 @@ if TYPE_CHECKING:
 
 ENDINGS = {
     "parquet": ".parquet", "arrow": ".arrow", "netcdf": ".nc", "csv": ".csv", "mat": ".mat", "mat73": ".mat",
-    "aem": ".aem", "ck": ".bc",
+    "aem": ".aem", "oem": ".oem", "ck": ".bc",
 }  # fmt: skip
 """File endings by the format name of `--to`. If two names share an ending, the ending means the first."""
 _MATLAB = {"mat": matlab5, "mat73": matlab73}
-_ATTITUDES = {"aem": message, "ck": kernel}
+_MESSAGES: Mapping[str, Callable[[xarray.Dataset, Mapping[str, str]], bytes]] = {
+    "aem": lambda run, about: message(attitude(run, "aem", about)),
+    "oem": orbit_message,
+    "ck": lambda run, about: kernel(attitude(run, "ck", about)),
+}
 
 
 @dataclass(frozen=True)
@@ -97,11 +103,11 @@ def convert(
         A result file (`.nc`) or the folder of a batch.
     to : str
         "parquet", "arrow", "netcdf", "csv", "mat" (version 5 of MATLAB) or "mat73" (7.3, for arrays of 2 GB and more);
-        of the attitude of a run "aem" (CCSDS) or "ck" (SPICE).
+        of a run's attitude "aem" (CCSDS) or "ck" (SPICE), of its orbit "oem" (CCSDS).
     out : path
         The file to write.
     about : mapping of str to str, optional
-        Of an attitude its variables, frames and epoch, by the names of `attitude.NAMES`.
+        Of an attitude or orbit its variables, frames and epoch, by the names of `attitude.NAMES` and `orbit.NAMES`.
 
     Returns
     -------
@@ -120,17 +126,17 @@ def convert(
     target = Path(out)
     if target.suffix.lower() != ENDINGS[to]:
         raise bad_value("out", os.fspath(out), f"a file name that ends in {ENDINGS[to]}")
-    if about and to not in _ATTITUDES:
-        raise bad_value("to", to, f"one of {', '.join(_ATTITUDES)} with {ORIGIN}")
-    if to not in _ATTITUDES:
+    if about and to not in _MESSAGES:
+        raise bad_value("to", to, f"one of {', '.join(_MESSAGES)} with {ORIGIN}")
+    if to not in _MESSAGES:
         checked_format(target)
     if Path(source).resolve() in target.resolve().parents:
         raise bad_value("out", os.fspath(out), f"a file outside the batch {os.fspath(source)}, whose folder is its own")
     check_file(target)
     if not os.path.isdir(source):  # noqa: PTH112 - pathlib raises for a name that is too long
         result = open_result(source)
-        if to in _ATTITUDES:
-            write_atomic(target, _ATTITUDES[to](attitude(result, to, about or {})))
+        if to in _MESSAGES:
+            write_atomic(target, _MESSAGES[to](result, about or {}))
         elif to in _MATLAB:
             write_atomic(target, _MATLAB[to](matlab_values(result)))
         elif to == "netcdf":
@@ -140,7 +146,7 @@ def convert(
         return Conversion([target])
     from mehvar.runtime.batch.store.store import open_store
 
-    if to in _ATTITUDES:
+    if to in _MESSAGES:
         raise bad_value("source", os.fspath(source), f"a result (.nc) of one run for {to}, not a batch")
     dataset, note = _stored(open_store(source).dataset().load())
     if to in ("netcdf", *_MATLAB):

@@ -27,6 +27,8 @@ _NEEDED = {
     ".aem": ("OBJECT_NAME", "REF_FRAME_A", "REF_FRAME_B", "TIME_SYSTEM", "ATTITUDE_TYPE"),
 }
 _QUATERNION, _WITH_RATES = "QUATERNION", "QUATERNION/ANGVEL"
+_NORM = 1e-3
+"""Tolerance of a quaternion's norm: messages write three digits at least."""
 _EPOCH = re.compile(r"(?P<day>\d{4}-\d\d-\d\d|\d{4}-\d{3})T(?P<time>\d\d:\d\d:\d\d)(?:\.(?P<part>\d+))?Z?", re.ASCII)
 _PAIR = re.compile(r"([A-Z0-9_]+)\s*=\s*(.*)", re.ASCII)
 
@@ -88,6 +90,8 @@ def _segment(path: Path, kind: str, lines: Sequence[str]) -> _Segment:
             pair = _PAIR.fullmatch(line)
             if not pair:
                 raise InputError(f"{path}, line {number}: {line!r} must be KEYWORD = VALUE")
+            if place == "meta" and pair[1] in about:
+                raise InputError(f"{path}, line {number}: {pair[1]} is given twice")
             version = pair[2] if pair[1] == _VERSION[kind] else version
             about |= {pair[1]: pair[2]} if place == "meta" else {}
         elif place == "data":
@@ -137,6 +141,12 @@ def _attitude(path: Path, segment: _Segment) -> dict[str, tuple[FloatArray, str]
     order = ("q0", "q1", "q2", "q3") if first else ("q1", "q2", "q3", "q0")
     columns = {name: (table[:, k], "1") for k, name in enumerate(order)}
     columns = {name: columns[name] for name in sorted(columns)}
+    norms = np.linalg.norm(table[:, :4], axis=1)
+    worst = int(np.argmax(np.abs(norms - 1)))
+    if abs(norms[worst] - 1) > _NORM:
+        raise InputError(
+            f"{path}, line {segment.rows[worst][0]}: a quaternion of norm {norms[worst]:.6g}; must have norm one"
+        )
     rates = {f"w{axis}": (np.radians(table[:, 4 + k]), "rad/s") for k, axis in enumerate("xyz") if kind == _WITH_RATES}
     return columns | rates
 
@@ -163,6 +173,8 @@ def _instant(path: Path, number: int, text: str) -> tuple[datetime, int]:
             raise ValueError("no epoch")
         written = "%Y-%m-%d" if match["day"].count("-") == 2 else "%Y-%j"
         day = datetime.strptime(f"{match['day']} {match['time']}", f"{written} %H:%M:%S")
+        if day.year != int(match["day"][:4]):
+            raise ValueError("strptime takes day 366 of any year")
     except ValueError as error:
         raise InputError(
             f"{path}, line {number}: {text!r} must be as 2026-03-21T12:00:00 or 2026-080T12:00:00"

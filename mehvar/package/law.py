@@ -84,6 +84,14 @@ def law_files(firmware: Program, ranges: Mapping[str, tuple[float, float]], vers
     return own | native_headers() | {path: (FIRMWARE / path).read_text(encoding="utf-8") for path in _CORE}
 
 
+def law_inputs(firmware: Program) -> tuple[Quantity | Parameter, ...]:
+    """Return the measurements and references that a law reads."""
+    manifest = firmware.model.manifest
+    functions = _functions(generated_text(manifest, f"{manifest.model}.c"), law_name(firmware))
+    vectors = {vector.word: vector for vector in _vectors(firmware, "".join(functions.values()))}
+    return *vectors["MEASURED"].quantities, *vectors["REFERENCE"].quantities
+
+
 def law_facts(firmware: Program, ranges: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
     """Return the values for the templates of a package."""
     manifest, law = firmware.model.manifest, firmware.law

@@ -222,6 +222,8 @@ def problem_of(
         jacobian_name(model.manifest, law, suffix, hold is not None, AUTO)
     if model.manifest.algebraic and hold is None:
         _check_consistent(model, law, resolved, x0, options, origin)
+    if options.hold is None and law.period is not None:
+        origin = Origin(origin, {"hold": f"{law.period} of {law.name}, {resolved.origins[law.period]}"})
     ticks, record_every, every = ticks_of(end, dt, step, origin)
     hold_every = None if hold is None else every
     check_delay(options.delay, len(ticks), hold_every, origin)

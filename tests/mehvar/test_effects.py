@@ -172,7 +172,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "source": (CONVERT, (CONVERT[0], "none.zarr", *CONVERT[2:])),
         "to": (CONVERT, (*CONVERT[:3], "mat", *CONVERT[4:])),
         "out": (CONVERT, (*CONVERT[:-1], "b.csv")),
-        "about": (CONVERT, (*CONVERT, "--attitude", "epoch=2026-01-01T00:00:00")),
+        "about": (CONVERT, (*CONVERT, "--about", "epoch=2026-01-01T00:00:00")),
     },
     "report": {
         "subject": (("report", "none"), ("report", "nil")),

@@ -14,10 +14,10 @@ from typing import Annotated
 import typer
 
 from mehvar.base.errors import bad_value, unknown_name
-from mehvar.base.manifest import Manifest
 from mehvar.cli.board.loop import Inline, Law, ModelName, Scenario, Tunable, compiled, tunable_of
 from mehvar.package.files import FRAMEWORKS, KINDS, package
-from mehvar.runtime.board.image.build import program, write_sources
+from mehvar.package.law import law_inputs
+from mehvar.runtime.board.image.build import Program, program, write_sources
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.units import read_value
 from mehvar.settings import read_settings
@@ -51,20 +51,20 @@ def command(
     maker = f"mehvar board emit {model} {controller}"
     check_folder(out, maker, ["README.md", "src"])
     loaded = compiled(model)
-    ranges = _ranges(within, loaded.manifest)
     firmware = program(loaded, controller, scenario, tunable=tunable_of(inline, tunable))
+    ranges = _ranges(within, firmware)
     with filling(out, maker) as folder:
         write_sources(folder, package(firmware, kind, link, ranges))
     typer.echo(f"wrote {out}: {', '.join(sorted(path.name for path in out.iterdir() if path.name[0] != '.'))}")
 
 
-def _ranges(texts: list[str] | None, manifest: Manifest) -> dict[str, tuple[float, float]]:
+def _ranges(texts: list[str] | None, firmware: Program) -> dict[str, tuple[float, float]]:
     """Return allowed ranges by quantity, from texts as in `roll=-70deg:70deg`."""
-    units = {q.name: q.unit for q in (*manifest.seen, *manifest.references)}
+    units = {q.name: q.unit for q in law_inputs(firmware)} if texts else {}
     ranges = {}
     for name, text in read_settings(texts, "--range").items():
         if name not in units:
-            raise unknown_name("measurement or reference", name, units, "--range")
+            raise unknown_name("input of the law", name, units, "--range")
         bounds = [read_value(bound, units[name], name, "--range") for bound in text.split(":")]
         least, most = bounds if len(bounds) == 2 else ("", "")
         if isinstance(least, str) or isinstance(most, str):

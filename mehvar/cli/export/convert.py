@@ -22,15 +22,15 @@ def command(
     about: Annotated[
         list[str] | None,
         typer.Option(
-            "--attitude",
+            "--about",
             metavar="NAME=VALUE",
-            help="Of aem and ck: quaternion, rates, frame_a, frame_b, epoch, ...; repeat as needed.",
+            help="Of aem, ck and oem: quaternion, position, frames, epoch, ...; repeat as needed.",
         ),
     ] = None,
 ) -> None:
     """Write a table of the selected values, or the complete contents."""
     with working(f"converting {source}"):
-        conversion = convert(source, format_of(out) if to is None else to, out, read_settings(about, "--attitude"))
+        conversion = convert(source, format_of(out) if to is None else to, out, read_settings(about, "--about"))
     for path in conversion.paths:
         typer.echo(f"saved {path}")
     if conversion.note:

@@ -26,9 +26,10 @@ from ...system import Condition
 from ..environment import sky
 from ..frame import AXES
 from ..part import Motion, Mounted, Part, State, start
-from ..values import Number, Parameters, Vector, scalar, vector
+from ..values import Number, Parameters, Vector, direction, scalar, vector
 
 HALF = sp.Rational(1, 2)
+HALF_TURN = "(0, 3.141592653589794)"
 
 
 @dataclass(frozen=True)
@@ -135,10 +136,19 @@ class Gyro(_Triad):
         Angle random walk: density of the white noise, rad/s^(1/2).
     walk : number, optional
         Rate random walk: density of the change of the bias, rad/s^(3/2); the biases are states then, NAME_bias_x, ...
+    scale : three numbers, optional
+        Relative errors of the scale factors: 0.001 shows a rate 0.1 % too large.
+    misalignment : three numbers, optional
+        Small turn of the gyros against the hub, rad: they feel w - misalignment x w.
+    step : number, optional
+        Quantisation: the difference between two numbers that the gyro can show, rad/s.
     """
 
     noise: Annotated[Number | None, scalar("noise", "rad/s^(1/2)", "angle random walk", "[0, inf)")] = None
     walk: Annotated[Number | None, scalar("walk", "rad/s^(3/2)", "rate random walk", "[0, inf)")] = None
+    scale: Annotated[Vector | None, vector("scale", "1", "relative error of the scale factor")] = None
+    misalignment: Annotated[Vector | None, vector("turn", "rad", "turn of the gyros against the hub")] = None
+    step: Annotated[Number | None, scalar("step", "rad/s", "quantisation of a rate")] = None
 
     def _kind(self, axis: str) -> tuple[str, str]:
         return "rad/s", f"rate about {axis} that {self.name} measures"
@@ -165,8 +175,13 @@ class Gyro(_Triad):
         return _density(at.values.noise, at)
 
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
-        bias = sp.Matrix(self.biases or [0, 0, 0])
-        return list(at.frame.rate + bias + sp.Matrix(errors))
+        v, rate = at.values, at.frame.rate
+        if v.misalignment is not None:
+            rate = rate - v.misalignment.cross(rate)
+        if v.scale is not None:
+            rate = rate + v.scale.multiply_elementwise(rate)
+        shown = rate + sp.Matrix(self.biases or [0, 0, 0]) + sp.Matrix(errors)
+        return list(shown if v.step is None else shown.applyfunc(lambda w: v.step * sp.floor(w / v.step + HALF)))
 
     def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
         return [(q, at.values.walk * sp.sqrt(at.craft.period)) for q in self._biases()]
@@ -184,19 +199,39 @@ class StarTracker(Instrument):
         Standard deviations of the angles about the axes of the hub, rad; that about the line of sight is the largest.
     blind : number, optional
         Rate of the hub above which it does not measure, rad/s.
+    boresight : three numbers, optional
+        Line of sight in the axes of the hub, any length.
+    exclusion : number, optional
+        Angle between the line of sight and the Sun below which it does not measure, rad. It needs `boresight` and an
+        orbit; in the shadow of the Earth the Sun does not disturb.
     """
 
     sigma: Annotated[Vector | None, vector("sigma", "rad", "standard deviation of an angle")] = None
     blind: Annotated[Number | None, scalar("blind", "rad/s", "rate above which it does not measure")] = None
+    boresight: Annotated[Vector | None, direction("b", "line of sight")] = None
+    exclusion: Annotated[
+        Number | None, scalar("excl", "rad", "angle to the Sun below which it does not measure", HALF_TURN)
+    ] = None
+
+    def __post_init__(self) -> None:
+        if (self.boresight is None) != (self.exclusion is None):
+            raise ModelError(
+                f"{self.name}.exclusion needs boresight, and boresight serves exclusion: give both or none"
+            )
 
     @property
     def steady(self) -> bool:
-        return super().steady and self.blind is None
+        return super().steady and self.blind is None and self.exclusion is None
 
     def measures(self, at: Mounted) -> sp.Basic:
-        if at.values.blind is None:
-            return super().measures(at)
-        return sp.And(super().measures(at), at.frame.rate.dot(at.frame.rate) <= at.values.blind**2)
+        conditions = [super().measures(at)]
+        if at.values.blind is not None:
+            conditions.append(at.frame.rate.dot(at.frame.rate) <= at.values.blind**2)
+        if at.values.exclusion is not None:
+            here = sky(at)
+            glare = at.define("glare", at.values.boresight.dot(here.sun), "cosine of the Sun's angle", "1")
+            conditions.append(sp.Or(glare <= sp.cos(at.values.exclusion), here.light < HALF))
+        return sp.And(*conditions)
 
     def before(self) -> tuple[float, ...]:
         return (1.0, 0.0, 0.0, 0.0)

@@ -263,4 +263,8 @@ def test_the_command_writes_a_folder_and_refuses_what_it_does_not_know(tmp_path)
         "board", "emit", "triangle", "--controller", "path", "--for", "ardino", "--out", str(tmp_path / "x")
     )
     assert "did you mean arduino" in wrong
+    emit = ["board", "emit", "satellite", "--controller", "pd", "--for", "cmake", "--out", str(tmp_path / "x")]
+    ranges = [refused(*emit, "--range", text) for text in ("nose=1:2", "hx=-1:1")]
+    names = {text.partition("known: ")[2].partition("\n")[0] for text in ranges}
+    assert names == {"roll, pitch, yaw, wx, wy, wz, ref_roll, ref_pitch, ref_yaw"}
     assert not (tmp_path / "x").exists()

@@ -84,7 +84,7 @@ def parsed(text):
 def test_a_message_has_the_quaternions_and_rates_of_the_run(turning):
     source, dataset = turning
     out = source.with_suffix(".aem")
-    options = [word for pair in (MESSAGE | {"rates": "wx,wy,wz"}).items() for word in ("--attitude", "=".join(pair))]
+    options = [word for pair in (MESSAGE | {"rates": "wx,wy,wz"}).items() for word in ("--about", "=".join(pair))]
     run("convert", str(source), "--out", str(out), *options)
     head, about, rows = parsed(out.read_text())
     assert head["CCSDS_AEM_VERS"] == "2.0"
@@ -109,7 +109,7 @@ def test_a_message_has_the_quaternions_and_rates_of_the_run(turning):
         ({"quaternion": "q1,q2,q3,q3"}, "of norm one; it is 0"),
         ({"quaternion": "q1,q2,q3,q4"}, "unknown variable 'q4'"),
         ({"frame_b": ""}, r"needs frame_b \(the frame of the body\)"),
-        ({"frame": "J2000"}, "unknown name 'frame' of an attitude"),
+        ({"frame": "J2000"}, "unknown name 'frame' of aem"),
     ],
 )
 def test_nothing_is_guessed(turning, change, allowed):
@@ -121,7 +121,7 @@ def test_nothing_is_guessed(turning, change, allowed):
 def test_other_formats_have_no_frames(turning):
     source, _ = turning
     out = str(source.with_suffix(".csv"))
-    assert "one of aem, ck with --attitude" in refused("convert", str(source), "--out", out, "--attitude", "epoch=1")
+    assert "one of aem, oem, ck with --about" in refused("convert", str(source), "--out", out, "--about", "epoch=1")
 
 
 @pytest.fixture

@@ -245,3 +245,11 @@ def test_a_run_of_a_batch_that_ends_at_a_sample_has_its_row(folder, tmp_path, la
     runs = [repeat_run(plan, store, number) for number in range(4)]
     assert {run.t_stop for run in runs} == {0.25, 1.0}
     assert {difference(run, plan, store, number) for number, run in enumerate(runs)} == {""}
+
+
+def test_a_period_that_does_not_fit_is_told_with_its_origin(folder):
+    """Nobody gave `hold`; the law has it from the default of its period."""
+    with pytest.raises(
+        InputError, match=r"^hold = 0.25 s \(from Ts of steps, default\) and dt_out = 0.1 s \(from scen"
+    ):
+        simulate(folder, "steps", origin="--set")

@@ -93,6 +93,33 @@ def test_errors_have_the_stated_sizes():
     assert sum(see[f"tracker_q{k}"] ** 2 for k in range(4)) == pytest.approx(1.0, abs=1e-15)
 
 
+def test_a_gyro_has_errors_of_scale_and_alignment_and_steps():
+    """The small turn of the gyros is that of a rotation, to second order; numbers are whole multiples of the step."""
+    errors = {"scale": (1e-3, -2e-3, 0.0), "misalignment": (2e-5, -1e-5, 3e-5)}
+    rate = np.array([0.1, -0.2, 0.3])
+    values = dict(zip(("wx", "wy", "wz"), rate, strict=True))
+    for step in (None, 1e-4):
+        system = craft_of(Gyro("gyro", **errors, step=step)).system()
+        check(system)
+        see = shown(system, **values)
+        turned = Rotation.from_rotvec(errors["misalignment"]).inv().apply(rate) * (1 + np.array(errors["scale"]))
+        expected = turned if step is None else step * np.round(turned / step)
+        np.testing.assert_allclose([see[f"gyro_{a}"] for a in "xyz"], expected, rtol=1e-8)
+    assert [see[f"gyro_{a}"] / 1e-4 for a in "xyz"] == pytest.approx([1001, -1996, 3000])
+
+
+@pytest.mark.parametrize(
+    ("angle", "lit", "new"), [(0.5, True, 1.0), (0.4, True, 0.0), (0.4, False, 1.0)], ids=["off", "glare", "shadow"]
+)
+def test_a_tracker_is_blind_near_the_sun(angle, lit, new):
+    """The Sun stands along x; the tracker looks along y of a hub that is turned about z."""
+    tracker = StarTracker("tracker", boresight=(0, 2, 0), exclusion=0.45)
+    system = craft_of(tracker, orbit=Orbit(tilt=0.0, size=7e6), attitude="euler").system()
+    check(system)
+    see = shown(system, yaw=-np.pi / 2 + angle, orbit_x=7e6 if lit else -7e6)
+    assert see["tracker_new"] == new
+
+
 def test_a_gyro_at_rest_walks_as_its_densities_say():
     """The angle of the white noise alone grows by N sqrt(t), the bias by K sqrt(t), whatever the period."""
     model = mehvar.build(craft_of(WHEEL, Gyro("gyro", noise=1e-3, walk=1e-4)))
@@ -207,6 +234,13 @@ def continuous():
             lambda: mehvar.simulate(mehvar.build(craft_of(Gyro("g", every=1.5))), "watch"),
             "g.every must be a whole number",
         ),
+        (lambda: StarTracker("tracker", exclusion=0.5), "tracker.exclusion needs boresight"),
+        (lambda: StarTracker("tracker", boresight=(1, 0, 0)), "give both or none"),
+        (
+            lambda: craft_of(StarTracker("tracker", boresight=(1, 0, 0), exclusion=0.5)).system(),
+            "tracker needs an orbit",
+        ),
+        (lambda: craft_of(Gyro("gyro", step=0.0)).system(), r"gyro_step = 0.0: must be a number in \(0, inf\)"),
         (lambda: Tachometer("tacho", of=HUB), "tacho.of = .*: must be a part of one degree of freedom"),
         (lambda: craft_of(Tachometer("tacho", of=WHEEL)).system(), "tacho.of: wheel is not on the craft; add it too"),
         (lambda: Tachometer("tacho", of=Bob("tank", mass=1.0, length=1.0)), "must be a part of one degree of freedom"),
