@@ -251,7 +251,7 @@ def _picture(model: ModelDiff) -> _Image | None:
     figure = model.overlay.picture(model.name) if model.overlay else None
     if figure is None:
         return None
-    png = small_png(figure)
+    png = small_png(figure, 32)
     return _Image("data:image/png;base64," + b64encode(png).decode(), *pixels(png))
 
 
