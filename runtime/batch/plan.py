@@ -261,7 +261,7 @@ class Plan:
         )
 
     def _check_listed(self) -> None:
-        """Refuse listed values whose number is not that of the runs, or that a sampling design would have to mix."""
+        """Refuse lists of values of another length than the batch, and lists that a sampling design would mix."""
         for dispersion in self.dispersions:
             if dispersion.listed and dispersion.listed != self.campaign.n:
                 allowed = f"{dispersion.listed}, as {', '.join(dispersion.names)} lists as many values"

@@ -38,7 +38,7 @@ class Request:
 
 
 _BEGIN = '{"at": '
-"""First line of the file. Files without it are the user's, and `close` must not remove them."""
+"""First line of the file. A file without this line belongs to the user, and `close` must not remove it."""
 
 
 class Requests:

@@ -154,12 +154,15 @@ class Problem:
 
     @property
     def continuous_own(self) -> bool:
-        """True for a continuous Python law, which every slope evaluates."""
+        """True for a continuous Python law: every slope evaluates it."""
         return self.own is not None and self.hold_every is None
 
     @property
     def charted(self) -> bool:
-        """True if regular coordinates are integrated; a Python law returns inputs of the state's chart."""
+        """True if regular coordinates are integrated.
+
+        They are not under a Python law, which returns inputs of the state's chart.
+        """
         return self.hold_every is None and self.own is None and "to_coordinates" in self.model.manifest.functions
 
 
@@ -314,7 +317,7 @@ def sampled_parameters(manifest: Manifest) -> dict[str, str]:
 
 
 def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str) -> tuple[int, ...]:
-    """Return the largest delay of each input for parameters p, shape (np,) or (n, np); none without delays.
+    """Return the largest delay of each input for parameters p, shape (np,) or (n, np); an empty result without delays.
 
     Raises
     ------
@@ -387,8 +390,8 @@ def _check_consistent(
 
 
 _NEWTON_STEPS = 50
-"""Newton steps from a distant start. At a double root each step gains one bit, elsewhere more, so it converges to
-double precision within these steps or never; half as many would miss double roots."""
+"""Number of Newton steps from a distant start. At a double root each step gains one bit, elsewhere more. So the method
+converges to double precision within these steps, or never. Half as many steps would miss double roots."""
 
 
 def _solved(

@@ -145,13 +145,13 @@ class Run:
         return f"{total:08x}"
 
     def stiffness(self) -> list[str]:
-        """Return when `method="auto"` found the run stiff, and what it did."""
+        """Return the time at which `method="auto"` found the run stiff, and its reaction."""
         if math.isnan(self.t_stiff):
             return []
         return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
 
     def exceeded(self) -> list[str]:
-        """Return when, how long and by how much each report of the law exceeded its bound."""
+        """Return the time, duration and size of each excess of a law's report over its bound."""
         texts = []
         for report, series in zip(self.controller.outputs, self.w.T, strict=True):
             for word, bound, sign in (("above", report.at_most, 1), ("below", report.at_least, -1)):

@@ -36,7 +36,7 @@ _SCALES = (-3.0, 3.0)
 
 @dataclass(frozen=True)
 class Length:
-    """Instructions of a function with everything it calls.
+    """Instructions of a function and of everything that it calls.
 
     Attributes
     ----------

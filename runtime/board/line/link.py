@@ -181,7 +181,7 @@ class Link:
         self._request(RESET)
 
     def step(self, numbers: FloatArray) -> Answer:
-        """Evaluate the law once, also if the request is sent repeatedly.
+        """Evaluate the law once, even if the request is sent repeatedly.
 
         Raises
         ------

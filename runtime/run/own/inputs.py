@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Interpolation = Literal["hold", "linear"]
 
 _ROUNDING = 1e-9
-"""Tolerance in samples of instants, which are rounded multiples of a sample."""
+"""Tolerance of instants, in samples: instants are rounded multiples of a sample."""
 _ALLOWED = "a number, a pair (t, values) of arrays, or a function of t"
 
 
