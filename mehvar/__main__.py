@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The `mehvar` command. Exit status: 0 done, 1 the answer is no, 2 bad usage or input, 3 the run itself failed."""
+"""The `mehvar` command.
+
+Exit status: 0 for success, 1 for a negative answer, 2 for bad usage or input, 3 for a failed run.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,7 @@ def _run() -> None:
 
 
 def _how_to_install(module: str) -> str:
-    """Return the command that installs one of our dependencies; it never suggests other packages."""
+    """Return the command that installs one of our dependencies; other packages get none."""
     from mehvar.base.versions import extra_of, required
 
     package = module.partition(".")[0]

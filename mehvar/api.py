@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 def build(system: System | Spacecraft | Callable[[], System], backend: BackendName | None = None) -> Model:
-    """Generate a system made in Python, and load it; the cache keeps earlier results.
+    """Generate a system that was made in Python, and load it. The cache keeps earlier results.
 
     Parameters
     ----------
@@ -394,7 +394,7 @@ def posed_batch(
     dispersed = _points(vary or {}, points, design)
     n = count(dispersed, origin) if n is None else n
     if (controller is None and inputs is None) or n is None:
-        raise InputError("a batch needs n, and controller or inputs")
+        raise InputError("a batch needs n, the number of runs, and a controller or inputs")
     manifest = model.manifest if isinstance(model, Model) else find_model(model)
     shared, settings = split_settings(options, manifest.choices, "batch", origin)
     case = manifest.scenario(scenario)
@@ -441,7 +441,7 @@ def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) -> dict[str, str]:
-    """Return all dispersions as texts: distributions, lists, grids of lists, and the user's own points."""
+    """Return all dispersions as texts: distributions, lists of values, grids of lists, and the user's own points."""
     if design is not None and not (isinstance(design, str) and design == "grid"):
         raise bad_value("design", design, '"grid"; sampling has the designs of drawn points', "the call")
     own = {} if points is None else table(points, "the call")
@@ -451,7 +451,10 @@ def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) ->
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
-    """Return distributions converted to the units of their variables; values that are not texts are refused later."""
+    """Return distributions in the units of their variables.
+
+    Values that are not texts pass unchanged; a later check refuses them.
+    """
     units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
     return {
         names: distribution(names, text, units, origin) if isinstance(text, str) else text

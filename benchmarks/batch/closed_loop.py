@@ -206,7 +206,7 @@ def _head() -> list[str]:
         "",
         "- Campaigns: the processor time of one thread from drawing the runs to the complete store, tolerance 1e-6;",
         "  all metrics of the scenario are computed on the way. Measured once; where fewer runs were measured than",
-        "  asked for, the time is scaled, which the cost per run in [the scaling](batch_scaling_counts.md) allows.",
+        "  asked for, the time is scaled, which the cost per run in [the growth](growth.md) allows.",
         f"- Comparison: processor time, medians of {REPEATS} repeats in which all take turns in one process, on the",
         "  same runs, with the same equations from the tape: the law, its input and the plant in one function. Error:",
         "  median over the runs of the largest |x - x_ref|/(1 + |x_ref|) at the end, against our dop853 at 1e-13;",

@@ -89,6 +89,7 @@ def makers(given: Problem, scratch: Path) -> dict[str, Callable[[], Iterator[Con
         "mehvar": lambda: contenders.ours(given, TOLERANCES),
         "mehvar rk4": lambda: contenders.ours_rk4(given, STEPS),
         "heyoka": lambda: contenders.heyoka(given, TOLERANCES, compact=False),
+        "heyoka, flags": lambda: contenders.heyoka_flags(given, TOLERANCES),
         "heyoka, compact mode": lambda: contenders.heyoka(given, (1e-6, 1e-9), compact=True),
         "heyoka, ensemble": lambda: contenders.heyoka_ensemble(given, (1e-6, 1e-9)),
         "numba": lambda: contenders.numba_rk4(given, STEPS),

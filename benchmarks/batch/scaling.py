@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scaling of a batch with threads, with the number of runs, with the number of pendulums.
+"""Scaling of a batch with threads and with the number of pendulums.
 
 python -m benchmarks.batch.scaling          # all parts
 python -m benchmarks.batch.scaling threads  # some
@@ -20,24 +20,21 @@ import numpy as np
 from benchmarks.machine import command_line, machine, table, write
 from mehvar.codegen.generate import generate, installed_tree
 from mehvar.runtime import load
-from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.kernel import Kernel, compile_kernel
-from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.model.parameters import resolve
 from mehvar.runtime.run.options import RunOptions
 
 REPEATS = 5
 RUNS = 2048
-COUNTS = (10**3, 10**4, 10**5, 10**6)
 PENDULUMS = (2, 4, 8, 16, 32, 64)
 TIGHT = {"rtol": 1e-6, "atol": 1e-6}
 INERTIAS = {"paper": "angles", "ball": "quaternion"}
-PARTS = ("threads", "counts", "pendulums")
+PARTS = ("threads", "pendulums")
 
 
 def main() -> None:
     """Measure, and write a page for each part."""
-    makers: dict[str, Callable[[], list[str]]] = {"threads": threads, "counts": counts, "pendulums": pendulums}
+    makers: dict[str, Callable[[], list[str]]] = {"threads": threads, "pendulums": pendulums}
     for name in command_line(__doc__, makers).parse_args().parts or makers:
         write(f"batch_scaling_{name}.md", makers[name]())
 
@@ -72,33 +69,6 @@ def threads() -> list[str]:
         "  do not wait for one another",
         "",
         *table(columns, rows),
-    ]
-
-
-def counts() -> list[str]:
-    """Run batches of the triangle from a thousand to a million runs into stores."""
-    vary = {"l1_0": "normal(0.2, 0.01)", "theta_0": "uniform(0.8, 1.2)"}
-    rows = []
-    for n in COUNTS:
-        several = []
-        for _ in range(3 if n < 10**5 else 1):
-            with tempfile.TemporaryDirectory() as folder:
-                campaign = Campaign("path", n, seed=1, vary=vary, options={"t_end": 0.05, "dt_out": 0.01, **TIGHT})
-                wall, processor = perf_counter(), process_time()
-                run_batch("triangle", campaign, Path(folder) / "runs.zarr", threads=1)
-                several.append((process_time() - processor, perf_counter() - wall))
-        best = median(c for c, _ in several)
-        rows.append([f"{n:,}", str(len(several)), f"{best:.2f}", f"{best / n * 1e6:.1f}"])
-        print(rows[-1], flush=True)
-    return [
-        "# Number of runs",
-        "",
-        "Written by `python -m benchmarks.batch.scaling counts`.",
-        "Triangle, path, 0.05 s, samples every 0.01 s, tolerance 1e-6, one thread; from drawing the runs to the store.",
-        "",
-        *machine(),
-        "",
-        *table(["runs", "repeats", "core-seconds", "us per run"], rows),
     ]
 
 

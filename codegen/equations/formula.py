@@ -112,10 +112,19 @@ class Printer:
         return [text for text, _ in self.parts(root)]
 
     def parts(self, root: int) -> list[tuple[str, bool]]:
-        """Return the summands, each with True if it is marked as a whole."""
+        """Return the summands, each with True if it is marked as a whole.
+
+        A mark within a summand that is not printed, such as on a factor of -1, is one on the whole.
+        """
         if self.nodes[root][0] != "add":
-            return [(self._plain(root, ())[0], () in self._marks)]
-        return [(sign + term.text, term.path in self._marks) for sign, term in self._signed(root, ())]
+            text = self._plain(root, ())[0]
+            return [(text, self._is_marked(text, ()))]
+        return [(sign + term.text, self._is_marked(term.text, term.path)) for sign, term in self._signed(root, ())]
+
+    def _is_marked(self, text: str, path: Path) -> bool:
+        begin = self.spelling.mark("\0").partition("\0")[0]
+        within = any(place[: len(path)] == path for place in self._marks)
+        return path in self._marks or (within and begin not in text)
 
     def _print(self, node: int, path: Path) -> tuple[str, int]:
         """Return a part with its binding strength."""

@@ -63,7 +63,7 @@ _SETTINGS = {
     "batch_open_loop.md": "tolerances and steps as the tables say; a user's default is dop853 at 1e-11",
     "batch_closed_loop.md": "tolerance 1e-6, the method that a campaign names; a user's default is dop853 at 1e-11",
     "batch_rhs.md": "one call of a right-hand side; 'fast' is a profile to ask for, 'portable' a user's default",
-    "batch_scaling_counts.md": "tolerance 1e-6 and 0.05 s of the triangle; a user's default is 1e-11 and 35 s",
+    "growth.md": "horizons and samples as the headings say, everything else a user's default",
     "batch_scaling_pendulums.md": "rk4, 100 steps of 0.1 s, held input; a user's default is dop853 at 1e-11",
     "batch_scaling_threads.md": "tolerance 1e-6; a user's default is 1e-11",
     "compare.md": "tolerance 1e-9, on ball joints, own laws every 0.1 s; a user's default is 1e-11 and continuous",

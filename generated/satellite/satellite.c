@@ -97,18 +97,18 @@ void satellite_rhs(const real *x, const real *u, const real *p, real *dx)
         + Tw_z
         + total_Hx * x[wy]
         - total_Hy * x[wx];
-    const real alphax = moment_x * (K(1.0) / p[I_x]);
-    const real alphay = moment_y * (K(1.0) / p[I_y]);
-    const real alphaz = moment_z * (K(1.0) / p[I_z]);
+    const real hub_alphax = moment_x * (K(1.0) / p[I_x]);
+    const real hub_alphay = moment_y * (K(1.0) / p[I_y]);
+    const real hub_alphaz = moment_z * (K(1.0) / p[I_z]);
     const real t_ksn4u = K(1.0) / cos_pitch;
     const real t_qr3mc = sin_roll * t_ksn4u * rate_y;
     const real t_llvwk = cos_roll * t_ksn4u * rate_z;
     dx[0] = rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk;
     dx[1] = cos_roll * rate_y - sin_roll * rate_z;
     dx[2] = t_qr3mc + t_llvwk;
-    dx[3] = alphax;
-    dx[4] = alphay;
-    dx[5] = alphaz;
+    dx[3] = hub_alphax;
+    dx[4] = hub_alphay;
+    dx[5] = hub_alphaz;
     dx[6] = -(Tw_x * p[wheels]);
     dx[7] = -(Tw_y * p[wheels]);
     dx[8] = -(Tw_z * p[wheels]);

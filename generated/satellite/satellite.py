@@ -159,9 +159,9 @@ def rhs(x, u, p):
             + total_Hx * wy
             - total_Hy * wx
         )
-        alphax = moment_x * (1.0 / I_x)
-        alphay = moment_y * (1.0 / I_y)
-        alphaz = moment_z * (1.0 / I_z)
+        hub_alphax = moment_x * (1.0 / I_x)
+        hub_alphay = moment_y * (1.0 / I_y)
+        hub_alphaz = moment_z * (1.0 / I_z)
         t_ksn4u = 1.0 / cos_pitch
         t_qr3mc = sin_roll * t_ksn4u * rate_y
         t_llvwk = cos_roll * t_ksn4u * rate_z
@@ -169,9 +169,9 @@ def rhs(x, u, p):
             rate_x + sin_pitch * t_qr3mc + sin_pitch * t_llvwk,
             cos_roll * rate_y - sin_roll * rate_z,
             t_qr3mc + t_llvwk,
-            alphax,
-            alphay,
-            alphaz,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             -(Tw_x * wheels),
             -(Tw_y * wheels),
             -(Tw_z * wheels),

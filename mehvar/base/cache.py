@@ -21,11 +21,12 @@ from mehvar.base.errors import BuildError, InputError
 
 _DIGESTS = ".sha256"
 _PRIVATE, _WRITABLE = 0o700, 0o022
-"""File mode of new entries, and the mode bits that would let group or others write."""
+"""File mode of new entries; mode bits that would let the group or others write."""
 _OWN: list[Path] = []
 """Temporary folder of this process, after its first use."""
 _TRIES = 3
-"""Attempts to make an entry. A user may empty the cache once meanwhile; a third failure has another cause."""
+"""Number of attempts to make an entry. A user may empty the cache during one attempt; a third failure has another
+cause."""
 
 
 def key(*parts: str) -> str:
@@ -38,7 +39,7 @@ def key(*parts: str) -> str:
 
 
 def find(kind: str, name: str) -> Path | None:
-    """Return the folder of an undamaged entry that no other user could have written; None without one."""
+    """Return the folder of an undamaged entry that no other user could have written; None if there is no such entry."""
     for root in _roots():
         entry = root / kind / name
         if is_private(root) and is_private(root / kind) and _is_ours(entry):
@@ -47,7 +48,7 @@ def find(kind: str, name: str) -> Path | None:
 
 
 def entry(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
-    """Return the folder of an entry, made now if it is missing or damaged.
+    """Return the folder of an entry; make the entry if it is missing or damaged.
 
     Parameters
     ----------
@@ -128,7 +129,10 @@ def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
 
 
 def _moved(scratch: Path, place: Path) -> Path:
-    """Rename a finished entry to its place. Keep the entry of a faster process, unless it is damaged."""
+    """Rename a finished entry to its final place.
+
+    If a faster process has made the entry, keep that one unless it is damaged.
+    """
     if not _is_ours(place):
         discard(place)
     try:
@@ -148,7 +152,7 @@ def _is_ours(entry: Path) -> bool:
 
 
 def _make_private(folder: Path) -> None:
-    """Remove the write permission of group and others that a wide umask has given."""
+    """Remove the write permission of group and others, which a wide umask may have set."""
     for path in folder.rglob("*"):
         path.chmod(path.stat().st_mode & ~_WRITABLE)
 
@@ -161,7 +165,7 @@ def _is_whole(folder: Path) -> bool:
 
 
 def _digests(folder: Path) -> str:
-    """Return a line with the checksum of each file of a folder, as `sha256sum` prints it."""
+    """Return the checksums of a folder's files, one line per file in the format of `sha256sum`."""
     return "".join(
         f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(folder).as_posix()}\n"
         for path in sorted(_files(folder))
@@ -196,13 +200,13 @@ def _own_temporary() -> Path:
 
 
 def _exposure(folder: Path) -> str:
-    """Return the way in which other users could have written to a folder; an empty text if there is none."""
+    """Return a text that says how other users could have written to a folder; an empty text if they could not."""
     status = folder.stat()
     return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
 
 
 def _writer(path: Path, status: os.stat_result) -> str:
-    """Return the other users that may write to a file or a folder; an empty text if none may."""
+    """Return words for the other users that may write to a file or a folder; an empty text if none may."""
     if not hasattr(os, "getuid"):
         return ""  # a system without owners
     if status.st_uid != os.getuid():

@@ -13,7 +13,7 @@ from .errors import InputError
 from .manifest import Controller, Manifest
 
 Names = Iterable[str] | bool
-"""Names of the parts of a model that have a feature; True or False for a feature without named parts."""
+"""Names of the parts of a model that have the feature. For a feature without named parts: True or False."""
 
 
 class Place(Enum):
@@ -62,7 +62,7 @@ class Feature:
         return f"{self.name} ({texts})" if texts else self.name if names is True else ""
 
     def refuse(self, manifest: Manifest, place: Place, law: Controller | None = None) -> None:
-        """Raise InputError if the place refuses the feature, and the model or its law has it."""
+        """Raise InputError if the model or its law has the feature and the operation refuses it."""
         if place in self.refused and (present := self.listed(self.names(manifest, law))):
             raise InputError(f"{manifest.model} has {present}, which {place.value[0]} cannot have")
 
@@ -125,7 +125,7 @@ FEATURES = (
     MASS, ALGEBRAIC, DERIVED_RATES, EVENTS, RESETS, PROCESS_NOISE, RANDOM_STEPS, DELAYS, CHART, ACTUATOR, SEEN,
     CHOICES, INTEGRATED,
 )  # fmt: skip
-"""Features that some place refuses or restricts, or that exclude another feature. Every place accepts all others."""
+"""Features that some operation refuses, or that exclude another feature. All operations accept all other features."""
 
 EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (CHART, MASS, "the chart's rates are given by its own rhs"),
@@ -141,17 +141,17 @@ EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (ACTUATOR, CHART, "such a law commands the inputs of the chart, and would ignore it"),
     (SEEN, CHART, "such a law is a function of the chart, and would ignore them"),
 )
-"""Groups of features of which a system has at most one, with reasons."""
+"""Groups of features with reasons. A system has at most one feature of each group."""
 
 
 def withheld(manifest: Manifest, place: Place, law: Controller | None = None) -> str:
-    """Return the name of the first feature of a model that a place refuses; an empty text if it accepts all."""
+    """Return the first feature of a model that an operation refuses; an empty text if it accepts all features."""
     present = (f.listed(f.names(manifest, law)) for f in FEATURES if place in f.refused)
     return next(filter(None, present), "")
 
 
 def refuse(manifest: Manifest, place: Place, law: Controller | None = None) -> None:
-    """Raise InputError if a model has a feature that a place refuses.
+    """Raise InputError if a model has a feature that an operation refuses.
 
     Raises
     ------

@@ -11,9 +11,9 @@ from html import escape
 from typing import Any
 
 _PATIENCE = 1.0
-"""Delay of the progress bar, s: most cells end earlier."""
+"""Delay before the progress bar appears, s. Most cells end earlier."""
 _REFRESH = 0.25
-"""Time between two updates of the bar, s: slower than a browser redraws, faster than one can read."""
+"""Time between two updates of the bar, s: longer than a browser takes to draw, shorter than a person takes to read."""
 
 
 def heading(text: str) -> str:

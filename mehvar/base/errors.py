@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import PurePath
 
 _LONGEST = 200
-"""Characters of a value in a message: a few lines of a terminal, more than a usual path or condition has."""
+"""Largest number of characters of a value in a message: a few lines of a terminal. Usual paths and conditions are
+shorter."""
 
 
 class MehvarError(Exception):
@@ -50,7 +51,7 @@ class BuildError(MehvarError, RuntimeError):
 
 
 class Origin(str):
-    """Origin of a set of values, for messages; single names may have another origin.
+    """Origin of a set of values, for messages. Some names may have an origin of their own.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ class Origin(str):
     names: Mapping[str, str]
 
     def __new__(cls, rest: str, names: Mapping[str, str]) -> Origin:
-        """Return the text `rest`, with separate origins for some names."""
+        """Return the origin `rest` with the separate origins of some names."""
         origin = super().__new__(cls, rest)
         origin.names = {**(rest.names if isinstance(rest, Origin) else {}), **names}
         return origin
@@ -73,7 +74,10 @@ class Origin(str):
 
 
 def is_shortage(error: BaseException) -> bool:
-    """Return True if an error means a lack of memory. Python raises another type if it cannot start a thread."""
+    """Return True if an error means a lack of memory.
+
+    If Python cannot start a thread, the error has another type than MemoryError.
+    """
     return isinstance(error, MemoryError) or (
         isinstance(error, RuntimeError) and "can't start new thread" in str(error)
     )

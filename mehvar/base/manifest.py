@@ -24,11 +24,11 @@ from mehvar.base.schema import Lower, SchemaError, Upper, json_key, json_text, p
 FILE = "manifest.json"
 SCHEMA = 1
 OPEN_LOOP = "none"
-"""Name of a run without a law, in place of the law's name; no law can have it."""
+"""Name that a run without a law has instead of a law's name. No law can have this name."""
 Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """C file of a model, by purpose."""
 PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}
-"""For each C file, the names of the two files into which its functions may be split."""
+"""Names of the two files for the split functions of a C file, by the purpose of the C file."""
 METRIC_KINDS = (
     "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final", "events",
 )  # fmt: skip
@@ -41,7 +41,7 @@ DIRECTIONS = ("either", "rising", "falling")
 """Directions in which a guard may cross zero to trigger its event."""
 
 ENDS = ("", "run", "failure", "success")
-"""Effects of an event on the run: none, or an end that counts as regular, failure or success. See
+"""Effects of an event on the run: no end, or an end that counts as regular, as failure or as success. See
 native/step/schedule.h."""
 
 SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
@@ -89,14 +89,14 @@ class Parameter:
 
     @property
     def interval(self) -> str:
-        """The bounds as in "[0, inf)"."""
+        """The bounds as text, as in "[0, inf)"."""
         left = "(" if self.lower_open or math.isinf(self.lower) else "["
         right = ")" if self.upper_open or math.isinf(self.upper) else "]"
         return f"{left}{self.lower:.12g}, {self.upper:.12g}{right}"
 
     @property
     def allowed(self) -> str:
-        """The bounds with their unit as in "[0, inf) kg"."""
+        """The bounds with their unit, as in "[0, inf) kg"."""
         return self.interval if self.unit == "1" else f"{self.interval} {self.unit}"
 
 
@@ -126,7 +126,10 @@ class Choice:
 
 @dataclass(frozen=True)
 class Advice:
-    """Warning of a law about parameter values that it accepts but does not recommend; it quotes `shown` values."""
+    """Warning about parameter values that a law accepts but does not recommend.
+
+    The message contains the values `shown`.
+    """
 
     message: str
     shown: int
@@ -142,7 +145,10 @@ class Output(Quantity):
 
 @dataclass(frozen=True)
 class Event:
-    """Zero crossing of a guard. `resets`: it changes states. `ends`: its effect on the run, one of `ENDS`."""
+    """Zero crossing of a guard.
+
+    `resets` is True if it changes states; `ends` is its effect on the run, one of `ENDS`.
+    """
 
     name: str
     direction: str
@@ -279,12 +285,12 @@ class Array(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Number of its elements."""
+        """Number of elements."""
         return 1 if self.length is None else self.length
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Its shape, empty for a scalar."""
+        """Shape of the array; empty for a scalar."""
         return () if self.length is None else (self.length,)
 
 
@@ -301,7 +307,7 @@ class Function:
 
     @property
     def internal(self) -> bool:
-        """True for a part of a function that was split in two, so that a run computes the first part only once."""
+        """True for one part of a split function: a run computes the first part only once."""
         return self.file.endswith("_prepared.c")
 
     @cached_property
@@ -444,7 +450,7 @@ class Manifest:
 
     @property
     def algebraic(self) -> bool:
-        """True if there are algebraic states. Their row of `rhs` is an equation that is zero along a run."""
+        """True if there are algebraic states. The row of `rhs` of such a state is zero along a run."""
         return "mass_diagonal" in self.functions
 
     @property
@@ -459,7 +465,7 @@ class Manifest:
 
     @property
     def whole(self) -> Self:
-        """Return the manifest without split functions, which Python and CasADi's C do not have."""
+        """Return the manifest without split functions: Python and CasADi's C do not have these."""
         functions = {name: f for name, f in self.functions.items() if not f.internal}
         return replace(self, functions=functions)
 
@@ -515,7 +521,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
 
 
 def check_manifest(manifest: Manifest) -> None:
-    """Refuse a manifest with contradictory parts: a run allocates its arrays from it.
+    """Refuse a manifest with contradictory parts, because a run allocates its arrays by the sizes in the manifest.
 
     Raises
     ------
@@ -609,13 +615,13 @@ _SIGNATURES: Mapping[str, str] = {
     "jac_x": "x u p -> J",
     "jac_u": "x u p -> J",
 }
-"""Arguments and results of each function of a plant. A model needs only the functions of its features."""
+"""Arguments and results of each function of a plant. A model has only the functions that its features need."""
 _NEEDED = ("rhs", "outputs", "limits", "initial", "reference", "constraints")
 """Functions of every plant."""
 
 
 def _check_functions(manifest: Manifest) -> None:
-    """Refuse functions whose sizes contradict the vectors that they take and return."""
+    """Refuse functions if their sizes contradict the lengths of the model's vectors."""
     for event in manifest.all_events:
         if event.direction not in DIRECTIONS:
             raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
@@ -764,4 +770,4 @@ def sealed(text: str) -> str:
 
 
 _DIGEST, _NO_DIGEST = re.compile(r'\n "digest": "[^"]*"'), '\n "digest": ""'
-"""Patterns of a top-level digest. Entries at deeper levels have a larger indentation."""
+"""Patterns of the digest at the top level. Deeper levels have a larger indentation."""

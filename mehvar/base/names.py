@@ -20,7 +20,7 @@ ARGUMENTS = frozenset(
     t_end dt_out hold delay run real method rtol atol step max_steps backend profile
     """.split()  # noqa: SIM905
 )
-"""Names of arguments and options of runs and batches. No parameter or choice may have one, as keywords would be
+"""Names of arguments and options of runs and batches. Parameters and choices must have other names: keywords would be
 ambiguous."""
 
 WORK = "work"

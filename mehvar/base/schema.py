@@ -36,9 +36,9 @@ _KEY = "json_key"
 _LONGEST = 60
 """Characters of a value in a message: one line of a terminal together with its place."""
 _WIDTH = 120
-"""Characters of a line of JSON that is written for people."""
+"""Largest number of characters in a line of JSON that people read."""
 _MAY_CONTROL = re.compile(r"[\x7f-\x9f]|\\(?:u|[bfr])")
-"""Pattern of control characters in JSON, plain or escaped: a quick test, as most files have none."""
+"""Pattern of control characters in JSON, plain or escaped. The test is quick, because most files have none."""
 _SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
 
 
@@ -126,7 +126,7 @@ def _json_lines(value: Any, start: str) -> str:
 
 
 def _check_texts(data: object, place: str) -> None:
-    """Refuse a text with control characters, as texts appear on terminals, pages and pictures."""
+    """Refuse a text with control characters, because texts appear on terminals, pages and pictures."""
     if isinstance(data, str) and printable(data) != data:
         raise SchemaError(_wrong(data, "a text without control characters").problem, place)
     if isinstance(data, dict):
@@ -300,7 +300,7 @@ def _exact(hint: Any) -> frozenset[type]:
 
 
 def _placed(parts: Iterable[tuple[str, _Convert, Any]]) -> SchemaError:
-    """Return the error of the first invalid part, with its place; the search runs only after a failure."""
+    """Return the error of the first invalid part, with its place. This search runs only after a failure."""
     for place, convert, value in parts:
         try:
             convert(value)

@@ -31,7 +31,7 @@ _FORM = "written like 'kg m^2/s', '1/(kg m)' or 'kg^(1/2) m', or '1' for a dimen
 
 @functools.cache
 def dimension(unit: str) -> Dimension:
-    """Return the dimension of a unit: "N m s/rad" divides by all after the slash, "1/(kg m)" by the parenthesis.
+    """Return the dimension of a unit: "N m s/rad" divides by everything after the slash, "1/(kg m)" by the parenthesis.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def dimension(unit: str) -> Dimension:
 
 
 def has_radians(unit: str) -> bool:
-    """Return True if a unit contains radians. Dimensions ignore them: rad/s and Hz have the same."""
+    """Return True if a unit contains radians. Dimensions ignore radians: rad/s and Hz have the same dimension."""
     return "rad" in re.findall("[A-Za-z]+", unit)
 
 

@@ -32,7 +32,7 @@ def required() -> frozenset[str]:
 
 
 def extra_of(package: str) -> str:
-    """Return the first extra that installs a package, combined extras excluded; an empty text without one."""
+    """Return the first extra that installs a package, without combined extras; an empty text if no extra does."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:

@@ -141,7 +141,7 @@ def _shown_if_asked(ctx: Any) -> Iterator[None]:
 
 @contextmanager
 def _missing_by_name() -> Iterator[None]:
-    """Report a missing argument in the style of our messages, in place of typer's usage text."""
+    """Report a missing argument in the style of our messages, instead of typer's usage text."""
     try:
         yield
     except typer.BadParameter as error:

@@ -91,7 +91,7 @@ def command(
 
 
 def _draw(diff: Diff, path: Path) -> None:
-    """Save the picture of the run that differs most, or report that no run differs."""
+    """Save the picture of the run with the largest difference, or report that no run differs."""
     parts = [part for model in diff.models for part in model]
     moved = max(parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
     figure = moved.overlay.picture(moved.name) if moved.overlay else None

@@ -25,7 +25,7 @@ from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import complete_models
 
 PARTS = "parts"
-"""Argument of `--from` in place of a plant."""
+"""Argument of `--from` that means parts instead of a plant."""
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _LONGEST = 40
@@ -179,7 +179,7 @@ def _free(name: str, into: Path) -> Path:
 
 
 def _holder(name: str) -> str | None:
-    """Return the current owner of a name that a new system must not take."""
+    """Return words for the owner of a name that a new system must not have; an empty text if the name is free."""
     if name in shipped_models():
         return "a model that comes with mehvar"
     if name in project_models():

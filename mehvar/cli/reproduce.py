@@ -50,7 +50,7 @@ def command(
 
 
 def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], list[str]]:
-    """Compute all figures and claims of all papers, run a batch and a board for each system, and write the report.
+    """Compute all figures and claims of all papers, run a batch and a board for each system, then write the report.
 
     Everything is computed before anything is written.
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _CODEGEN = Path(mehvar.codegen.__file__).parent
 _READ, _KEPT = ("equations.json", "manifest.json"), "comparison.pickle"
 _NAMED = 4
-"""Files that a message names: as many as fit on one line."""
+"""Largest number of files in a message: as many as fit on one line."""
 
 
 def diff_versions(old: str, new: str, model: str | None = None, structures: Sequence[str] = ()) -> Diff:
@@ -118,7 +118,7 @@ def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
-    """Compare two generated folders of a model; run both unless only the form of equations differs."""
+    """Compare two generated folders of a model. Run both unless only the form of the equations differs."""
     return _with_consequences(compare_documents(_document(old), _document(new)), old, new)
 
 
@@ -251,7 +251,7 @@ def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
 
 
 def _contents(comparison: Comparison, equation: EquationChange) -> Iterator[str]:
-    """Yield the edits of an equation with places and parts; without edits, both whole sides."""
+    """Yield the edits of an equation with their places and parts; for an equation without edits, both whole sides."""
     for edit in equation.edits:
         yield from (edit.says, *edit.path, *(part.text if part else "" for part in (edit.old, edit.new)))
     if not equation.edits:

@@ -17,12 +17,13 @@ from .runs import Overlay, Runs, runs
 from .spectra import Loop, loops, moved, named, rest, start, undifferentiated
 
 SAMPLES = 512
-"""Number of random states. Its upper half percent is the reported largest difference."""
+"""Number of random states. The reported largest difference is exceeded at half a percent of these states."""
 _SEED = 20250
 _SMALL = 0.1
-"""Displacement of a state that starts at zero, in SI units: a tenth of a radian or of a metre per second."""
+"""Displacement of states with initial value zero, in SI units: a tenth of a radian or of a metre per second."""
 _ROUNDING = 1e-9
-"""Rounding error relative to a rate: reordering some thousand operations changes it by about 1e-13 of its parts."""
+"""Rounding error relative to a rate: another order of some thousand operations changes a rate by about 1e-13 of its
+parts."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
 
 
 def _loaded(folder: Path) -> Model:
-    """Load a model with a manifest of any version: comparisons need no newer fields."""
+    """Load a model with a manifest of any version. Comparisons do not need newer fields."""
     manifest = read_manifest(folder, any_age=True)
     return Model(manifest.whole, PythonBackend(manifest))
 

@@ -60,7 +60,7 @@ class Revision:
 
 
 def find_revision(root: Path, name: str) -> Revision | None:
-    """Return the commit called `name` in the repository around `root`; None if there is none.
+    """Return the commit with the name `name` in the repository around `root`; None if there is no such commit.
 
     Raises
     ------

@@ -108,7 +108,7 @@ class _Section:
 
     @property
     def has_content(self) -> bool:
-        """True if the section contains more than its summary line."""
+        """True if the section has more than a summary line."""
         return bool(
             self.notes or self.stories or self.changed or self.parameters or self.folded or self.follows is not None
         )
@@ -181,7 +181,7 @@ class _Sheet:
 
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
-        """Return True for an equation without its own card; equal parts, such as pendulums, share a card."""
+        """Return True for an equation without a separate card: equal parts, such as pendulums, share a card."""
         return equation not in apart and (
             equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
         )
@@ -202,7 +202,7 @@ class _Sheet:
         )
 
     def _is_by_length(self, equation: EquationChange) -> bool:
-        """Return True if only the number of equal parts changed; their formulas are too long to show twice."""
+        """Return True if only the number of equal parts changed. Their formulas are too long to show twice."""
         longer = bool(self._comparison.extended())
         return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
@@ -251,12 +251,12 @@ def _picture(model: ModelDiff) -> _Image | None:
     figure = model.overlay.picture(model.name) if model.overlay else None
     if figure is None:
         return None
-    png = small_png(figure)
+    png = small_png(figure, 32)
     return _Image("data:image/png;base64," + b64encode(png).decode(), *pixels(png))
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
-    """Return the terms of a formula as separate elements, as browsers break lines only between elements."""
+    """Return the terms of a formula as separate elements, because browsers break lines only between elements."""
     printer = Printer(nodes, SymbolNames(latex), MATHML, marks)
     return [(element(text), marked) for text, marked in printer.parts(root)]
 

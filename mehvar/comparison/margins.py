@@ -16,17 +16,17 @@ from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.linear import LinearSystem
 
 _MARGINAL = 1e-6
-"""Tolerance relative to the largest eigenvalue: an integrator outside the law has the eigenvalue zero up to
-rounding, 1e-8 for a double integrator. Ten times as much hides slow instabilities; a tenth misses triple
+"""Tolerance relative to the largest eigenvalue. An integrator outside the law has the eigenvalue zero up to rounding,
+1e-8 for a double integrator. A tolerance ten times as large hides slow instabilities; a tenth of it misses triple
 integrators."""
 _INTEGRATOR = 1e-7
 """The same tolerance for a double integrator, whose eigenvalues have errors of 1e-8."""
 _POINTS = 1000
-"""Frequencies of the grid for crossings, besides the eigenvalues' own, where a response is steepest. Half or twice
-as many change no margin of the three shipped models."""
+"""Number of frequencies in the grid that finds crossings. The grid also has the frequencies of the eigenvalues, where a
+response is steepest. Half or twice this number changes no margin of the three shipped models."""
 _DECADES = 2
-"""Decades of the grid below the slowest and above the fastest eigenvalue. There a first-order lag is within 1 % of
-its asymptote."""
+"""Decades of the grid below the slowest and above the fastest eigenvalue. At both ends a first-order lag is within 1 %
+of its asymptote."""
 
 
 _ROUNDING = 1e-6
@@ -76,7 +76,10 @@ def _is_stable(closed: FloatArray, period: FloatArray | None) -> bool:
 
 
 class _Loop:
-    """Negative response of the loop at one input. The closed loop is unstable if the response encircles -1."""
+    """Response of the open loop at one input, with the opposite sign.
+
+    The closed loop is unstable if the response encircles -1.
+    """
 
     def __init__(self, cut: LinearSystem, closed: FloatArray, number: int) -> None:
         self._b, self._c = cut.B[:, number], cut.C[number]
@@ -102,7 +105,7 @@ class _Loop:
         return min(factors, key=lambda factor: abs(math.log(factor)), default=math.inf)
 
     def _ends(self) -> Iterator[complex]:
-        """Yield the response at zero frequency and, for a sampled loop, at its highest frequency: it is real there."""
+        """Yield the response at the frequencies at which it is real: zero and, for a sampled loop, the highest."""
         ends = (0.0,) if self._period is None else (0.0, math.pi / self._period)
         poles = np.linalg.eigvals(self._A)
         for w in ends:
@@ -111,7 +114,7 @@ class _Loop:
                 yield self.at(w)
 
     def _rounded(self, poles: NDArray[Any]) -> float:
-        """Return the distance within which a pole counts as an integrator's."""
+        """Return the largest distance at which a pole still counts as an integrator's."""
         return _INTEGRATOR * (float(np.max(np.abs(poles), initial=0.0)) if self._period is None else 1.0)
 
     def phase(self) -> float:

@@ -34,9 +34,9 @@ from .text import (
 )
 
 _LONGEST = 60_000
-"""Limit on characters: forges refuse comments above 65 536, and a sender may add some lines."""
+"""Largest number of characters. Forges refuse comments above 65 536, and a sender may add some lines."""
 _WHOLE = 20
-"""Number of causes shown with their edits; longer comments are rarely read to the end."""
+"""Number of causes that are shown with their edits. Few people read longer comments to the end."""
 
 
 def markdown(diff: Diff) -> str:

@@ -14,11 +14,11 @@ from mehvar.codegen.equations.formula import Nodes, Path
 
 _COMMUTATIVE = {"add", "mul", "min", "max", "and", "or"}
 _ALIKE = Fraction(1, 2)
-"""Share of common parts above which two terms count as one edited term with marked changes."""
+"""Share of common parts above which two terms count as the same term before and after an edit."""
 
 
 class Alignment:
-    """Two graphs in which parts with equal text, in any operand order, have equal numbers.
+    """Two graphs in which equal parts have equal numbers, for any order of operands.
 
     Parameters
     ----------

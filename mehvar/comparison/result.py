@@ -55,12 +55,12 @@ class ModelDiff:
 
     @property
     def name(self) -> str:
-        """Name of the model, with its structure unless that is the default."""
+        """Name of the model; for another structure than the default, with its choices."""
         return " ".join(filter(None, (self.model, self.variant)))
 
     @property
     def differs(self) -> bool:
-        """True if anything but the form of equations differs, in any compared structure."""
+        """True if more than the form of equations differs in any compared structure."""
         return self.status is not ModelStatus.SAME or any(other.differs for other in self.structures)
 
     def __iter__(self) -> Iterator[ModelDiff]:
@@ -69,7 +69,7 @@ class ModelDiff:
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
-        """Equations whose value differs or is undecided, by their own text or through other equations."""
+        """Equations with a value that differs or is undecided, because of their own or other expressions."""
         return self.comparison.changed
 
     @property
@@ -141,7 +141,7 @@ class Diff:
 
     @property
     def differs(self) -> bool:
-        """True where any model differs."""
+        """True if any model differs."""
         return any(model.differs for model in self.models)
 
     def lines(self) -> Iterator[Line]:

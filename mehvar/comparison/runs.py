@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _STEPS = 1e-6
-"""Relative tolerance of a metric. Two forms of a loop round differently, so runs with tolerance 1e-9 end 1e-8 apart.
-A tenth reports rearranged equations; ten times misses changes below 1e-5."""
+"""Relative tolerance of a metric. Two forms of a loop round differently, so runs with tolerance 1e-9 end 1e-8 apart. A
+tenth of this value would report rearranged equations; ten times the value would miss changes below 1e-5."""
 _VISIBLE = 1e-3
 """Relative difference of margins above which they are shown; three digits are printed."""
 
 
 @dataclass(frozen=True)
 class MetricChange:
-    """A metric whose value differs.
+    """A metric with different values in the two versions.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class MarginChange:
 
 @dataclass(frozen=True)
 class Overlay:
-    """Both versions of the run that a change affects most, for the picture; `size` as in `RunChange`."""
+    """Both versions of the run with the largest change, for the picture; `size` has the meaning of `RunChange.size`."""
 
     law: str
     scenario: str
@@ -204,7 +204,7 @@ def _cases(before: Model, after: Model) -> Iterator[tuple[str, str]]:
 
 
 def _run(model: Model, law: str, scenario: str) -> Run | str:
-    """Return a run, or the reason for a missing one."""
+    """Return a run, or the reason why it is missing."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # advice on a law's parameters is unrelated to the change
         try:
@@ -251,7 +251,7 @@ def _end(run: Run | str) -> str:
 
 
 def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
-    """Return the margins at the end of a run, with the remaining motion frozen; none where they are undefined."""
+    """Return the margins at the end of a run, with the remaining motion frozen; none if they are undefined."""
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
     p, s, c = run.parameters.p, run.parameters.s, run.parameters.c

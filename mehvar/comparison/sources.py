@@ -111,7 +111,7 @@ class Sources:
         return {name: path for name, path in folders.items() if self.model in (None, name)}
 
     def _of_folders(self, folders: Mapping[str, Path], label: str, single: bool = False) -> Version:
-        """Return generated folders, after deriving again those that do not match the models/ in the same project."""
+        """Return generated folders. Folders that do not match the models/ in the same project are derived again."""
         chosen, models = self._chosen(folders), tuple(folders)
         tree = _tree_around(chosen)
         if tree is None:

@@ -18,9 +18,10 @@ from mehvar.runtime.model.parameters import vector
 Pairs = tuple[tuple[complex, complex], ...]
 
 _STEPS = 20
-"""Gauss-Newton steps. Near an equilibrium each doubles the correct digits; elsewhere further steps do not help."""
+"""Number of Gauss-Newton steps. Near an equilibrium each step doubles the number of correct digits; elsewhere more
+steps do not help."""
 _ROUNDING = 1e-9
-"""Bound relative to a state, below which values print as zero."""
+"""Bound relative to a state. Smaller values print as zero."""
 _EIGENVALUE_ROUNDING = 1e-5
 """Tolerance relative to the largest eigenvalue: a triple eigenvalue has an error of 6e-6, the cube root of the
 machine's precision."""
@@ -114,12 +115,12 @@ def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...
 
 
 def undifferentiated(models: Sequence[Model]) -> bool:
-    """Return True for a version from before laws had derivatives."""
+    """Return True for a version of mehvar that did not generate derivatives of laws."""
     return any(not differentiable(model, law) for model in models for law in model.manifest.controllers.values())
 
 
 def differentiable(model: Model, law: Controller) -> bool:
-    """Return True for a law generated with derivatives."""
+    """Return True for a law with generated derivatives."""
     return f"{identifier(law.name)}_jvp" in model.functions
 
 

@@ -28,22 +28,24 @@ from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
 
 _ZERO = 1e-9
-"""Rounding bound of a rate at an equilibrium, and of one part of an eigenvalue relative to the other."""
+"""Bound on rounding errors: of a rate at an equilibrium, and of the smaller part of an eigenvalue relative to the
+larger."""
 _ALIKE = ("family", "symmetric")
 """Kinds of groups that are reported once, by their first member."""
 _CAUSAL = ("follows", "solved")
 """Kinds of groups that follow their cause in the report."""
 _PART = 1e-3
-"""Relative change of a metric below which it is only counted: three digits do not show it."""
+"""Relative change of a metric that three digits show. Smaller changes are only counted."""
 _NAMED = 12
-"""Number of equations that one shared report names, two lines of a terminal; a page lists all."""
+"""Number of equations that a shared report names: two lines of a terminal. A page lists all."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
 _TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
 """Verdicts with separate reports, in this order."""
 _WHOLE = 8
-"""Number of causes with counterexample and evidence; the rest share a line. A page has all."""
+"""Number of causes with counterexample and evidence. The other causes share a line; a page has all."""
 _RUNS, _METRICS = 4, 5
-"""Number of runs listed with metrics, most changed first, and of metrics per run. A page has all."""
+"""Number of runs that are listed with metrics, the most changed runs first; number of metrics per run. A page has
+all."""
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
@@ -100,7 +102,7 @@ def families(comparison: Comparison) -> dict[str, Story]:
 
 
 def stories(comparison: Comparison) -> list[str]:
-    """Return the reports that cover several equations, except equal parts and consequences."""
+    """Return the reports about several equations; equal parts and consequences have their own."""
     return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
@@ -133,7 +135,7 @@ def _many(names: Sequence[str]) -> str:
 
 
 def is_quiet(equation: EquationChange) -> bool:
-    """Return True for an equation that is only a name that others began or ceased to use."""
+    """Return True for an equation that only names a value, and that other equations began or ceased to use."""
     return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
@@ -258,7 +260,7 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 
 
 def consequence_lines(follows: Consequences) -> Iterator[str]:
-    """Yield the effects of a change, one line each; loops first, as they decide the flight."""
+    """Yield the effects of a change, one line each. Closed loops come first, because they decide the motion."""
     yield from run_lines(follows.runs)
     yield from plant_lines(follows)
 
@@ -321,7 +323,7 @@ def _first(texts: Iterable[str], count: int = _NAMED) -> Iterator[str]:
 
 
 def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
-    """Return runs with their scenarios; scenarios with equal differences under a law share an entry."""
+    """Return runs with their scenarios. Scenarios with equal differences under one law share an entry."""
     groups: dict[RunChange, list[str]] = {}
     for run in runs:
         groups.setdefault(replace(run, scenario=""), []).append(run.scenario)
@@ -393,7 +395,7 @@ def place(values: Sequence[tuple[str, float]]) -> str:
 
 
 def number(value: complex) -> str:
-    """Return an eigenvalue, with its conjugate if it has one, to four digits."""
+    """Return an eigenvalue as text with four digits, together with its conjugate if it has one."""
     size = _ZERO * abs(value)
     real = f"{value.real:.4g}" if abs(value.real) > size else ""
     imaginary = f"± {abs(value.imag):.4g}i" if abs(value.imag) > size else ""

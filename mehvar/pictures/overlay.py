@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_MOST = 4
-"""Number of panels: as many as fit on a screen. They show the variables with the largest change."""
+_MOST = 3
+"""Number of panels: as many as fit on a screen beside the change. They show the variables with the largest change."""
 _VISIBLE = 1e-3
 """Change relative to a variable's size that a line's width hides."""
 

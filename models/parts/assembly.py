@@ -5,8 +5,8 @@ The coordinates of the parts are eliminated part by part, which changes the six 
 one. What is left is solved in one of two ways, chosen by structure:
 
 - Where the matrix of the hub without followers depends on parameters alone, the equations are written about the centre
-  of mass, at which acceleration and rotation part, and the pulls of the followers are solved for.
-- Otherwise the six equations are factorised about O.
+  of mass, at which acceleration and rotation part, and the pulls of a few followers are solved for.
+- Otherwise the six equations with the followers' terms are factorised, about O or the centre of mass.
 
 The cost is linear in the number of parts.
 """
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
@@ -27,7 +27,10 @@ from .values import Parameters, directions
 
 MOST_PULLS = 5
 """Largest number of followers for which the pulls are solved; for more, the hub's six equations are cheaper.
-Measured for bobs on one axis: operation counts in decision 0037 and `models/slosh/fast/ball.py`."""
+
+Operations that depend on state or input, for bobs on one axis, by pulls and by factors: 579 and 690 for four, 756 and
+829 for five, 955 and 968 for six, 1178 and 1107 for seven. Both give the same accelerations.
+"""
 
 
 @dataclass(frozen=True)
@@ -88,9 +91,9 @@ def mount(craft: Craft, parts: Iterable[Part], parameters: Parameters | None = N
     frame.constants.update(q.symbol for q in parameters.quantities.values())
     frame.derivation.section("Mounts")
     for part, v in values:
-        for field in (f for f in directions(part) if getattr(v, f) is not None):
-            axis = frame.vector(f"{part.name}_{field}_", getattr(v, field), f"{part.name}: {field}, of length one")
-            setattr(v, field, axis)
+        for name in (f for f in directions(part) if getattr(v, f) is not None):
+            axis = frame.vector(f"{part.name}_{name}_", getattr(v, name), f"{part.name}: {name}, of length one")
+            setattr(v, name, axis)
         craft.parts.append((part, Mounted(part.name, v, craft)))
 
 
@@ -102,6 +105,31 @@ def contributions(craft: Craft) -> list[Contribution]:
         own = part.contribution(at)
         result.append(replace(own, loads=(*own.loads, *part.loads(at))))
     return result
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Equations K (a, W') = b of the hub, with the terms of its parts.
+
+    Attributes
+    ----------
+    centre : sympy.Matrix
+        Point of the hub whose acceleration a is, and about which moments count; from O, m.
+    matrix, right : sympy.Matrix
+        K and b.
+    """
+
+    centre: sp.Matrix
+    matrix: sp.Matrix
+    right: sp.Matrix
+
+
+def balance(craft: Craft) -> Balance:
+    """Return the equations of the hub of a craft, from which `moved` has its accelerations."""
+    frame, names, parts = craft.frame, [part.name for part, _ in craft.parts], contributions(craft)
+    frame.derivation.section("Equations of the hub")
+    sums = _sums(frame, parts, [_reduced(frame, name, part.rows) for name, part in zip(names, parts, strict=True)])
+    return _with_followers(frame, names, parts, _without_followers(frame, names, parts, sums))
 
 
 def moved(craft: Craft, loads: Sequence[Load] = (), unknowns: Sequence[int] = range(6)) -> list[Motion]:
@@ -124,13 +152,16 @@ def moved(craft: Craft, loads: Sequence[Load] = (), unknowns: Sequence[int] = ra
         For each part.
     """
     added, names = contributions(craft), [part.name for part, _ in craft.parts]
-    added[0] = replace(added[0], loads=(*added[0].loads, *loads))
     craft.frame.derivation.section("Accelerations")
-    return accelerations(craft.frame, names, added, unknowns)
+    return accelerations(craft.frame, names, added, unknowns, loads)
 
 
 def accelerations(
-    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], unknowns: Sequence[int]
+    frame: Frame,
+    names: Sequence[str],
+    parts: Sequence[Contribution],
+    unknowns: Sequence[int],
+    loads: Sequence[Load] = (),
 ) -> list[Motion]:
     """Solve the equations of an assembly for its accelerations.
 
@@ -144,6 +175,8 @@ def accelerations(
         What each adds.
     unknowns : sequence of int
         Which of a (0 to 2) and W' (3 to 5) are not zero by structure.
+    loads : sequence of Load
+        On the hub, besides those of the parts.
 
     Returns
     -------
@@ -152,11 +185,12 @@ def accelerations(
     """
     reduced = [_reduced(frame, name, part.rows) for name, part in zip(names, parts, strict=True)]
     sums = _sums(frame, parts, reduced)
-    if _parts_at_centre(frame, parts, sums):
-        motion, pulls = _about_centre(frame, names, parts, sums, unknowns)
-    else:
-        motion, pulls = _about_origin(frame, names, parts, sums, unknowns)
-    solution = sp.Matrix([*(motion.linear if motion.centre == ZERO else ZERO), *motion.angular])
+    rigid = _without_followers(frame, names, parts, sums)
+    rigid = replace(rigid, applied=_wrench(frame, "loads", loads, rigid.centre))
+    few = sum(len(part.followers) for part in parts) <= MOST_PULLS
+    solve_hub = _by_pulls if rigid.decoupled and few else _by_factors
+    motion, pulls = solve_hub(frame, names, parts, rigid, unknowns)
+    solution = sp.Matrix([*(ZERO if rigid.decoupled else motion.linear), *motion.angular])
     return [
         Motion(frame, motion.centre, motion.linear, motion.angular, _own(frame, name, part.pivots, solution), values)
         for name, part, values in zip(names, reduced, pulls, strict=True)
@@ -232,49 +266,93 @@ def _sum(frame: Frame, name: str, vectors: Sequence[sp.Matrix], title: str, unit
     )
 
 
-def _parts_at_centre(frame: Frame, parts: Sequence[Contribution], sums: _Sums) -> bool:
-    """Return True if the centre of mass is fixed in the hub, so that translation and rotation decouple."""
+@dataclass(frozen=True)
+class _Rigid:
+    """Equations of the hub about a point, without followers.
+
+    Attributes
+    ----------
+    centre : sympy.Matrix
+        The point, from O.
+    decoupled : bool
+        Whether it is the centre of mass, and fixed in the hub: then translation and rotation decouple.
+    mass : Expr
+        kg.
+    terms : mapping
+        Terms of the matrix by row and column, of the lower triangle.
+    right : tuple of Expr
+        Force, and moment about the point.
+    applied : sympy.Matrix
+        The same of loads besides those of the parts.
+    """
+
+    centre: sp.Matrix
+    decoupled: bool
+    mass: Expr
+    terms: dict[tuple[int, int], list[Expr]]
+    right: sp.Matrix
+    applied: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 1))
+
+
+def _without_followers(frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums) -> _Rigid:
     fixed = all(frame.is_constant(e) for e in (sums.mass, *sums.first, *sums.inertia, *sums.taken))
-    return fixed and sums.taken[:3, :].is_zero_matrix and sum(len(p.followers) for p in parts) <= MOST_PULLS
+    if fixed and sums.taken[:3, :].is_zero_matrix:
+        return _about_centre(frame, names, parts, sums)
+    return _about_origin(frame, names, parts, sums)
 
 
-def _about_centre(
-    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums, unknowns: Sequence[int]
-) -> tuple[Motion, list[tuple[Expr, ...]]]:
-    """Solve for the pulls of the followers, about the centre of mass of everything else."""
+def _about_centre(frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums) -> _Rigid:
+    """Write the equations about a centre of mass that is fixed in the hub."""
     w = frame.rate
     over = frame.define("over_mass", 1 / sums.mass, "inverse mass", "1/kg")
     centre = frame.vector("centre_", over * sums.first, "centre of mass", "m")
     inertia = frame.tensor(
         "central_J", sums.inertia - point_inertia(sums.mass, centre), "inertia about the centre of mass"
     )
-    inverse = _inverse(frame, inertia - sums.taken[3:, 3:], unknowns)
+    held = frame.tensor("held_J", inertia - sums.taken[3:, 3:], "inertia about the centre of mass, wheels free")
     angular = sums.angular - centre.cross(sums.momentum)
-    force = -w.cross(2 * sums.momentum)
-    moment = -gyroscopic(frame, inertia, angular) - sums.right[3:, :]
+    right = sp.Matrix([*(-w.cross(2 * sums.momentum)), *(-gyroscopic(frame, inertia, angular) - sums.right[3:, :])])
     for name, part in zip(names, parts, strict=True):
-        for k, load in enumerate(part.loads):
-            force += load.force
-            arm = frame.vector(f"{name}_arm{k}_", load.at - centre, f"{name}: arm of a load", "m")
-            moment += arm.cross(load.force) + load.couple
-    moment = frame.vector("moment_", moment, "moment about the centre of mass", "N m")
+        right += _wrench(frame, name, part.loads, centre)
+    terms = {(k, k): [sums.mass] for k in range(3)}
+    terms |= {(i + 3, j + 3): [held[i, j]] for i in range(3) for j in range(i + 1)}
+    return _Rigid(centre, True, sums.mass, terms, right)
+
+
+def _wrench(frame: Frame, name: str, loads: Sequence[Load], centre: sp.Matrix) -> sp.Matrix:
+    """Return force, and moment about a point of the hub."""
+    result = sp.zeros(6, 1)
+    for k, load in enumerate(loads):
+        arm = frame.vector(f"{name}_arm{k}_", load.at - centre, f"{name}: arm of a load", "m")
+        result += sp.Matrix([*load.force, *(arm.cross(load.force) + load.couple)])
+    return result
+
+
+def _by_pulls(
+    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], rigid: _Rigid, unknowns: Sequence[int]
+) -> tuple[Motion, list[tuple[Expr, ...]]]:
+    """Solve for the pulls of the followers, about the centre of mass of everything else."""
+    over = frame.define("over_mass", 1 / rigid.mass, "inverse mass", "1/kg")
+    right = rigid.right + rigid.applied
+    force, moment = right[:3, :], frame.vector("moment_", right[3:, :], "moment about the centre of mass", "N m")
+    held = sp.Matrix(3, 3, lambda i, j: rigid.terms[max(i, j) + 3, min(i, j) + 3][0])
+    inverse = _inverse(frame, held, unknowns)
     keep = [k for k in range(3) if k in unknowns], [k - 3 for k in range(3, 6) if k in unknowns]
-    free, without = ("free_", " without followers") if any(part.followers for part in parts) else ("", "")
+    free, without = ("free", " without followers") if any(part.followers for part in parts) else ("hub", "")
     linear, turning = sp.zeros(3, 1), sp.zeros(3, 1)
     for k in keep[0]:
-        linear[k] = frame.define(f"{free}a{AXES[k]}", over * force[k], f"acceleration{without}, {AXES[k]}", "m/s^2")
+        linear[k] = frame.define(f"{free}_a{AXES[k]}", over * force[k], f"acceleration{without}, {AXES[k]}", "m/s^2")
     for k in keep[1]:
         value, title = inverse.row(k).dot(moment), f"angular acceleration{without}, {AXES[k]}"
-        turning[k] = frame.define(f"{free}alpha{AXES[k]}", value, title, "rad/s^2")
-    pulls = _Pulls(frame, names, parts, centre, over, inverse)
-    return pulls.solved(Motion(frame, centre, linear, turning), sums.mass)
+        turning[k] = frame.define(f"{free}_alpha{AXES[k]}", value, title, "rad/s^2")
+    pulls = _Pulls(frame, names, parts, rigid.centre, over, inverse)
+    return pulls.solved(Motion(frame, rigid.centre, linear, turning), rigid.mass)
 
 
 def _inverse(frame: Frame, inertia: sp.Matrix, unknowns: Sequence[int]) -> sp.Matrix:
     """Return the inverse of a constant inertia in the equations of rotation."""
     keep = [k - 3 for k in unknowns if k > 2]
-    named = frame.tensor("held_J", inertia, "inertia about the centre of mass, wheels free")
-    block = named.extract(keep, keep)
+    block = inertia.extract(keep, keep)
     if block.is_diagonal():
         inverse = sp.diag(*(1 / moment for moment in block.diagonal()))
     else:
@@ -328,8 +406,8 @@ class _Pulls:
             for name, value, f in zip(self.names, tau, self.followers, strict=True)
         ]
         turned = [lever * pull for lever, pull in zip(levers, pulls, strict=True)]
-        linear = frame.vector("a", free.linear - sum(pulls, ZERO), "acceleration of the centre of mass", "m/s^2")
-        angular = frame.vector("alpha", free.angular - sum(turned, ZERO), "angular acceleration", "rad/s^2")
+        linear = frame.vector("hub_a", free.linear - sum(pulls, ZERO), "acceleration of the centre of mass", "m/s^2")
+        angular = frame.vector("hub_alpha", free.angular - sum(turned, ZERO), "angular acceleration", "rad/s^2")
         rest = iter(mass * t for t in tau)
         return Motion(frame, free.centre, linear, angular), [tuple(itertools.islice(rest, n)) for n in self.counts]
 
@@ -348,25 +426,19 @@ class _Pulls:
     def _entry(self, i: int, j: int, lever: sp.Matrix, mass: Expr) -> Expr:
         """Return the deceleration of point i along its direction by the pull j."""
         names = f"{self.names[i]}_{self.names[j]}"
-        share = sp.eye(3) + cross_matrix(self.arms[i]).T * lever
-        if i == j:
-            share = (share + share.T) / 2
+        share = cross_matrix(self.arms[i]).T * lever
+        share = (share + share.T) / 2 if i == j else share + sp.eye(3)
         named = sp.Matrix(
             3, 3, lambda r, c: self.frame.define(f"{names}_c{AXES[r]}{AXES[c]}", share[r, c], f"{names}: share")
         )
         value = self.followers[i].along.dot(named * self.followers[j].along)
-        if i == j:
-            own = self.frame.define(
-                f"{self.names[i]}_share", mass / self.followers[i].mass, f"{self.names[i]}: mass over its own"
-            )
-            value = own + value
+        if i == j:  # a direction has the length one
+            title = f"{self.names[i]}: mass over its own, and one"
+            value += self.frame.define(f"{self.names[i]}_share", 1 + mass / self.followers[i].mass, title)
         return self.frame.define(f"{names}_A", value, f"{names}: matrix of the pulls")
 
 
-def _about_origin(
-    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums, unknowns: Sequence[int]
-) -> tuple[Motion, list[tuple[Expr, ...]]]:
-    """Factorise the six equations of the hub about O."""
+def _about_origin(frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums) -> _Rigid:
     w = frame.rate
     terms: dict[tuple[int, int], list[Expr]] = {}
     arm = cross_matrix(sums.first)
@@ -382,52 +454,62 @@ def _about_origin(
     stream = frame.vector(
         "stream_", w.cross(sums.first) + 2 * sums.momentum, "momentum of rotation and relative motion"
     )
-    right = [*(-w.cross(stream)), *(-gyroscopic(frame, sums.inertia, sums.angular))]
-    right = [value - sums.right[k] for k, value in enumerate(right)]
-    rows: list[list[sp.Matrix]] = []
-    biases: list[list[Expr]] = []
+    right = sp.Matrix([*(-w.cross(stream)), *(-gyroscopic(frame, sums.inertia, sums.angular))]) - sums.right
     for name, part in zip(names, parts, strict=True):
-        for load in part.loads:
-            wrench = [*load.force, *(load.at.cross(load.force) + load.couple)]
-            right = [a + b for a, b in zip(right, wrench, strict=True)]
-        rows.append([])
-        biases.append([])
+        right += _wrench(frame, name, part.loads, ZERO)
+    return _Rigid(ZERO, False, sums.mass, terms, right)
+
+
+def _with_followers(frame: Frame, names: Sequence[str], parts: Sequence[Contribution], rigid: _Rigid) -> Balance:
+    """Add the terms of the followers to the equations of the hub."""
+    terms, right = {at: list(of) for at, of in rigid.terms.items()}, rigid.right
+    for name, part in zip(names, parts, strict=True):
         for k, follower in enumerate(part.followers):
             label = f"{name}_{k + 1}"
-            moment = frame.vector(f"{label}_g", follower.at.cross(follower.along), f"{label}: moment arm", "m")
+            arm = frame.vector(f"{label}_r_", follower.at - rigid.centre, f"{label}: place from the centre", "m")
+            moment = frame.vector(f"{label}_g", arm.cross(follower.along), f"{label}: moment arm", "m")
             row = sp.Matrix([*follower.along, *moment])
             bias = frame.define(
-                f"{label}_bias", follower.along.dot(transport(frame, ZERO, "still_turn_", follower.at)),
+                f"{label}_bias", follower.along.dot(transport(frame, ZERO, "still_turn_", arm)),
                 f"{label}: centripetal acceleration along it", "m/s^2",
             )  # fmt: skip
             scaled = _named(frame, f"{label}_m", follower.mass * row, f"{label}: mass times direction")
-            rows[-1].append(scaled)
             still = follower.mass * bias - follower.pull
-            biases[-1].append(still)
             pull = frame.define(f"{label}_pull", still, f"{label}: pull without accelerations", "N")
-            right = [value - pull * g for value, g in zip(right, row, strict=True)]
+            right -= pull * row
             for i in range(6):
                 for j in range(i + 1):
-                    terms[i, j].append(scaled[i] * row[j])
+                    terms.setdefault((i, j), []).append(scaled[i] * row[j])
     matrix = sp.zeros(6, 6)
     for (i, j), entries in terms.items():
-        matrix[i, j] = matrix[j, i] = frame.total(f"K{i + 1}{j + 1}", entries, "matrix of the hub")
-    right = [frame.define(f"b{k + 1}", value, "right side of the hub") for k, value in enumerate(right)]
-    solution = sp.zeros(6, 1)
-    keep = list(unknowns)
+        matrix[i, j] = matrix[j, i] = frame.total(f"hub_K{i + 1}{j + 1}", entries, "matrix of the hub")
+    named = [frame.define(f"hub_b{k + 1}", value, "right side of the hub") for k, value in enumerate(right)]
+    return Balance(rigid.centre, matrix, sp.Matrix(named))
+
+
+def _by_factors(
+    frame: Frame, names: Sequence[str], parts: Sequence[Contribution], rigid: _Rigid, unknowns: Sequence[int]
+) -> tuple[Motion, list[tuple[Expr, ...]]]:
+    """Factorise the six equations of the hub."""
+    whole, keep = _with_followers(frame, names, parts, rigid), list(unknowns)
     values = solve(
         frame,
-        matrix.extract(keep, keep),
-        [right[k] for k in keep],
-        [f"{('a', 'alpha')[k // 3]}{AXES[k % 3]}" for k in keep],
+        whole.matrix.extract(keep, keep),
+        [whole.right[k] + rigid.applied[k] for k in keep],
+        [f"hub_{('a', 'alpha')[k // 3]}{AXES[k % 3]}" for k in keep],
     )
+    solution = sp.zeros(6, 1)
     for k, value in zip(keep, values, strict=True):
         solution[k] = value
-    pulls = [
-        tuple(row.dot(solution) + bias for row, bias in zip(of, by, strict=True))
-        for of, by in zip(rows, biases, strict=True)
+    motion = Motion(frame, whole.centre, solution[:3, :], solution[3:, :])
+    return motion, [
+        tuple(
+            follower.mass * follower.along.dot(motion.at(follower.at, f"{name}_aP{k or ''}", f"pivot of {name}"))
+            - follower.pull
+            for k, follower in enumerate(part.followers)
+        )
+        for name, part in zip(names, parts, strict=True)
     ]
-    return Motion(frame, ZERO, solution[:3, :], solution[3:, :]), pulls
 
 
 def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequence[str]) -> list[Expr]:

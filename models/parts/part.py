@@ -130,7 +130,7 @@ class Follower:
     mass : Expr
         kg.
     along, at : sympy.Matrix
-        e, and P from O, m.
+        e, of length one, and P from O, m.
     pull : Expr
         N.
     """
@@ -272,9 +272,9 @@ class Craft:
     frame : Frame
         The axes of the hub.
     turn : sympy.Matrix
-        From inertial axes to those of the hub.
+        From inertial axes to those of the hub; empty where no part depends on the attitude.
     quaternion : sequence of Expr
-        Of the attitude, scalar first.
+        Of the attitude, scalar first; likewise.
     period : Expr
         Of laws and sensors, s.
     parts : list of (Part, Mounted)
@@ -282,9 +282,9 @@ class Craft:
     """
 
     frame: Frame
-    turn: sp.Matrix
-    quaternion: Sequence[Expr]
-    period: sp.Symbol
+    turn: sp.Matrix = field(default_factory=lambda: sp.zeros(0, 0))
+    quaternion: Sequence[Expr] = ()
+    period: sp.Symbol = field(default_factory=lambda: sp.Symbol("Ts", real=True))
     parts: list[tuple[Part, Mounted]] = field(default_factory=list)
 
     @property

@@ -144,7 +144,7 @@ def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Deri
 
 
 def motion_of_the_whole(
-    outside: sp.Matrix, motors: sp.Matrix, wheels: Wheels, plant: Group, placed: Chart, d: Derivation
+    outside: sp.Matrix, motors: sp.Matrix, wheels: Wheels, plant: Group, d: Derivation
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
     """Solve (1) for w' and the rates of the wheels' momenta, given external torques and motor torques.
 
@@ -155,7 +155,7 @@ def motion_of_the_whole(
     """
     mass = plant.mass if wheels.imbalances else sp.S.One  # without imbalance it plays no part
     hub = Hub("body", mass, inertia_matrix(plant).tolist())
-    craft = Craft(Frame.of(plant.symbols, rates, d), placed.rotation, placed.quaternion, plant.Ts)
+    craft = Craft(Frame.of(plant.symbols, rates, d))
     mount(craft, (hub, *(replace(part, torque=u) for part, u in zip(wheels.parts(), motors, strict=True))))
     motions = moved(craft, [Load(couple=outside)])
     stored = [part.rates(at, motion) for (part, at), motion in zip(craft.parts, motions, strict=True)]

@@ -238,7 +238,7 @@ def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ..
     speeds = wheel_speeds(wheels, d)
     inside = wheel_torque(speeds, wheels, plant, d)
     d.section("Dynamics")
-    turning, stored = motion_of_the_whole(gradient + outside, inside, wheels, plant, craft.placed, d)
+    turning, stored = motion_of_the_whole(gradient + outside, inside, wheels, plant, d)
     bias = [sp.S.Zero for q in craft.states if q in BIAS]
     turned = speeds if wheels.imbalances else ()
     return (*craft.placed.rate, *turning, *stored, *turned, *orbit.rates, *bias), field

@@ -10,10 +10,10 @@ import sympy as sp
 
 from ..system import Derivation, Expr, Group, Quantity
 from .fast.angles import angle_dynamics
-from .fast.ball import ball_dynamics
+from .fast.ball import ball_dynamics, fuel, slip_symbols
 from .fast.hull import Dynamics
 from .laws.controllers import Form
-from .laws.weights import angle_form, ball_term, slip_symbols
+from .laws.weights import angle_form, ball_term
 from .plant import ball, pendulum
 from .plant.equations import ACCELERATIONS
 from .plant.pendulum import Contribution, angle_acceleration
@@ -123,7 +123,7 @@ def ball_pendulums(
     d.section("Evaluation of the equations of motion")
     dynamics = ball_dynamics(p, pendulums, d)
     names = [ball.instance(a, k) for k, a in enumerate(pendulums, 1)]
-    slips = [slip_symbols(k) for k in numbers]
+    slips = [slip_symbols(pendulum) for pendulum in pendulums]
 
     def reduced(linear: Accelerations, angular: Accelerations) -> tuple[Expr, ...]:
         hull = dict(zip(ACCELERATIONS, (*linear, *angular), strict=True))
@@ -143,7 +143,7 @@ def ball_pendulums(
         reduced,
         terms,
         tuple(pair for k in numbers for pair in _angles(k)),
-        tuple(e for k in numbers for e in ball.projected(k)),
+        tuple(e for pendulum in pendulums for e in fuel(pendulum).projection().values()),
     )
 
 

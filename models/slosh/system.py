@@ -27,7 +27,6 @@ from ..system import (
 )
 from ..tables import read_parameters, read_scenarios
 from .derived import residuals, show
-from .fast.hull import velocity_rates
 from .geometry import geometry
 from .laws.conditions import constraints, law_constraints
 from .laws.controllers import Law, lyapunov_v1, lyapunov_v2
@@ -221,12 +220,12 @@ def _derive(
         bobs = ball_pendulums(p, pendulums, starts, (scenario.wx_0, scenario.wy_0, scenario.wz_0), d)
     else:
         bobs = angle_pendulums(p, pendulums, inertia, starts, d)
-    linear, angular, acceleration = velocity_rates(bobs.dynamics.unknown, bobs.dynamics.hull)
+    plant = bobs.dynamics
     part, copies = parts(inertia, pendulums)
     still = equilibrium(inertia)
     (left,) = whole((hull_wrench(p)[0].xreplace(still),), (part.force[0].xreplace(still),), copies)
     axial = longitudinal(p.F, left, d)
-    return _Model(p, inertia, pendulums, placed, bobs, axial, linear, angular, acceleration)
+    return _Model(p, inertia, pendulums, placed, bobs, axial, plant.linear, plant.angular, plant.acceleration)
 
 
 def _full(model: _Model, kinematics: str) -> tuple[Expr, ...]:

@@ -48,7 +48,7 @@ Tunable = Annotated[
 
 
 def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
-    """Return the parameters that stay tunable if all others are compiled in; None if none is.
+    """Return the parameters that stay tunable while all others become constants; None if none becomes one.
 
     Raises
     ------
@@ -57,13 +57,13 @@ def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
     """
     if names is not None and not inline:
         raise bad_value(
-            "tunable", names, "left out, as every parameter can be set without --inline-parameters", "--tunable"
+            "tunable", names, "left out without --inline-parameters: every parameter can be set then", "--tunable"
         )
     return tuple(filter(None, map(str.strip, (names or "").split(",")))) if inline else None
 
 
 def compiled(model: str) -> Model:
-    """Return a model with compiled C functions, so that board and reference run the same C."""
+    """Return a model with compiled C functions, because board and reference must run the same C."""
     return load(model, backend="c")
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Efficient form of the equations of `plant`: O(N), without a large matrix.
 
-`hull` lumps constant masses and holds the six equations that are solved; `angles` and `ball` say what a pendulum adds
-to them; `linear` factorises and solves.
+`ball` assembles bobs on ball joints from parts. For pendulums by angles `hull` lumps constant masses and holds the six
+equations that are solved, and `angles` says what a pendulum adds to them; `linear` factorises and solves.
 """

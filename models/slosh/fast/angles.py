@@ -19,7 +19,7 @@ import sympy as sp
 
 from ...system import Derivation, Expr, Group
 from ..states import Pendulum, angle_quantities, angle_rate_quantities, rate
-from .hull import SIZE, Arm, Dynamics, Lump, Pull, balance, lump
+from .hull import SIZE, Arm, Dynamics, Lump, Pull, balance, lump, velocity_rates
 from .linear import factorise, solve
 
 
@@ -54,7 +54,8 @@ def angle_dynamics(p: Group, pendulums: Sequence[Pendulum], inertia: str, d: Der
         for a, arm, swing in zip(pendulums, arms, swings, strict=True)
         for angle in recover(a, arm, swing, hull, unknown, d)
     ]
-    return Dynamics(hull, whole, factors, unknown, tuple(angles))
+    rates = velocity_rates(unknown, hull)
+    return Dynamics(hull.centre, (hull.xy, hull.xz), False, whole, factors.leading(3), *rates, tuple(angles))
 
 
 @dataclass(frozen=True)

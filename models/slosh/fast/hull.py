@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Efficient form common to all pendulum models: one small symmetric set of equations for the hull.
+"""Efficient form for pendulums by angles: one small symmetric set of equations for the hull.
 
 A pendulum of mass m, length l and moment of inertia I with D = m l^2 + I pulls at its pivot P as a constant mass
 m I/D would, plus terms that depend on its direction. The constant masses are lumped with hull and fixed fuel; C is the
@@ -200,26 +200,34 @@ class Balance:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Efficient form, for the right-hand side and for its inverse.
+    """Accelerations, and the hull's equations for their inverse.
 
     Attributes
     ----------
-    hull : Lump
-        Common terms.
+    centre : Expr
+        C on the x axis, whose acceleration a_C is an unknown, m.
+    products : tuple of Expr
+        What G_y and G_z are beside Omega_z' and -Omega_y', 1/s^2.
+    direct : bool
+        Whether Omega_z' and -Omega_y' are the unknowns in place of G_y and G_z.
     balance : Balance
         K X + n = applied.
     factors : Factors
-        Of K, in the order of the unknowns.
-    unknown : tuple of Expr
-        X for the inputs: a_C, roll acceleration, G_y and G_z.
+        Of K's leading block, which goes with a_C.
+    linear, angular, acceleration : tuple of Expr
+        V', Omega' and the acceleration a of O.
     bobs : tuple of Expr
         Accelerations of the pendulums, one after the other.
     """
 
-    hull: Lump
+    centre: Expr
+    products: tuple[Expr, Expr]
+    direct: bool
     balance: Balance
     factors: Factors
-    unknown: tuple[Expr, ...]
+    linear: tuple[Expr, ...]
+    angular: tuple[Expr, ...]
+    acceleration: tuple[Expr, ...]
     bobs: tuple[Expr, ...]
 
 

@@ -55,19 +55,19 @@ def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: 
     d : Derivation
         Receives the steps.
     """
-    hull, matrix, bias = plant.hull, plant.balance.matrix, plant.balance.bias
+    matrix, bias, (xy, xz) = plant.balance.matrix, plant.balance.bias, plant.products
 
     def name(text: str, value: Expr, title: str, unit: str, latex: str) -> sp.Symbol:
         return d.define(f"{text}_{tag}", value, title=title, unit=unit, latex=latex)
 
     ay, az, alpha1, alpha2, alpha3 = demand
-    g2 = name("G2", alpha3 + hull.xy, "demanded G along y", "1/s^2", "G_y")
-    g3 = name("G3", hull.xz - alpha2, "demanded G along z", "1/s^2", "G_z")
+    g2 = name("G2", alpha3 + xy, "demanded G along y", "1/s^2", "G_y")
+    g3 = name("G3", xz - alpha2, "demanded G along z", "1/s^2", "G_z")
     lateral = (
-        name("a2", ay + hull.centre * g2, "demanded acceleration of C along y", "m/s^2", "a_{C,y}"),
-        name("a3", az + hull.centre * g3, "demanded acceleration of C along z", "m/s^2", "a_{C,z}"),
+        name("a2", ay + plant.centre * g2, "demanded acceleration of C along y", "m/s^2", "a_{C,y}"),
+        name("a3", az + plant.centre * g3, "demanded acceleration of C along z", "m/s^2", "a_{C,z}"),
     )
-    accelerations = (*lateral, alpha1, g2, g3)
+    accelerations = (*lateral, alpha1, *((alpha3, -alpha2) if plant.direct else (g2, g3)))
     offsets = [
         name(
             f"q{k + 1}",
@@ -95,7 +95,7 @@ def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: 
         for k in (3, 4, 5)
     ]
     turned = [moment + extra for moment, extra in zip(demanded, change, strict=True)]
-    lever = gimbal_position(p)[0] - hull.centre
+    lever = gimbal_position(p)[0] - plant.centre
     moments = (turned[0], lever * acting[2] - turned[2], turned[1] - lever * acting[1])
     named = [name(q.name, moment, q.description, q.unit, q.latex) for q, moment in zip(MOMENTS, moments, strict=True)]
     across = name("lateral", sp.sqrt(force[1] ** 2 + force[2] ** 2), "demanded lateral force", "N", r"f_\perp")
@@ -143,7 +143,7 @@ def _thrust(p: Group, delta1: Expr, delta2: Expr) -> tuple[Expr, ...]:
 
 def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
     """Return the derivative of the equations of roll, G_y and G_z by the force at constant Omega'."""
-    response = solve(plant.factors.leading(3), missing, tag, d)
+    response = solve(plant.factors, missing, tag, d)
     matrix = plant.balance.matrix
     return [sp.Add(*(matrix[k, j] * a for j, a in enumerate(response))) for k in (3, 4, 5)]
 
@@ -173,7 +173,7 @@ def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
         for k in range(3)
     ]
     change = _moment_change(plant, missing, "da_act", d)
-    lever = gimbal_position(p)[0] - plant.hull.centre
+    lever = gimbal_position(p)[0] - plant.centre
     corrected = (
         moments[0] + change[0],
         moments[1] + lever * missing[2] - change[2],

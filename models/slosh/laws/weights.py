@@ -17,6 +17,7 @@ import sympy as sp
 
 from ...mechanics import time_derivative
 from ...system import Derivation, Expr
+from ..fast.ball import slip_symbols
 from ..plant.ball import arm_acceleration, arm_rate, contribution, direction
 from ..plant.equations import ACCELERATIONS
 from ..plant.pendulum import GENERIC, acceleration, angular_acceleration, phi, phi_rate, theta, theta_rate
@@ -116,7 +117,7 @@ def ball_term(
 ) -> tuple[Expr, Form]:
     """Return the term of V1 for a bob on a ball joint and its contribution to (29)."""
     value, form, rest = ball_form()
-    named = names | dict(zip(_slip, slip_symbols(k), strict=True)) | {_axial: axial}
+    named = names | dict(zip(_slip, slip_symbols(bob), strict=True)) | {_axial: axial}
 
     def name(text: str, expr: Expr, title: str, unit: str, latex: str) -> sp.Symbol:
         return d.define(f"{text}{k}", expr, "(27)", f"{title} {k}", unit, latex)
@@ -128,8 +129,3 @@ def ball_term(
         latex = f"k_{{{k}{axis}}}"
         named[symbol] = name(f"k_s{axis}", entry.xreplace(named), "velocity terms of arm", "N m", latex)
     return value.xreplace(named), placed(form, named)
-
-
-def slip_symbols(k: int) -> tuple[sp.Symbol, ...]:
-    """Return the symbols of s' of pendulum k, which the efficient form defines."""
-    return tuple(sp.Symbol(f"slip{k}{axis}", real=True) for axis in "xyz")

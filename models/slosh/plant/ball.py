@@ -96,14 +96,6 @@ def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
     return dict(zip(generic, values, strict=True)) | named
 
 
-def projected(k: int) -> tuple[Expr, ...]:
-    """Return s and sigma of pendulum k projected to |s| = 1 and sigma.s = 0."""
-    s = sp.Matrix([q.symbol for q in direction_quantities(k)])
-    sigma = sp.Matrix([q.symbol for q in arm_rate_quantities(k)])
-    unit = s / sp.sqrt(s.dot(s))
-    return (*unit, *(sigma - unit * unit.dot(sigma)))
-
-
 def at_angles(phi: Expr, theta: Expr, rates: Sequence[Expr], turning: Sequence[Expr]) -> tuple[Expr, ...]:
     """Return s and sigma of a bob from its angles (7), angle rates and body rates."""
     angles = sp.symbols("phi theta", real=True)

@@ -140,3 +140,11 @@ def test_a_change_deep_inside_is_marked_there():
 
 def test_renamed_symbols_are_no_difference():
     assert compare(*sums((1, "ab"), (2, "cd")), *sums((1, "ab"), (2, "cz")), d="z") == ([], [])
+
+
+def test_a_mark_on_a_factor_that_is_not_printed_marks_its_term():
+    graph, root = sums((1, "ab"), (-1, "cd"))
+    products = [[graph.nodes[factor] for factor in graph.nodes[term][1:]] for term in graph.nodes[root][1:]]
+    term = next(k for k, factors in enumerate(products) if ["num", "-1"] in factors)
+    assert shown(graph, root, frozenset({(term, 0)}))[1] == ["−cd"]
+    assert shown(graph, root, frozenset({(term, 1)}))[1] == ["c"]

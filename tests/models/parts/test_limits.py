@@ -98,7 +98,7 @@ def test_a_run_ends_where_the_fuel_is_used_up(burning):
         run = mehvar.simulate(burning, t_end=60.0, **given)
         assert run.attrs["reason"].startswith("the fuel in tank is used up (at t = 16.6667 s)")
     runs = mehvar.batch(burning, None, inputs=flows, n=4, t_end=20.0, vary={"tank_fuel_0": "uniform(1, 5)"}, seed=3)
-    np.testing.assert_allclose(runs["t_stop"], runs["tank_fuel_0"] / 0.3, rtol=1e-9)
+    np.testing.assert_allclose(runs["t_stop"], runs["tank_fuel_0"] / 0.3, atol=2e-8)  # ends are located to 1e-8 s
     with pytest.raises(mehvar.MehvarError, match="the fuel in tank is used up"):
         mehvar.simulate(burning, None, inputs=flows, initial={"tank_fuel": -1.0})
 
