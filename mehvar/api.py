@@ -394,7 +394,7 @@ def posed_batch(
     dispersed = _points(vary or {}, points, design)
     n = count(dispersed, origin) if n is None else n
     if (controller is None and inputs is None) or n is None:
-        raise InputError("a batch needs n, and controller or inputs")
+        raise InputError("a batch needs n, the number of runs, and a controller or inputs")
     manifest = model.manifest if isinstance(model, Model) else find_model(model)
     shared, settings = split_settings(options, manifest.choices, "batch", origin)
     case = manifest.scenario(scenario)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exceptions of signal handlers, such as Ctrl-C, where Python would drop them or libraries cannot be interrupted."""
+"""Exceptions of signal handlers, such as Ctrl-C, where Python would drop them or no interrupt is possible."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from typing import Any
 
 _SIGNALS = tuple(map(int, signal.valid_signals()))
 _PATIENCE = 2.0
-"""Seconds after which another signal interrupts at once. Half is a slow disk's block; twice seems stuck."""
+"""Seconds after which another signal interrupts at once. A slow disk takes half of this for a block; after twice this
+time, a program seems stuck."""
 
 
 def is_of_handler(error: BaseException) -> bool:
@@ -66,7 +67,7 @@ def deferred() -> Iterator[None]:
 
 
 class KeptInterrupts:
-    """Keeps exceptions of handlers in callbacks of C and of weak references, where Python drops them.
+    """Keeps exceptions of handlers in callbacks of C and of weak references, because Python drops them there.
 
     The block ends with that exception, whatever else it raises; `check` raises it earlier. Handlers run in the main
     thread: in other threads this does nothing.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)(?:-?\d|\(-?\d(?:/\d)?\)))?"
 _NUMBER = r"(?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
-"""Pattern of a number, whole or not at all: the `e` of 1e-3 is not the charge of an electron."""
+"""Pattern of a complete number: the `e` of 1e-3 is not the charge of an electron."""
 
 _WITH_UNIT = re.compile(rf"([+-]?{_NUMBER})\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)")
 """Pattern of a number with a unit: products of units with powers of one digit or a fraction, as in s^(1/2). Pint
@@ -42,7 +42,8 @@ _ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|
 
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
 _LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
-"""Distributions whose arguments have the drawn value's unit; a lognormal's are logarithms, covariances squares."""
+"""Distributions with arguments in the unit of the drawn value. Arguments of a lognormal are logarithms, covariances are
+squares."""
 
 
 def setting_units(manifest: Manifest) -> dict[str, str]:
@@ -130,7 +131,7 @@ def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, str]:
         value = _units().Quantity(float(match["number"]), match["unit"]).to_base_units()
         powers = {_BASE[base]: Fraction(power).limit_denominator(12) for base, power in value.unit_items()}
     except (PintError, ArithmeticError, AssertionError, KeyError) as error:
-        raise bad_value(name, text, f"numbers in known units: {match['unit']!r} is none") from error
+        raise bad_value(name, text, f"numbers in known units: {match['unit']!r} is unknown") from error
     return float(value.magnitude), unit_text(powers)
 
 
@@ -151,7 +152,7 @@ def _converted(text: str, number: str, given: str, unit: str, name: str, origin:
 
 @functools.cache
 def _units() -> UnitRegistry:
-    """Return pint's registry of units, loaded at first use as it takes half a second."""
+    """Return pint's registry of units; it is loaded at first use, because this takes half a second."""
     import pint
 
     units = pint.UnitRegistry()

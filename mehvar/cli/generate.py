@@ -31,7 +31,9 @@ def command(
     if check:
         for flag, value in (("--structure", structure), ("--out", out), ("--emit", emit)):
             if value is not None:
-                raise bad_value(flag, value, "left out with --check, which looks at what generate writes by itself")
+                raise bad_value(
+                    flag, value, "left out with --check: it checks the files that generate writes without options"
+                )
         return check_models(models or [])
     generate_models(models or [], read_settings(structure, "--structure"), out, emit)
     return 0
@@ -62,7 +64,9 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
     tree = tree or installed_tree()
     names = _names(tree, models)
     if not models and tree.orphans:
-        raise InputError(f"{next(iter(tree.orphans.values()))}: restore it, or remove the rest of the model")
+        raise InputError(
+            f"{next(iter(tree.orphans.values()))}: restore this file or folder, or remove the other files of the model"
+        )
     if structure and out is None:
         raise InputError("--structure derives a variant, which needs a folder: add --out DIR")
     if out is not None and len(names) != 1:

@@ -206,7 +206,11 @@ class _Problem:
             raise bad_value("data", f"{infinite[0]} infinite at t = {at:g} s", "finite, or NaN for a missing sample")
         self._kept = np.concatenate([np.isfinite(m) for m in self._measured.values()])
         if empty := [name for name, m in self._measured.items() if not np.isfinite(m).any()]:
-            raise bad_value("data", f"{empty[0]} without a sample", "without this variable, or name others in sigma")
+            raise bad_value(
+                "data",
+                f"{empty[0]} without a sample",
+                "a dataset with samples of each variable: drop this variable, or name the others in sigma",
+            )
         self._sigma = sigma or {name: float(np.nanstd(m)) or 1.0 for name, m in self._measured.items()}
         if np.count_nonzero(self._kept) <= len(self._free):
             raise InputError(
@@ -220,7 +224,7 @@ class _Problem:
             if name not in names:
                 raise unknown_name("parameter or state", name, names, "free")
             if law is not None and name in (law.period, law.delay):
-                raise InputError(f"{name} cannot be fitted (from free): it decides when {law.name} samples")
+                raise InputError(f"{name} cannot be fitted (from free): it determines the sample times of {law.name}")
 
     def _law(self) -> Controller | None:
         return self._model.manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
@@ -284,7 +288,7 @@ class _Problem:
         x0 = np.zeros(len(self._free)) if start is None else start
         tight = low >= high
         if tight.any():
-            raise bad_value("free", self._free[int(np.argmax(tight))], "a value whose bounds leave room")
+            raise bad_value("free", self._free[int(np.argmax(tight))], "a value with a wider interval of bounds")
         inside = np.clip(x0, low + 1e-9 * (x0 <= low), high - 1e-9 * (x0 >= high))
         result = least_squares(
             self._residuals,
@@ -326,8 +330,8 @@ class _Problem:
                 if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
                     name = self._free[int(np.argmax(np.abs(direction)))]
                     raise InputError(
-                        f"{name} cannot be fitted (from free): small changes have no effect on the data and larger "
-                        "ones do (as for a time within a sample). Leave it out, or start from another value"
+                        f"{name} cannot be fitted (from free): small changes have no effect on the data, but larger "
+                        "changes have, as for a time within a sample. Leave it out, or start from another value"
                     )
 
     def result(self, relative: FloatArray, known_noise: bool) -> Fit:
@@ -385,7 +389,7 @@ def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
     """Return the run options that reproduce the samples of the data."""
     for name in ("t_end", "dt_out", "inputs"):
         if name in options:
-            raise bad_value(name, options[name], "left out: the data decide it")
+            raise bad_value(name, options[name], "left out: the data determine it")
     if not hasattr(data, "data_vars") or "t" not in data.coords or data.sizes["t"] < 2:
         raise bad_value("data", type(data).__name__, "an xarray.Dataset with two or more samples over t")
     check_units(data, {"t": "s"}, "data")

@@ -157,7 +157,7 @@ def _check(model: Model, to: Mapping[str, float], limits: Mapping[str, float]) -
     """Refuse unknown names, values that are not numbers, and models with jumps or algebraic states."""
     manifest = model.manifest
     if not to:
-        raise bad_value("to", dict(to), "final values of states by name, one at least", "the call")
+        raise bad_value("to", dict(to), "at least one final value, by the name of its state", "the call")
     for field, given, names, least in (
         ("to", to, model.state_names, -math.inf),
         ("limits", limits, model.input_names, 0),
@@ -170,7 +170,7 @@ def _check(model: Model, to: Mapping[str, float], limits: Mapping[str, float]) -
     if manifest.algebraic or any(event.resets for event in manifest.events):
         what = "algebraic states" if manifest.algebraic else "events that reset it"
         raise InputError(
-            f"{model.name} has {what}, and cannot be steered: its rates must be a smooth function of its state"
+            f"{model.name} cannot be steered: it has {what}, and its rates must be a smooth function of its state"
         )
 
 
@@ -210,7 +210,7 @@ class _Problem:
         steps: int = max(1, math.ceil(self._step * fastest / _TURN))
         if steps > _MOST:
             least = math.ceil(self._n * steps / _MOST)
-            raise bad_value("n", self._n, f"{least} at least, as the plant moves at {fastest:.3g} 1/s", "the call")
+            raise bad_value("n", self._n, f"at least {least}: the plant moves at {fastest:.3g} 1/s", "the call")
         return steps
 
     def _interval(self) -> Any:

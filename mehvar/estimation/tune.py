@@ -124,7 +124,7 @@ def tune(
     if not isinstance(free, list | tuple) or not free or not all(isinstance(name, str) for name in free):
         raise bad_value("free", free, "a list of names of parameters, at least one")
     for name in _WITHOUT_EFFECT & batch.keys():
-        raise bad_value(name, batch[name], "left out: it does not act on the cost")
+        raise bad_value(name, batch[name], "left out: it has no effect on the cost")
     CAMPAIGN_OPTIONS["seed"].check(seed, "the call")
     loaded = model if isinstance(model, Model) else load(model, "c")
     number = Number(cost, "cost")
@@ -142,7 +142,7 @@ def tune(
     store = runs({}, seed)
     if (design := design_of(store.attributes)) != "random":
         raise InputError(
-            f"vary, sampling: a {design} design has no independent runs for a verdict: use sampling = random"
+            f"vary, sampling: a {design} design has dependent runs, which allow no verdict: use sampling = random"
         )
     number.check_names(scalars(store), notes(store))
     nominal = json.loads(store.attributes["nominal"])
@@ -153,7 +153,7 @@ def tune(
     before = _costs(store, number)
     if not np.isfinite(before).all():
         bad = int(np.argmax(~np.isfinite(before)))
-        raise InputError(f"cost = {cost!r}: run {bad} with the first gains ended early, or lacks a number of the cost")
+        raise InputError(f"cost = {cost!r}: with the first gains, run {bad} ended early or lacks a number of the cost")
     scale, low, high = _scales(loaded, controller, free, start)
     worst = 10 * float(np.abs(before).max()) + 1  # exceeds every cost that the search accepts
 

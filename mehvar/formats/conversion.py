@@ -131,7 +131,7 @@ def convert(
     if to not in _MESSAGES:
         checked_format(target)
     if Path(source).resolve() in target.resolve().parents:
-        raise bad_value("out", os.fspath(out), f"a file outside the batch {os.fspath(source)}, whose folder is its own")
+        raise bad_value("out", os.fspath(out), f"a file outside the folder of the batch, {os.fspath(source)}")
     check_file(target)
     if not os.path.isdir(source):  # noqa: PTH112 - pathlib raises for a name that is too long
         result = open_result(source)

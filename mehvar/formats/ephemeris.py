@@ -83,7 +83,9 @@ def _segment(path: Path, kind: str, lines: Sequence[str]) -> _Segment:
         if not line or line.startswith("COMMENT"):
             continue
         if line == "META_START" and about:
-            raise InputError(f"{path}, line {number}: a second segment; must have one: split the file")
+            raise InputError(
+                f"{path}, line {number}: a second segment begins; a file must have only one: split the file"
+            )
         if line in ("META_START", "META_STOP", "COVARIANCE_START", "COVARIANCE_STOP", "DATA_START", "DATA_STOP"):
             place = {"META_START": "meta", "COVARIANCE_START": "skipped", "DATA_STOP": "end"}.get(line, "data")
         elif place in ("head", "meta"):
@@ -97,9 +99,9 @@ def _segment(path: Path, kind: str, lines: Sequence[str]) -> _Segment:
         elif place == "data":
             rows.append((number, line.split()))
     if not version:
-        raise InputError(f"{path} is no such message: it lacks {_VERSION[kind]}")
+        raise InputError(f"{path} is not a CCSDS message: it lacks {_VERSION[kind]}")
     if len(rows) < 2:
-        raise InputError(f"{path} has {len(rows)} lines of data; must have two at least")
+        raise InputError(f"{path} has {len(rows)} lines of data; must have at least two")
     return _Segment(about, rows)
 
 
@@ -177,6 +179,6 @@ def _instant(path: Path, number: int, text: str) -> tuple[datetime, int]:
             raise ValueError("strptime takes day 366 of any year")
     except ValueError as error:
         raise InputError(
-            f"{path}, line {number}: {text!r} must be as 2026-03-21T12:00:00 or 2026-080T12:00:00"
+            f"{path}, line {number}: {text!r} must be a time such as 2026-03-21T12:00:00 or 2026-080T12:00:00"
         ) from error
     return day, int((match["part"] or "0").ljust(9, "0")[:9])

@@ -45,7 +45,9 @@ def check_named(to: str, about: Mapping[str, str], needed: Mapping[str, str], op
     if missing := [f"{name} ({text})" for name, text in needed.items() if not about.get(name)]:
         raise InputError(f"{to} needs {'; '.join(missing)}: give {ORIGIN} NAME=VALUE")
     if not _EPOCH.fullmatch(about["epoch"]):
-        raise bad_value("epoch", about["epoch"], "as 2026-03-21T12:00:00, with nine decimals at most", ORIGIN)
+        raise bad_value(
+            "epoch", about["epoch"], "a time such as 2026-03-21T12:00:00, with at most nine decimals", ORIGIN
+        )
 
 
 def times(run: xarray.Dataset) -> FloatArray:
@@ -60,7 +62,7 @@ def columns(run: xarray.Dataset, name: str, text: str, size: int, units: Mapping
     """Return the variables that a text names, a column each, in the unit of factor 1."""
     names = text.split(",")
     if len(names) != size:
-        raise bad_value(name, text, f"{size} variables with commas between them", ORIGIN)
+        raise bad_value(name, text, f"{size} variables, separated by commas", ORIGIN)
     series = [str(n) for n, array in run.data_vars.items() if array.dims == ("t",)]
     factors = []
     for variable in names:

@@ -117,7 +117,7 @@ class Results:
             if self._is_batch:
                 return metrics_picture(self._runs(success), names)
             if names or success is not None:
-                raise InputError("names and success are for a batch: leave them out for a run")
+                raise InputError("names and success select from a batch: leave them out for a single run")
             return result_picture(self._dataset, self._manifest)
 
     def scatter(self, x: str, y: str, success: str | None = None) -> Axes:

@@ -29,9 +29,7 @@ def check_entries(system: System, vectors: Iterable[Vector]) -> None:
             _check_constants(nodes.of(entry), vector.row(k))
             _check_symbols(nodes, entry, received, system, vector, vector.row(k))
             if vector.margin and next(nodes.ends(entry, received), None) is None:
-                raise ModelError(
-                    f"{vector.row(k)}: {entry} does not depend on any symbol, so that it holds always or never"
-                )
+                raise ModelError(f"{vector.row(k)}: {entry} does not depend on any symbol, so it holds always or never")
     for step in system.definitions_in_order:
         _check_constants(nodes.of(step.expr), f"{step.origin}: definition {step.symbol.name!r}")
 

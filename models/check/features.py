@@ -58,7 +58,7 @@ def _check_mass(system: System) -> None:
             f"{n} states"
         )
     if len(algebraic_rows(system)) == n:
-        raise ModelError(f"{system.origin}: mass is zero: a system must have a state that has a rate")
+        raise ModelError(f"{system.origin}: mass is zero: at least one state must have a rate")
 
 
 def _check_beside(system: System) -> None:
@@ -175,7 +175,7 @@ def check_sensor(system: System) -> None:
     for q, row in zip(system.states, sensor.measured, strict=True):
         if sp.expand(sp.sympify(row).subs(quiet) - q.symbol) != 0:
             raise ModelError(
-                f"{sensor.origin}: measured of the sensor: {q.name} is measured as {row}, and the continuous law "
+                f"{sensor.origin}: the sensor measures {q.name} as {row}, but the continuous law "
                 f"{continuous[0]!r} would receive the state itself: give the measurements names (seen)"
             )
 

@@ -47,11 +47,11 @@ class Dispersion:
 
     @property
     def of_vector(self) -> bool:
-        """True for a vector with a length, whose components share one unit."""
+        """True for a vector with a length: its components share one unit."""
         return self.text.startswith("sphere")
 
     def centre(self) -> dict[str, float]:
-        """Return the values at the centre of the unit cube; a vector lies along its last axis."""
+        """Return the values at the centre of the unit cube; a vector points along its last axis."""
         u = np.full((1, len(self.names)), 0.5)
         if self.of_vector:
             u[0, -1] = 0.6  # at 0.5 all components are zero, and a zero vector has no direction

@@ -50,11 +50,12 @@ _SHORT, _SAMPLES = 4096, 2**20  # blocks of short runs have at least 4096 runs, 
 _BLOCKS = 256  # approximate number of blocks of a large batch
 _BLOCK_BYTES = 2**26
 REFUSALS = 3
-"""Impossible runs per block whose reason a store keeps, as many as the statistics show. A reason costs a fraction of
-a millisecond and a line of text; other impossible runs only have a status."""
+"""Number of impossible runs per block with a stored reason: as many as the statistics show. A reason costs a fraction
+of a millisecond and a line of text. Other impossible runs have a status only."""
 
 _MOST_THREADS = 1024
-"""Largest number of threads: more than any machine for batches has processors. Each has its own work memory."""
+"""Largest number of threads: more than the processors of any machine for batches. Each thread has its own work
+memory."""
 _THREADS = Option("count", "Threads of this process", least=1, below=_MOST_THREADS + 1, name="threads")
 _RUNS_PER_BLOCK = Option("count", "Runs per block", least=1, below=_MOST + 1, name="chunk")
 
@@ -67,7 +68,7 @@ class OutOfMemoryError(MehvarError, MemoryError):
 
 
 class ImpossibleRunError(InputError):
-    """A run with invalid drawn values, in a batch that stops at such runs."""
+    """A run has invalid drawn values, and the batch stops at such runs."""
 
     resumable = True
 
@@ -155,7 +156,7 @@ def run_batch(
         raise bad_value("resume", resume, "left out unless out is a store", origin)
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
-        raise bad_value("backend", loaded.backend, "'c': a batch runs many in lanes of our own C", origin)
+        raise bad_value("backend", loaded.backend, "'c': batches need our own C", origin)
     if own is not None and client is not None:
         raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
     if own is not None and resume and not own.text:
@@ -217,7 +218,7 @@ def _opened(
         return create(path, layout)
     store = resume_store(path, layout, lambda attributes: _compare(str(path), attributes, layout.identity))
     if chunk not in (None, store.chunk):
-        raise bad_value("chunk", chunk, f"left out or {store.chunk}, as {store.name} was made", plan.origin)
+        raise bad_value("chunk", chunk, f"left out, or {store.chunk} as in {store.name}", plan.origin)
     return store
 
 
@@ -317,7 +318,7 @@ class Rule(Protocol):
         """Return the counts of a stored block."""
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
-        """Return True if the sums over the first runs suffice; each call has more runs."""
+        """Return True if the sums over the first runs suffice. Each call adds runs."""
 
 
 class _Filling:

@@ -371,8 +371,8 @@ _Schedule, _Metric, _Signal, _Job, _Own = (
 
 
 LONGEST_SCHEDULED = 10_000
-"""Operations of a function above which gcc does not schedule its instructions, as the time grows faster than the
-operations. Slosh with sixteen pendulums (6840 operations) compiles in 22.6 s with scheduling, 10.9 s without, but
+"""Number of operations of a function above which gcc does not schedule instructions: its time grows faster than this
+number. Slosh with sixteen pendulums (6840 operations) compiles in 22.6 s with scheduling, 10.9 s without, but
 then needs 1.07 times as long per evaluation. Without it, 32 pendulums compile in 32 instead of 102 s, 64 in 105
 instead of 447 s (on another machine). Half this value includes the sixteen pendulums, twice excludes the 32."""
 

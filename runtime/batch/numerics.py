@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All that determines the bits of a run besides its numbers: sources, flags, processor; common to a batch."""
+"""Numerics of a batch: everything except numbers that determines the bits of its runs: sources, flags, processor."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Numerics:
     processor: str
 
     def text(self) -> str:
-        """Return it as JSON for stores and workers."""
+        """Return the numerics as JSON for stores and workers."""
         return json.dumps(asdict(self), sort_keys=True)
 
 

@@ -231,7 +231,12 @@ class Plan:
         dt = OPTIONS["dt_out"].check(campaign.options.get("dt_out") or self.scenario.step, self.origin)
         hold, _ = own.hold(dt, self.origin)
         if hold is None:
-            raise bad_value("period", None, "given: a batch evaluates what is in Python at samples", self.origin)
+            raise bad_value(
+                "period",
+                None,
+                "given: in a batch, laws and inputs in Python are evaluated at samples only",
+                self.origin,
+            )
         return replace(campaign, options={**campaign.options, "hold": hold})
 
     def _checked(self, campaign: Campaign) -> Campaign:
@@ -256,13 +261,15 @@ class Plan:
         )
 
     def _check_listed(self) -> None:
-        """Refuse listed values whose number is not that of the runs, or that a sampling design would have to mix."""
+        """Refuse lists of values of another length than the batch, and lists that a sampling design would mix."""
         for dispersion in self.dispersions:
             if dispersion.listed and dispersion.listed != self.campaign.n:
                 allowed = f"{dispersion.listed}, as {', '.join(dispersion.names)} lists as many values"
                 raise bad_value("n", self.campaign.n, allowed, self.origin)
             if dispersion.listed and self.campaign.sampling == "saltelli":
-                raise bad_value("sampling", "saltelli", "another design: it mixes the values of runs", self.origin)
+                raise bad_value(
+                    "sampling", "saltelli", "another design: saltelli combines values of different runs", self.origin
+                )
 
     def _values(self, first: int, count: int, points: FloatArray | None = None) -> FloatArray:
         points = self._sampler.points(first, count) if points is None else points
@@ -306,7 +313,9 @@ class Plan:
             if name in fixed:
                 raise InputError(f"{name} is both set and varied (from {self.origin})")
             if name in (self.law.delay, self.law.period):
-                raise InputError(f"{name} cannot vary (from {self.origin}): it decides when {self.law.name} samples")
+                raise InputError(
+                    f"{name} cannot vary (from {self.origin}): it determines the sample times of {self.law.name}"
+                )
         units = {q.name: q.unit for q in all_parameters(self.model.manifest, self.law)}
         units |= {q.name: q.unit for q in self.model.manifest.states}
         for d in self.dispersions:

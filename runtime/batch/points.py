@@ -21,7 +21,7 @@ GivenDesign = Literal["grid"]
 
 
 def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
-    """Return lists of values as texts of dispersions; other values stay and are checked later.
+    """Return lists of values as texts of dispersions. Other values stay unchanged; a later check refuses wrong ones.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
 
 
 def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
-    """Return lists with every combination of the given ones; the last name varies fastest.
+    """Return lists with every combination of the given lists; the last name varies fastest.
 
     Raises
     ------

@@ -75,7 +75,7 @@ SESSION_MODELS: dict[str, Model] = {}
 
 
 class TrustError(InputError):
-    """The run needs a model that only the store names, which repeating it would compile and execute."""
+    """A repeat needs a model that only the store names, and would compile and execute this model."""
 
 
 def plan_of(
@@ -129,7 +129,7 @@ def plan_of(
 
 
 def _session_law(store: Batch) -> LawFunction | None:
-    """Return the law of a batch if this session ran or defined it; `_own` compares it with the recorded text."""
+    """Return the law of a batch if this session ran or defined it; `_own` compares it with the recorded source."""
     ran = SESSION_LAWS.get(str(store.attributes.get("law", "")))
     # as in python:pd; the `main` of a command is another module
     name = str(store.attributes["controller"]).partition(":")[2]
@@ -140,14 +140,14 @@ def _session_law(store: Batch) -> LawFunction | None:
 
 
 def _needed(store: Batch) -> str | None:
-    """Return the argument that `again` needs for a batch whose law or inputs no model has; else None."""
+    """Return the argument that `again` needs if no model has the law or the inputs of a batch; else None."""
     if "law" not in store.attributes:
         return None
     return "inputs" if store.attributes["controller"] == OPEN_LOOP else "controller"
 
 
 def repetition(store: Batch, run: int, path: str) -> str:
-    """Return what repeats a run: a command where the store at a path suffices, else a call in Python."""
+    """Return the text that repeats a run: a command if the store at a path suffices, else a call in Python."""
     needed = _needed(store)
     if needed or not path:
         given = {"inputs": ", inputs=INPUTS", "controller": ", controller=LAW"}.get(needed or "", "")

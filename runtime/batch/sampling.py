@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points of the unit cube for runs: run i has the same bits however a batch is divided.
+"""Points of the unit cube for runs. Run i has the same bits for any division of a batch.
 
 Random numbers are counter based (Philox): one stream per seed and name, of which run i reads number i.
 """
@@ -32,7 +32,7 @@ _ROUNDS = 8
 """Rounds of the permutation: four make it pseudorandom for large halves (Luby and Rackoff 1988), eight also for
 halves of a few bits in small batches. Fewer would relate the strata of neighbouring runs."""
 _SOBOL_BITS = 32
-"""Binary digits of a point and of the number of points, 4e9 runs. Half a cell is added, so that no point is 0."""
+"""Number of binary digits of a point, and of the number of points: 4e9 runs. Half a cell is added, so no point is 0."""
 _SOBOL_LOCK = threading.Lock()
 
 

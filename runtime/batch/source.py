@@ -43,7 +43,8 @@ _RESULTS = {
     "to_coordinates": "q",
     "from_coordinates": "x",
 }
-"""Result names of the calls in native/step/calls.h and native/batch/block.h; arguments are named as in the manifest."""
+"""Names of results of the calls in native/step/calls.h and native/batch/block.h; arguments have the names of the
+manifest."""
 
 _INSTEAD = {
     "observe": "mv_copy(u_cmd, u, NU)",

@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _AHEAD = 2
-"""Blocks in progress per thread of the cluster: one is computed, the next waits. With one, threads idle while
-results travel; more only delay an early end."""
+"""Number of blocks in progress per thread of the cluster: one is computed, the next waits. With only one, threads idle
+while results travel; more than two only delay an early end."""
 _SILENCE = 5.0
-"""Seconds without a block before a search for silent workers, confirmed by a second look. Workers report every
-second or two, also while computing."""
+"""Seconds without a block before a search for silent workers; a second search confirms the result. Workers report every
+second or two, also while they compute."""
 _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 
@@ -101,7 +101,7 @@ def connect(address: str, timeout: float = 10.0) -> Client:
 
 
 def _check_certificates(address: str) -> None:
-    """Refuse a TLS address without certificates, for which dask would retry until its timeout."""
+    """Refuse a TLS address without certificates, because dask would retry until its timeout."""
     from distributed.security import Security
 
     allowed = "reached with certificates: set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ...CLIENT__CERT and ...CLIENT__KEY"
@@ -238,7 +238,7 @@ def _address(client: Client) -> str:
 
 
 def _compute(bundle: Bundle, first: int, count: int) -> tuple[Values, Provenance]:
-    """Compute a block on a worker with one thread, as a worker runs one block per thread; compile once."""
+    """Compute a block on a worker with one thread, because a worker runs one block per thread; compile once."""
     from distributed import get_worker
 
     try:

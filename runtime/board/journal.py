@@ -115,7 +115,7 @@ def read_journal(path: Path, layout: Layout) -> Entries:
         check = zlib.crc32(kind + body, check)
         if content[end : end + _LENGTH.size] != _LENGTH.pack(check):
             raise InputError(
-                f"journal = {str(path)!r}: the file is damaged at byte {at} or before, so that its run is unknown"
+                f"journal = {str(path)!r}: the file is damaged at or before byte {at}, so its run cannot be identified"
             )
         if kind == _SAMPLE:
             rows.append(np.frombuffer(body, "<f4").astype(np.float32))

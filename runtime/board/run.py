@@ -39,7 +39,7 @@ from .targets import TARGETS, MachinePort, open_target
 from .tuning import Request, Requests, TunedLaw, tuned
 
 _SELF_TEST = 200
-"""Samples of the self-test. A wrong bit shows in the checksum at once; more samples only find slower steps."""
+"""Number of samples of the self-test. A wrong bit changes the checksum at once; more samples only find slower steps."""
 
 
 @dataclass(frozen=True)
@@ -335,7 +335,7 @@ def _hold(request: BoardRequest) -> float | None:
 
 
 def _every(target: str) -> int:
-    """Return the samples between two reads of the memory, each of which doubles the exchanges of a sample.
+    """Return the number of samples between two reads of the memory. Each read doubles the messages of a sample.
 
     An error in the memory appears in the inputs of the next sample anyway.
     """

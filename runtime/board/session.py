@@ -23,7 +23,8 @@ _CHECKPOINT = 25
 A read costs one more exchange in 25; a reset costs at most 24 repeated samples. Half the value: 8 % and 12 samples.
 """
 RESTARTS = 5
-"""Resets allowed at one sample: a disturbance resets a board once, perhaps again in recovery; five mean a defect."""
+"""Largest number of resets at one sample. A disturbance resets a board once, perhaps again in recovery; five resets
+mean a defect."""
 
 Reply = TypeVar("Reply")
 Doubles = NDArray[np.float64]
@@ -166,7 +167,7 @@ class BoardLaw:
             self._checkpoint = (k + 1, self.z[k])
 
     def _at(self, k: int, request: Callable[[], Reply], restore: bool) -> Reply:
-        """Send a request in the board's state before sample k, which a restarted board gets first."""
+        """Send a request in the board's state before sample k; a restarted board gets this state first."""
         for _ in range(self._restarts):
             try:
                 if restore:

@@ -29,8 +29,8 @@ TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
 _CHUNK = 4096
 """Bytes per read: more than any frame."""
 _GATHER = 0.0005
-"""Seconds to wait for the rest of an answer from QEMU, which comes byte by byte. A shorter time splits reads; a
-longer one delays every exchange."""
+"""Seconds to wait for the rest of an answer from QEMU; the answer comes byte by byte. A shorter time splits reads; a
+longer time delays every answer."""
 _REASONS = {
     errno.ENOENT: "there is no such port",
     errno.EACCES: "no permission: on Linux join the group of the port, often dialout, and log in again",
@@ -40,7 +40,7 @@ _REASONS = {
 _LAST = 2.0
 """Seconds for a process to end before it is killed; it has nothing to save."""
 _START_TRIES, _START_PAUSE = 1000, 0.01
-"""Attempts and pauses, ten seconds, for QEMU to open its line; the end of its process is noticed at once."""
+"""Number of attempts and pauses until QEMU opens its line: ten seconds. The end of its process is noticed at once."""
 
 
 class ProcessPort:

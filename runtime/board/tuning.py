@@ -38,7 +38,7 @@ class Request:
 
 
 _BEGIN = '{"at": '
-"""First line of the file. Files without it are the user's, and `close` must not remove them."""
+"""First line of the file. A file without this line belongs to the user, and `close` must not remove it."""
 
 
 class Requests:
@@ -156,7 +156,7 @@ def _value(manifest: Manifest, law: Controller, name: str, value: object) -> flo
     if name not in parameters:
         raise unknown_name(f"parameter of {manifest.model} under {law.name}", name, parameters, "--set")
     if name in (law.period, law.delay):
-        raise bad_value(name, value, "constant during a run, whose clock depends on it", "--set")
+        raise bad_value(name, value, "constant during a run: the clock of the run depends on it", "--set")
     result = number(name, value, "--set")
     if not parameters[name].allows(result):
         raise bad_value(name, result, f"in {parameters[name].allowed}", "--set")

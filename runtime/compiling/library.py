@@ -26,8 +26,8 @@ INCLUDE = NATIVE / "include"
 """Folder of headers for generated C, for `cc -I`."""
 _KIND = "libraries"
 _BESIDE: list[threading.Thread] = []
-"""Thread that compiles the native loop. In the child of a fork, joining it returns at once, where a lock would stay
-locked."""
+"""Thread that compiles the native loop. In the child of a fork, joining the thread returns at once, but a lock would
+stay locked."""
 _BEGINNING = threading.Lock()
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
@@ -79,7 +79,7 @@ def compiled(name: str, sources: Mapping[str, str], units: Sequence[str], flags:
 def load_library(
     name: str, sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ("-O2",)
 ) -> ctypes.CDLL:
-    """Load the library that `compiled` makes of these; its calls release Python's lock.
+    """Load the library that `compiled` makes from these sources; its calls release Python's lock.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from .generated import generated_text
 
 
 def casadi_manifest(manifest: Manifest) -> Manifest:
-    """Return a manifest of the functions in CasADi's file, which has no split ones.
+    """Return a manifest of the functions in CasADi's file, without split functions.
 
     Raises
     ------

@@ -81,8 +81,8 @@ def _root(manifest: Manifest, name: str) -> Path:
             _check_unchanged(manifest, root, name)
             return root
     raise InputError(
-        f"{own} lacks {name}, and models/{model}, from which it could be derived, is missing. "
-        f"Write every file with: mehvar generate {model} --out DIR (--emit casadi for CasADi's C)"
+        f"{own} lacks {name}, which cannot be derived without the sources models/{model}. "
+        f"Write every file where the sources are: mehvar generate {model} --out DIR (--emit casadi for CasADi's C)"
     )
 
 
@@ -92,7 +92,7 @@ def _check_unchanged(manifest: Manifest, root: Path, name: str) -> None:
         if source.startswith("models/") and path.is_file() and _sha256(path) != digest:
             raise InputError(
                 f"{name} cannot be made: {source} has changed since {manifest.model} was generated; "
-                f"mehvar generate {manifest.model} brings it up to date"
+                f"mehvar generate {manifest.model} updates it"
             )
 
 

@@ -258,7 +258,7 @@ class PythonBackend:
         ]
 
     def point(self, function: Function) -> Callable[[tuple[Any, ...]], None]:  # noqa: ARG002
-        """Return an evaluator that refers all points to `evaluate`: NumPy gains nothing for single points."""
+        """Return an evaluator that passes all points to `evaluate`, because NumPy is not faster for single points."""
         return lambda _: None
 
     def raw(self, name: str) -> Callable[..., Any]:

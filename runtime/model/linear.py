@@ -269,7 +269,7 @@ def _answer(
 def _seen(
     manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
 ) -> tuple[ArrayLike, FloatArray | None]:
-    """Return the vector that a law receives, without noise, and its derivative by the state if they differ."""
+    """Return the vector that a law receives, without noise, and its derivative by the state if both differ."""
     if not manifest.measured and not (controller.period and "measure" in functions):
         return x, None
     point = x, np.zeros(len(manifest.noise)), p
@@ -281,13 +281,13 @@ def _seen(
 
 
 def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: FloatArray, p: ArrayLike) -> None:
-    """Refuse a state sensor that does more than add to the state: generated sensors have no derivatives."""
+    """Refuse a sensor of the state unless it only adds to the state, because generated sensors have no derivatives."""
     states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (x, p))
     step = _STEP * np.eye(len(manifest.states))
     above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
     if not np.allclose((above - below) / (2 * _STEP), np.eye(len(manifest.states)), rtol=0, atol=_SLOPE):
         raise InputError(
-            f"{manifest.model} has a sensor whose measurements have no names: declare them (seen) for a linear system"
+            f"the sensor of {manifest.model} has measurements without names; a linear system needs names (seen)"
         )
 
 
@@ -309,7 +309,7 @@ def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequ
     commanding[..., place] = 0
     if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
         raise InputError(
-            f"the law {controller.name} commands only at some samples; a linear system needs a command at each"
+            f"the law {controller.name} commands only at some samples; a linear system needs a command at every sample"
         )
 
 

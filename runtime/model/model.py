@@ -66,7 +66,7 @@ class Model:
         self.evaluator = backend
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Pickle the folder and backend, as compiled code belongs to one process."""
+        """Pickle the folder and the backend only, because compiled code belongs to one process."""
         return _reloaded, (str(self.manifest.folder.absolute()), self.backend, self.manifest.hash)
 
     def __repr__(self) -> str:
@@ -429,7 +429,7 @@ class Model:
 
 
 def _reloaded(folder: str, backend: BackendName, digest: str) -> Model:
-    """Load a model pickled by another process; raise InputError if its folder now has another one."""
+    """Load a model that another process pickled; raise InputError if its folder now has another model."""
     model = load(folder, backend)
     if model.manifest.hash != digest:
         raise InputError(f"{folder} has changed since the model was pickled: its hash is {model.manifest.hash[:12]}")

@@ -19,8 +19,8 @@ from .model import Model, load
 from .parameters import number
 
 _TOLERANCE = 1e-12
-"""Tolerance of residual, step and gradient, relative to the scales of the unknowns. Newton's method doubles the
-correct digits at each step, so half or twice this value changes at most one step."""
+"""Tolerance of residual, step and gradient, relative to the scales of the unknowns. Newton's method doubles the number
+of correct digits at each step. So half or twice this value changes at most one step."""
 _STEADY = 1e-8
 """Tolerance of a rate, relative to its change when each unknown changes by its own size or one. A steady state
 leaves rounding of 1e-16, and half of the digits at a double zero. A tenth or ten times changes no verdict."""

@@ -19,7 +19,7 @@ _AROUND = ("start", "to_coordinates", "from_coordinates")
 def loop_calls(
     manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Integrator = EXPLICIT
 ) -> dict[str, Function]:
-    """Return the functions of a loop's calls, without calls that the model has no function for.
+    """Return the functions of a loop's calls, without calls for which the model has no function.
 
     Parameters
     ----------

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 _DIGEST = "content_sha256"
 _SEAL = b"\nmehvar sha256 "
-"""Mark before the hash of all bytes, at the file's end, which HDF5 does not read. Damage can make HDF5 loop, so the
-hash is checked first."""
+"""Mark before the hash of all bytes. Both stand at the end of the file, which HDF5 does not read. Damage can make HDF5
+loop, so the hash is checked first."""
 _END = {b"\0": slice(40, 48), b"\1": slice(44, 52), b"\2": slice(28, 36), b"\3": slice(28, 36)}
 """Positions of the end-of-file address in HDF5 files, by version of the superblock."""
 _MATLAB_HEADER = 116
@@ -104,7 +104,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     except Exception as error:  # for a damaged file HDF5 and its readers raise anything
         raise InputError(f"{name} is not a result file: {_one_line(error)}") from error
     if "model_hash" not in result.attrs or not {"t", "run"} & {*result.coords, *result.dims}:
-        raise InputError(f"{name} is not a result file: it has no model_hash, or neither time t nor runs")
+        raise InputError(f"{name} is not a result file: it lacks model_hash, or it has neither a time t nor runs")
     if result.attrs.pop(_DIGEST, None) != _digest(result):
         raise InputError(f"{name} is damaged: its content does not match its {_DIGEST}; save the run again")
     return result
@@ -144,7 +144,7 @@ def _netcdf(dataset: xarray.Dataset) -> bytes:
 
 
 def _whole(content: bytes) -> bool:
-    """Return True if a file matches its hash; files of other programs, without one, count as intact."""
+    """Return True if a file matches its hash. Files of other programs have no hash and count as intact."""
     field = _END.get(content[8:9])
     if field is None or len(content) <= int.from_bytes(content[field], "little"):
         return True

@@ -96,7 +96,7 @@ def _library() -> ctypes.CDLL:
 
 def _events(journal: Any) -> tuple[tuple[float, int], ...]:
     if journal.full:
-        raise MemoryError(f"no memory for the events of a run after {journal.count} of them")
+        raise MemoryError(f"not enough memory for the events of a run after {journal.count} events")
     times, events = ctypes.cast(journal.t, _DOUBLES), ctypes.cast(journal.event, _INTEGERS)
     return tuple(zip(times[: journal.count], events[: journal.count], strict=True))
 

@@ -70,7 +70,7 @@ def cut_of(run: Run | xarray.Dataset) -> float:
 
 
 def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) -> dict[str, Metric]:
-    """Return the metrics of runs under a law; for a Python law, those whose variables exist."""
+    """Return the metrics of runs under a law; for a Python law, only metrics with existing variables."""
     if law is None or law in manifest.controllers:
         return dict(manifest.metrics)
     reports = {q.name for one in manifest.controllers.values() for q in (*one.memory, *one.outputs)}
@@ -83,7 +83,7 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
 
 
 def is_open(metric: Metric, cut: float) -> bool:
-    """Return True for a metric that an early end leaves undetermined.
+    """Return True for a metric that is undetermined after an early end.
 
     Extremes, sums and counts are known up to the end of a run, and so is its final value. Whether a signal has settled,
     and a value at a later instant, are not.
@@ -191,7 +191,7 @@ def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], 
 
 
 def _sum(values: FloatArray) -> float:
-    """Sum over time, then over rows, in the order of a batch, for bit-identical results."""
+    """Sum over time, then over rows: in the order of a batch, so that results are bit-identical."""
     rows = np.add.accumulate(values, axis=1)[:, -1:]
     return float(np.add.accumulate(rows, axis=0)[-1, 0]) if rows.size else 0.0
 

@@ -383,7 +383,7 @@ def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str
     """
     for name, value in parameters.items():
         if name in OPTIONS:
-            raise bad_value(name, value, f"given by itself, as in {name}=..., not in `parameters`", origin)
+            raise bad_value(name, value, f"given as a keyword, {name}=..., and not in `parameters`", origin)
     twice = [name for name in others if name in parameters]
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin}): in `parameters` and as an option")

@@ -154,12 +154,15 @@ class Problem:
 
     @property
     def continuous_own(self) -> bool:
-        """True for a continuous Python law, which every slope evaluates."""
+        """True for a continuous Python law: every slope evaluates it."""
         return self.own is not None and self.hold_every is None
 
     @property
     def charted(self) -> bool:
-        """True if regular coordinates are integrated; a Python law returns inputs of the state's chart."""
+        """True if regular coordinates are integrated.
+
+        They are not under a Python law, which returns inputs of the state's chart.
+        """
         return self.hold_every is None and self.own is None and "to_coordinates" in self.model.manifest.functions
 
 
@@ -286,7 +289,7 @@ def check_delay(delay: int, ticks: int, hold_every: int | None, origin: str) -> 
     """Refuse a delay as long as the run, in which no input acts."""
     periods = 0 if hold_every is None else -(-(ticks - 1) // hold_every)
     if delay and delay >= periods:
-        raise bad_value("delay", delay, f"less than {periods}, the periods that this run has", origin)
+        raise bad_value("delay", delay, f"less than {periods}, the number of periods in this run", origin)
 
 
 def check_hold(hold: float | None, law: Controller, period: float | None, origin: str) -> None:
@@ -314,7 +317,7 @@ def sampled_parameters(manifest: Manifest) -> dict[str, str]:
 
 
 def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int | None, origin: str) -> tuple[int, ...]:
-    """Return the largest delay of each input for parameters p, shape (np,) or (n, np); none without delays.
+    """Return the largest delay of each input for parameters p, shape (np,) or (n, np); an empty result without delays.
 
     Raises
     ------
@@ -328,7 +331,7 @@ def input_delays(manifest: Manifest, p: FloatArray, ticks: int, hold_every: int 
     periods = -(-(ticks - 1) // hold_every)
     for name, delay in greatest.items():
         if delay and delay >= periods:
-            raise bad_value(name, delay, f"less than {periods}, the periods that this run has", origin)
+            raise bad_value(name, delay, f"less than {periods}, the number of periods in this run", origin)
     return tuple(greatest[manifest.delays[q.name]] if q.name in manifest.delays else 0 for q in manifest.inputs)
 
 
@@ -387,8 +390,8 @@ def _check_consistent(
 
 
 _NEWTON_STEPS = 50
-"""Newton steps from a distant start. At a double root each step gains one bit, elsewhere more, so it converges to
-double precision within these steps or never; half as many would miss double roots."""
+"""Number of Newton steps from a distant start. At a double root each step gains one bit, elsewhere more. So the method
+converges to double precision within these steps, or never. Half as many steps would miss double roots."""
 
 
 def _solved(

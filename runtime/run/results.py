@@ -57,7 +57,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
 
 
 _Texts = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
-"""Names with attributes as a hashable value."""
+"""Names and their attributes as one hashable value."""
 
 
 def _texts(attributes: Mapping[str, Mapping[str, str]]) -> _Texts:

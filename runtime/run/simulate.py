@@ -145,13 +145,13 @@ class Run:
         return f"{total:08x}"
 
     def stiffness(self) -> list[str]:
-        """Return when `method="auto"` found the run stiff, and what it did."""
+        """Return the time at which `method="auto"` found the run stiff, and its reaction."""
         if math.isnan(self.t_stiff):
             return []
         return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
 
     def exceeded(self) -> list[str]:
-        """Return when, how long and by how much each report of the law exceeded its bound."""
+        """Return the time, duration and size of each excess of a law's report over its bound."""
         texts = []
         for report, series in zip(self.controller.outputs, self.w.T, strict=True):
             for word, bound, sign in (("above", report.at_most, 1), ("below", report.at_least, -1)):
@@ -242,7 +242,7 @@ def simulate(
     controlled, own = law_of(manifest, controller, inputs, interpolation, period, memory, end, origin)
     if own is not None and options.hold is not None:
         raise bad_value(
-            "hold", options.hold, "left out: only laws of the model are sampled by it, others by period", origin
+            "hold", options.hold, "left out: hold applies to laws of the model; use period for other laws", origin
         )
     started = time.perf_counter()
     loaded.evaluator.prepare()
@@ -336,9 +336,11 @@ def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
     if problem.own is not None or problem.hold is None or problem.model.backend != "c":
         raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
     if problem.stiff_test:
-        raise bad_value("method", AUTO, "one that is known beforehand: the law elsewhere is asked once", origin)
+        raise bad_value(
+            "method", AUTO, "another method: auto may repeat the run, but this law is evaluated once per sample", origin
+        )
     if problem.real != "double":
-        raise bad_value("real", problem.real, "left out with law, which computes in its own way", origin)
+        raise bad_value("real", problem.real, "left out with law: the given law determines its precision", origin)
     z0 = start_memory(problem.model, problem.controller, problem, problem.x0, getattr(law, "real", "double"))
     return replace(problem, law=law, z0=z0)
 

@@ -18,8 +18,8 @@ from mehvar.base.errors import InputError, bad_value, whence
 from ..model.functions import FloatArray
 
 _MULTIPLE = 1e-9
-"""Relative tolerance of whole multiples, for numbers with nine or more digits; only those depend on it. Decimals and
-simple fractions are exact multiples or far from them."""
+"""Relative tolerance of whole multiples. Only numbers with nine or more digits depend on it: decimals and simple
+fractions are exact multiples or far from them."""
 _DENOMINATOR = 10**6
 """Largest denominator of a simple fraction: microseconds, and steps such as 1/3, 1/60 and 1/44100 s. Such fractions
 are 1e-12 apart, so below some thousand seconds rounding cannot confuse them; with twice the denominator, half as
@@ -61,7 +61,10 @@ def times_in(longer: float, shorter: float) -> int | None:
 
 
 def grid(end: float, step: Fraction) -> FloatArray:
-    """Return the multiples of a step from 0 to an end; one that equals the end up to rounding becomes it."""
+    """Return the multiples of a step from 0 to an end.
+
+    A multiple that equals the end up to rounding becomes the end.
+    """
     last = fraction(end)
     count = math.floor(last / step + Fraction(_MULTIPLE))
     instants = multiples(step, count + 1)

@@ -70,7 +70,7 @@ EVERY = Group("c", (*C.quantities, Parameter("often", "1", "samples", default=5.
     [
         ({"delays": {"torque": "lag"}, **LATE}, "the input torque is delayed by lag samples"),
         (law(parameters=EVERY, every="often"), "pd commands only at some samples"),
-        ({"sensor": SCALED}, "a sensor whose measurements have no names"),
+        ({"sensor": SCALED}, "has measurements without names"),
     ],
     ids=("delay", "every", "sensor"),
 )

@@ -113,7 +113,7 @@ def test_batches_are_double() -> None:
 @pytest.mark.parametrize("name", ["Ts", "delay"])
 def test_what_decides_when_cannot_vary(name: str) -> None:
     said = refusal(lambda: mehvar.batch("satellite", "mrac", n=2, vary={name: "uniform(0, 1)"}, out="a.zarr"))
-    assert "it decides when" in said
+    assert "it determines the sample times" in said
 
 
 @pytest.mark.soak

@@ -43,11 +43,11 @@ def command(
     if kind not in KINDS:
         raise unknown_name("build system", kind, KINDS, "--for")
     if link and kind in FRAMEWORKS:
-        raise bad_value("link", True, f"left out with --for {kind}, whose messages are the line", "--link")
+        raise bad_value("link", True, f"left out with --for {kind}: the framework carries the messages", "--link")
     if inline and not link:
         raise bad_value("inline-parameters", True, "given with --link", "--inline-parameters")
     if within and link:
-        raise bad_value("range", within[0], "left out with --link, where the host checks its numbers", "--range")
+        raise bad_value("range", within[0], "left out with --link: the host checks the numbers", "--range")
     maker = f"mehvar board emit {model} {controller}"
     check_folder(out, maker, ["README.md", "src"])
     loaded = compiled(model)

@@ -49,7 +49,7 @@ def command(
         _inspect(model, controller, elf, linked, board or compiler, out, maker)
         return 0
     if linked is not None:
-        raise bad_value("map", str(linked), "given with --elf, the image that it describes", "--map")
+        raise bad_value("map", str(linked), "given together with --elf, the image that the map describes", "--map")
     if disturbed < 0:
         raise bad_value("disturbed", disturbed, "a whole number >= 0", "--disturbed")
     loaded = compiled(model)
@@ -72,7 +72,7 @@ def _inspect(
 ) -> None:
     """Write the evidence for an image that another project built."""
     if build is not None:
-        raise bad_value("elf", str(elf), "given without --board and --compiler, as the image is built", "--elf")
+        raise bad_value("elf", str(elf), "given without --board and --compiler: the image is already built", "--elf")
     manifest = load(model).manifest
     if controller not in manifest.controllers:
         raise unknown_name("controller", controller, manifest.controllers, "--controller")

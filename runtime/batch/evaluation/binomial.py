@@ -14,9 +14,9 @@ from ..sampling import FloatArray
 
 _HALF_LOG_2_PI = 0.5 * math.log(2 * math.pi)
 _REACH = 12.0
-"""Width of a window of counts, in standard deviations: those outside have less than 1e-20 of the whole."""
+"""Width of a window of counts, in standard deviations. Counts outside have a probability below 1e-20."""
 _SMALL_STEP = 1e-9
-"""Relative step of Newton's method after which rounding is all that is left."""
+"""Relative step of Newton's method below which only rounding errors remain."""
 
 
 def lower_bound(successes: int, runs: int, confidence: float) -> float:

@@ -33,8 +33,8 @@ _Value = Callable[[Values], Any]
 """Function that evaluates a number of a condition for many runs."""
 
 _Truth = tuple[NDArray[np.bool_], NDArray[np.bool_]]
-"""Masks of runs for which a part of a condition is true, and for which it is false. A comparison with NaN is
-neither; `and`, `or`, `not` follow Kleene's strong logic."""
+"""Masks of runs for which a part of a condition is true, and for which it is false. A comparison with NaN is neither
+true nor false; `and`, `or`, `not` follow Kleene's strong logic."""
 
 _COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Lt: operator.lt,
@@ -177,7 +177,7 @@ class Criterion:
         return None
 
     def _quantity(self, value: float, unit: str, text: str) -> str:
-        """Store a number with unit under an unused name, and return the name."""
+        """Store a number that has a unit under an unused name, and return the name."""
         name = f"quantity\N{MIDDLE DOT}{len(self._quantities)}"
         self._quantities[name] = _Quantity(self._finite(value), unit, text)
         return name

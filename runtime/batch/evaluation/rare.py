@@ -29,11 +29,12 @@ Progress = Callable[[int, int], None]
 """Function that receives the number of runs so far and the largest possible number."""
 
 _RAREST = 1e-12
-"""Smallest share of failures: below it, points of the unit cube, multiples of 1e-16, are too coarse."""
+"""Smallest share of failures. For smaller shares, points of the unit cube are too coarse: they are multiples of
+1e-16."""
 _PILOT = 100
-"""Share of all runs that the pilot uses at each level, a hundredth, but at least as many as a repetition."""
+"""The pilot uses one run of this many at each level, but at least as many runs as a repetition."""
 _AT_ONCE = 2**14
-"""Runs computed at once, with all their summaries."""
+"""Number of runs that are computed at once, with all their summaries."""
 _EDGE = 2.0**-53
 
 
@@ -75,7 +76,7 @@ def decide_rare(
     blocks = Blocks(plan, threads)
     read = read_requirements(requirements, blocks.scalars(), blocks.notes, origin)
     if not read:
-        raise bad_value("require", requirements, "one requirement at least", origin)
+        raise bad_value("require", requirements, "at least one requirement", origin)
     for requirement in read:
         _check_rare(requirement, origin)
     seekers = [_Seeker(blocks, requirement, k, len(read), report) for k, requirement in enumerate(read)]

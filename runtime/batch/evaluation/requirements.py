@@ -147,7 +147,7 @@ def _share(name: str, text: str, written: str, origin: str) -> float:
 
 
 def log_evidence(successes: int, runs: int, share: float) -> float:
-    """Return the logarithm of the evidence that a probability exceeds a share, valid at any number of runs.
+    """Return the logarithm of the evidence that a probability exceeds a share. It is valid at any number of runs.
 
     The evidence is the likelihood ratio against `share`, averaged uniformly over the larger probabilities. For a true
     probability of at most `share` it is a supermartingale that begins at 1, so it ever reaches 1 / a with a probability
@@ -222,7 +222,7 @@ class RareEvidence:
 
     @property
     def fulfilled(self) -> None:
-        """No number, as failing runs are searched for and not counted."""
+        """No number, because failing runs are searched for and not counted."""
 
     def answer(self, share: float) -> Answer:
         """Return the verdict of the bounds on a required share."""
@@ -236,7 +236,7 @@ class RareEvidence:
 
 
 def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evidence:
-    """Return the bounds for counted runs; `fixed` is True if their number was chosen in advance."""
+    """Return the bounds for counted runs; `fixed` is True if the number of runs was chosen in advance."""
     bound = lower_bound if fixed else sequential_bound
     return Evidence(runs, fulfilled, bound(fulfilled, runs, confidence), 1 - bound(runs - fulfilled, runs, confidence))
 
@@ -374,7 +374,7 @@ def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[
 
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
-    """Return the evidence after the first deciding block, else after the last block before a gap."""
+    """Return the evidence after the first block that decides, or else after the last block before a gap."""
     rule, fulfilled, runs = DecisionRule([requirement], confidence, "random"), 0, 0
     for place, block in enumerate(store.stored()):
         if block != place:

@@ -23,7 +23,7 @@ _LEAST_GROUPS = 16
 intervals contained the index in all cases with 32 groups, at least 97 % with 16, 79 % with 8, 61 % with 4."""
 
 _ERROR = 100
-"""Error of a metric over the tolerance of a step: final errors were 4 to 600 times as large (numerics.md,
+"""Error of a metric relative to the tolerance of a step: final errors were 4 to 600 times the tolerance (numerics.md,
 known-limits.md). Half or twice this value changes the verdict on scatter between 5e-10 and 2e-9 of a metric, at
 default tolerances."""
 

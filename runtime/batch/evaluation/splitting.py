@@ -23,21 +23,23 @@ Score = Callable[[FloatArray], FloatArray]
 """Function that scores points of shape (n, dimensions): 0 or more is a failure, infinity a run without a number."""
 
 REPETITIONS = 20
-"""Number of independent repetitions, whose scatter is then known to a sixth. Half as many widen a bound at 99 % by a
+"""Number of independent repetitions. With this number, their scatter is known to a sixth. Half as many widen a bound at
+99 % by a
 tenth."""
 FEWEST = 250
 """Smallest number of points per repetition. With 250 its probability scatters by about 80 %; with fewer, bounds are
 wrong too often."""
 _SHARE = 0.1
-"""Share of points that survive a level. Au and Beck found 0.1 to 0.3 equally good."""
+"""Share of points that survive a level. Au and Beck found values from 0.1 to 0.3 equally good."""
 _ACCEPTED = 0.4
-"""Desired share of accepted steps, which sets the step width; 0.2 and 0.6 are hardly worse."""
+"""Desired share of accepted steps; it determines the step width. Values of 0.2 and 0.6 are hardly worse."""
 _BEYOND = 30.0
-"""Factor by which the last level lies below the relevant share, so that a bound decides without failures."""
+"""Factor between the relevant share and that of the last level. The last level lies below, so that a bound decides
+without failures."""
 _STUCK = 0.02
-"""Share of accepted steps below which chains hardly move, because noise matters more than varied values."""
+"""Smallest share of accepted steps. Below it, chains hardly move, because noise matters more than the varied values."""
 _SURVIVORS = 0.5
-"""Share of one repetition in the sum above which the others seem to miss most failures."""
+"""Largest share of one repetition in the sum. Above it, the other repetitions seem to miss most failures."""
 
 
 class Cloud(NamedTuple):
@@ -54,7 +56,7 @@ class Cloud(NamedTuple):
 
 @dataclass(frozen=True)
 class Levels:
-    """Rising levels with their step widths, and the reason if they do not reach failures."""
+    """Rising levels with their step widths; the reason, if the levels do not reach failures."""
 
     levels: tuple[float, ...]
     widths: tuple[float, ...]
@@ -85,7 +87,7 @@ class Estimate:
 
 
 def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Generator) -> Levels:
-    """Return levels up to a failure, or to a share far below the smallest relevant one, `least`."""
+    """Return levels up to a failure, or up to a share far below `least`, the smallest relevant share."""
     cloud = _first(score, dimensions, n, 1, rng)
     levels: list[float] = []
     widths: list[float] = []

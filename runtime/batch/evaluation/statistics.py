@@ -39,7 +39,7 @@ NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
 }
-"""Designs whose share of successful runs is no probability, or has an unknown error."""
+"""Designs for which the share of successful runs is no probability, or has an unknown error."""
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
@@ -274,7 +274,7 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
 
 
 def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
-    """Return the number of runs that each event ended, and ended at the start; failures come first, as in a run."""
+    """Return how many runs each event ended, and how many at their start; failures come first, as in a run."""
     ends = store.array_attributes().get("event", {}).get("ends", ())
     if not any(ends):
         return {}
@@ -409,7 +409,7 @@ def _ends(values: FloatArray) -> list[tuple[int, float]]:
 
 
 def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tuple[float, float]]]:
-    """Return quantiles and their intervals without interpolation, as values may be infinite.
+    """Return quantiles and their intervals without interpolation, because values may be infinite.
 
     Sorts in place.
     """

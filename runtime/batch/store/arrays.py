@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays as files in Zarr's form (core specification, version 3), for the one form of array that a store has.
+"""Arrays as files in Zarr's form (core specification, version 3), limited to the one form of array in a store.
 
 Zarr reads these files too. Importing it takes longer than a small batch, and each of its writes starts an event loop.
 """
@@ -20,7 +20,7 @@ ROOT = "zarr.json"
 _TEXT = "string"
 _NUMBERS = ("float64", "int64", "int8", "uint8")
 _OWN = ("shape", "chunk_grid", "chunk_key_encoding", "fill_value", "codecs", "node_type", "zarr_format")
-"""Metadata that say how an array is stored."""
+"""Metadata about the storage of an array."""
 
 
 class Files(Protocol):
@@ -166,7 +166,7 @@ def read_array(files: Files, name: str) -> Array:
 
 
 def group_metadata(attributes: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[str, Any]:
-    """Return metadata of the group, which repeat those of all arrays, where xarray looks first."""
+    """Return metadata of the group. They repeat the metadata of all arrays, because xarray reads them first."""
     listed = {name: arrays[name].metadata() for name in sorted(arrays, key=str.casefold)}
     return {
         "attributes": dict(attributes),

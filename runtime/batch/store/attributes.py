@@ -13,7 +13,7 @@ from .records import FORMAT, digest
 NAMES = ("mehvar_batch", "variables")
 """Attributes of every store: format, and names of variables."""
 IDENTITY = ("model", "model_hash", "campaign", "success", "until", "require", "numerics", "law")
-"""Attributes common to all blocks, whose hash every record contains. `law` exists for laws in Python only, `require`
+"""Attributes common to all blocks. Every record contains their hash. `law` exists for laws in Python only, `require`
 for batches with requirements only."""
 
 

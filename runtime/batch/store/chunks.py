@@ -64,7 +64,7 @@ class Chunks:
         return self._blocks[block]
 
     def forget(self, block: int) -> None:
-        """Discard a cached record, as its block is rewritten; its digest in the end record no longer counts."""
+        """Discard a cached record, because its block is rewritten. Its digest in the end record no longer counts."""
         self._blocks.pop(block, None)
         self._proof.unseal(block)
 
@@ -133,7 +133,7 @@ class Folder:
 
 
 def zarr_store(files: Files) -> Any:
-    """Return files as a store that Zarr reads, each checked as `files` checks it."""
+    """Return files as a store that Zarr reads; `files` checks each of them."""
     from zarr.storage import MemoryStore
 
     class Checked(MemoryStore):

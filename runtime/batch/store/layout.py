@@ -19,8 +19,8 @@ from .records import FORMAT, STORE, Record, file_digest
 STATUS = "status"
 NOT_RUN = 255
 _LARGEST_CHUNK = 2**22
-"""Bytes of a chunk of series, which is compressed as a whole in memory. Half as many double the files; short reads
-then decompress half as much."""
+"""Number of bytes in a chunk of series; a chunk is compressed as a whole in memory. Half as many bytes double the
+number of files, but short reads then decompress half as much."""
 
 
 @dataclass(frozen=True)

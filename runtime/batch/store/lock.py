@@ -17,8 +17,8 @@ FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 """Flags for opening a lock file: links are not followed, and pipes do not block."""
 _LOOKS, _LOOK = 200, 0.005
-"""Attempts of a writer and seconds between them. A checking process holds the lock for microseconds, unless it loses
-its processor: on two busy cores, four of them blocked a writer for 0.1 s."""
+"""Number of attempts of a writer, and seconds between them. A checking process holds the lock for microseconds unless
+it loses its processor: on two busy cores, four such processes blocked a writer for 0.1 s."""
 _LONGEST = 256
 """Bytes of a file that names a process: a host name has at most 255."""
 

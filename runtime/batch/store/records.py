@@ -59,7 +59,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Stray:
-    """A record that is invalid at its path; `what` says why, as in "of another batch"."""
+    """A record that is invalid at its path; `what` has the reason, as in "of another batch"."""
 
     what: str
 
@@ -175,13 +175,13 @@ def _is_about_a_store(about: Mapping[str, Any]) -> bool:
 
 
 def write_record(folder: Path, name: str, record: Record) -> None:
-    """Write a record to disk and return afterwards."""
+    """Write a record, and return when it is on the disk."""
     replace_file(folder, name, record.content())
     force([(folder / name).parent])
 
 
 def replace_file(folder: Path, name: str, content: bytes) -> None:
-    """Write a file of a store by renaming; its bytes reach the disk before its name."""
+    """Write a file of a store by renaming. Its bytes are on the disk before its name."""
     make_place(folder, name)
     write_file(folder / name, content, forced=True)
 

@@ -160,7 +160,7 @@ class Store:
 
     @deferred()
     def write(self, block: int, values: Mapping[str, NDArray[Any]], **about: Any) -> None:
-        """Store a block: first its chunks, then its record, on disk.
+        """Store a block on disk: first its chunks, then its record.
 
         Parameters
         ----------
@@ -552,7 +552,7 @@ def _chunk_by_metadata(path: Path) -> int:
 
 
 def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
-    """Rewrite everything except the runs and files that a matching record confirms."""
+    """Rewrite everything except runs and files with a matching record."""
     kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
     with tempfile.TemporaryDirectory() as scratch:
         fresh = Path(scratch) / "store"

@@ -34,8 +34,8 @@ from .records import (
 T = TypeVar("T")
 
 _LOOKS, _LOOK = 10, 0.1
-"""Attempts at a store that is being written, and seconds between them: an early end rewrites metadata in 0.1 s.
-Repairs of damaged stores take longer and are not waited for."""
+"""Number of attempts at a store that is being written, and seconds between them. An early end of a batch rewrites
+metadata in 0.1 s. Repairs of damaged stores take longer; no reader waits for them."""
 _SHOWN = 3
 """Files of a block, and blocks, that a message names."""
 
@@ -106,7 +106,7 @@ class Verification:
 
     @property
     def complete(self) -> bool:
-        """True if it is undamaged and contains all runs."""
+        """True if the store is undamaged and contains all runs."""
         return self.sound and self.ended and not self.missing
 
     def damage(self) -> list[str]:
@@ -152,7 +152,7 @@ def verify(path: str | os.PathLike[str]) -> Verification:
 
 
 def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T], bool]) -> T:
-    """Return the result of `look`; repeat it while damage is found and a process writes.
+    """Return the result of `look`. Repeat the call while it finds damage and a process writes.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
 
 
 def check_identified(folder: Path) -> None:
-    """Refuse a folder whose records and attributes identify no batch, as it cannot be repaired."""
+    """Refuse a folder if its records and attributes identify no batch, because it cannot be repaired."""
     if any(map(read_record, (folder / FOLDER).glob("*.json"))):
         return
     try:

@@ -38,8 +38,8 @@ _IWDG_KR, _IWDG_PR, _IWDG_RLR = 0x3000, 0x3004, 0x3008
 _IWDG_START, _IWDG_RELOAD, _IWDG_HERTZ = 0xCCCC, 0xAAAA, 32_000
 _HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
-"""Milliseconds per emulation step. A 24-bit counter overflows after 99.9 ms at 168 MHz, the fastest board, and its
-flag shows one overflow only."""
+"""Milliseconds per emulation step. On the fastest board (168 MHz) a 24-bit counter overflows after 99.9 ms, and its
+flag shows only one overflow."""
 
 Hook = Callable[[int, int], None]
 """Function called before each block of instructions, with its address and size."""

@@ -23,7 +23,7 @@ _TAKEN = 2
 """Cycles of a taken branch's pipeline refill: the middle of the manual's range, 1 to 3."""
 _CYCLES = {"vdiv": 14, "vsqrt": 14, "vfma": 3, "vfms": 3, "vmla": 3, "vmls": 3, "vnmla": 3, "vnmls": 3, "vmrs": 1,
            "vldr": 2, "vstr": 2, "ldr": 2, "ldrb": 2, "ldrh": 2, "str": 2, "strb": 2, "udiv": 7, "sdiv": 7}  # fmt: skip
-"""Cycles of instructions by the Cortex-M4 Technical Reference Manual; others take one."""
+"""Cycles of instructions according to the Cortex-M4 Technical Reference Manual; all others take one cycle."""
 _PER_REGISTER = ("ldm", "stm", "push", "pop", "vldm", "vstm", "vpush", "vpop")
 
 

@@ -36,7 +36,7 @@ _SCALES = (-3.0, 3.0)
 
 @dataclass(frozen=True)
 class Length:
-    """Instructions of a function with everything it calls.
+    """Instructions of a function and of everything that it calls.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
     """Refuse evidence without an executed function, or without the longest step of the closed loop."""
     missing = sorted(outcomes.most.keys() - names)
     if missing:
-        raise EvidenceError(f"a step runs {', '.join(missing)}, but no call to it was found in the code")
+        raise EvidenceError(f"a step executes {', '.join(missing)}, but the analysis of the code found no call to it")
     most, seen = run.profile.most if run.profile else 0, outcomes.most.get(STEP, 0)
     if seen < most:
         raise EvidenceError(

@@ -21,7 +21,7 @@ _ARGUMENTS = ("r0", "r1", "r2", "r3")
 _CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
 _LITERAL = re.compile(r"ldr(?:\.w)? (\w+), \[pc, #(-?0x[0-9a-f]+|-?\d+)\]")
 _PC_AHEAD = 4
-"""Bytes between an instruction and the program counter that it reads, before rounding down to words."""
+"""Bytes between an instruction and the value of the program counter that it reads, before rounding down to words."""
 
 Value = tuple[str, int]
 """Value of a register: an offset from another register at the function's start; with "", a constant."""
@@ -216,7 +216,7 @@ class _Function:
         return total, own
 
     def _longest(self, nodes: set[int], entry: int) -> tuple[int, int]:
-        """Return the longest path from an entry within some blocks that does not return to the entry."""
+        """Return the longest path from an entry within some blocks, without a return to the entry."""
         arrows = {n: [m for m in self._next[n] if m in nodes and m != entry] for n in nodes}
         length: dict[int, tuple[int, int]] = {}
         for component in _components(arrows, entry):  # each after its successors
@@ -241,7 +241,7 @@ class _Function:
         """Return the length of a loop: its longest iteration times their number."""
         entries = {m for n in nodes - loop for m in self._next[n] if m in loop}
         if len(entries) != 1:
-            raise self._unbounded(loop, "more than one way leads into it")
+            raise self._unbounded(loop, "it has more than one entry")
         (header,) = entries
         turns = self._count(loop, header)
         total, own = self._longest(loop, header)
@@ -258,7 +258,7 @@ class _Function:
                 count = self._counted(loop, start, block)
                 if count is not None:
                     return count
-        raise self._unbounded(loop, "no register counts its turns between values that are known")
+        raise self._unbounded(loop, "no register counts its iterations between known values")
 
     def _counted(self, loop: set[int], start: State, block: list[Instruction]) -> int | None:
         last = block[-1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""law.c: a law with constant parameters that writes its new memory as early as possible.
+"""law.c: a law with constant parameters. It writes its new memory as early as possible.
 
 A law that tolerates missing measurements ends with `z_next[i] = SELECT(mask, new, z[i])` for each number i of its
 memory. All new numbers then wait for the mask, most of them on the stack. As z and z_next are two halves of a buffer,

@@ -19,7 +19,7 @@ from ...model.parameters import Resolved
 SUBSTEPS = 5
 """Runge-Kutta steps per period in the self-test."""
 _RAW_NUMBERS = 18
-"""Numbers in the paper's bare packet of 72 bytes."""
+"""Number of values in the paper's bare packet of 72 bytes."""
 _LICENSE = "/* SPDX-License-Identifier: Apache-2.0 */"
 _LAW_ARGUMENTS = (
     "const real *x, const real *r, const real *v, const real *z, const real *p, const real *c, real *u, real *z_next"

@@ -52,7 +52,7 @@ class Instruction:
 
     @property
     def exact(self) -> bool:
-        """True for a test of equality, which a loop counter must meet exactly."""
+        """True for a test of equality: a loop counter must reach the compared value exactly."""
         return self.mnemonic.startswith("cb") or self.mnemonic.split(".")[0].endswith(("eq", "ne"))
 
     @property

@@ -55,7 +55,7 @@ PROCESSORS = {
     )
 }  # fmt: skip
 _OWN_PRECISION = "-fexcess-precision=fast"
-"""Flags for s390x: with -std=c99 gcc computes float in double there, which `operations.h` refuses."""
+"""Flags for s390x. With -std=c99, gcc computes float in double there, and `operations.h` refuses this."""
 
 
 def process_toolchain(name: str | None, compiler: str | None = None) -> Toolchain:

@@ -79,7 +79,7 @@ _GCC_SMALL = (
 )  # fmt: skip
 """Flags for gcc; each makes a law's image smaller and no step slower."""
 _GCC_FOLDING = {"m4f": ("-mtune=cortex-a5",)}
-"""Flag for a law with constant parameters, with which gcc uses vmla as clang does.
+"""Flag for a law with constant parameters. With it, gcc uses vmla as clang does.
 
 The bits stay the same, as vmla rounds twice. The adaptive law has 164 instructions and 644 bytes fewer, but 313 more
 estimated cycles; the estimate counts fetching instructions as free."""
@@ -126,7 +126,7 @@ def board(name: str) -> Board:
 
 
 def toolchain(name: str | None = None) -> Toolchain:
-    """Return a cross compiler: the requested one, else gcc, with smaller and faster code, else zig.
+    """Return a cross compiler: the requested one, else gcc (its code is smaller and faster), else zig.
 
     Raises
     ------

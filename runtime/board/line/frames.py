@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 _HEADER, _CRC = struct.Struct("<BBHI"), 4
 _LONGEST = 1 << 16
-"""Largest number of bytes kept without delimiter: more than any frame, and a bound for endless noise."""
+"""Largest number of stored bytes without a delimiter: more than any frame. It limits the memory for endless noise."""
 
 
 @dataclass(frozen=True)

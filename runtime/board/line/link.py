@@ -181,7 +181,7 @@ class Link:
         self._request(RESET)
 
     def step(self, numbers: FloatArray) -> Answer:
-        """Evaluate the law once, also if the request is sent repeatedly.
+        """Evaluate the law once, even if the request is sent repeatedly.
 
         Raises
         ------
@@ -242,7 +242,7 @@ class Link:
         count, crc, ticks = struct.unpack_from("<3I", payload)
         if count != samples:
             done = f"after {count} of {samples} samples"
-            raise LinkError(f"{self._port.name}: the self-test was interrupted by a byte on the line {done}")
+            raise LinkError(f"{self._port.name}: a byte on the line interrupted the self-test {done}")
         numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
         states = self._layout.sizes[6]
         return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])

@@ -18,8 +18,8 @@ from .link import LinkError, Port
 
 Doubles = NDArray[np.float64]
 _FIRST_TRIES, _FIRST_TIMEOUT = 10, 0.5
-"""Attempts and timeout of the first packet, five seconds for a board's start. Later packets are never repeated, as
-each is a new sample."""
+"""Number of attempts and timeout of the first packet: five seconds for the start of a board. Later packets are never
+repeated, because each is a new sample."""
 
 
 class BareLaw:

@@ -32,7 +32,7 @@ class _Vector:
         return self.column[place[1]]
 
     def reshape(self, rows: int, columns: int) -> _Vector:
-        """Return the elements in rows, as CasADi counts down the columns."""
+        """Return the elements row by row, because CasADi counts down the columns."""
         return _Vector(self._casadi, self._casadi.reshape(self.column, columns, rows).T)
 
 

@@ -35,7 +35,7 @@ def state_space(system: LinearSystem) -> Any:
 
 
 def _distinct(outputs: tuple[str, ...], system: LinearSystem) -> tuple[str, ...]:
-    """Return unique output names: python-control allows those of states, but not of inputs."""
+    """Return unique output names: python-control allows the names of states but not of inputs."""
     return tuple(f"{name}_out" if name in system.inputs else name for name in outputs)
 
 
@@ -51,7 +51,7 @@ def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any
 
 
 def law_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
-    """Return a law with inputs x, r; with memory z, also v before them, the input of the previous sample."""
+    """Return a law with inputs x, r. With memory z, the first input is v, the plant's input of the previous sample."""
     INTEGRATED.refuse(manifest, Place.NLSYS, law)
     call, nx, nz = functions[identifier(law.name)], len(manifest.seen), len(law.memory)
     inputs = (*manifest.seen, *manifest.references)

@@ -35,7 +35,7 @@ TAIL = (-0.12, 1.16, -0.76, -0.1, 0.2, 0.46, 0.44, -0.2, 0.2, 0.25)
 END_POINTS = (0.72, 0.87)
 """Times of the last two stages, in steps."""
 LINEAR_ERROR = 1 / 100
-"""Difference in the embedded method's coefficient of z^4, which only scales the error estimate."""
+"""Difference in the coefficient of z^4 of the embedded method. It only scales the error estimate."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def head(unknown: Array) -> Head:
 
 
 def find_head() -> Head:
-    """Return the polynomials of order four whose maximum on the stable length is DAMPING."""
+    """Return the polynomials of order four with the maximum DAMPING on the stable length."""
     start = np.array(QUARTIC)
 
     def solution(end: float) -> Head:
@@ -148,7 +148,7 @@ def find_dense(a: Array, length: float) -> Array:
 
 
 def smallest(a: Array, length: float, conditions: Array, values: Array) -> Array:
-    """Return weights of the stages that fulfil conditions and are small on the stable length."""
+    """Return weights of the stages. They fulfil the conditions and are small on the stable length."""
     z = -length * (1 - np.cos(np.linspace(0, np.pi, 300))) / 2
     damped = np.array([v * np.linalg.solve(np.eye(STAGES) - v * a, np.ones(STAGES)) for v in z])
     quadratic = damped.T @ damped / len(z) + 1e-3 * np.eye(STAGES)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a loop calls of a model under a law, with the same arguments for every model. Whoever includes this has defined
- * mv_model, which holds the parameters of a run, and for every call what it does: CALL_RHS and so on, a statement. */
+/* Functions of a model under a law that a loop calls, with the same arguments for every model. The including file
+ * defines mv_model, which has the parameters of a run, and for every call a statement: CALL_RHS and so on. */
 #ifndef MEHVAR_CALLS_H
 #define MEHVAR_CALLS_H
 
@@ -47,7 +47,7 @@ static inline void mv_call_resets(const mv_model *m, const real *x, const real *
 }
 static inline void mv_call_project(const mv_model *m, const real *q, real *q_next) { CALL_PROJECT; }
 
-/* what depends on the held input alone, computed when that changes */
+/* values that depend only on the held input; computed when the input changes */
 static inline void mv_hold(mv_model *m, const real *u) { CALL_HOLD; }
 
 #endif

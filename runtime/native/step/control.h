@@ -1,29 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* How long a step may be: the first one, the error of one over its tolerance, and the one after it. */
+/* Step size control: the first step, the error of a step over its tolerance, and the size of the next step. */
 #ifndef MEHVAR_CONTROL_H
 #define MEHVAR_CONTROL_H
 
 #include "state.h"
 
-/* Defined by whoever includes this: estimates of the error of a step, over h. */
+/* Defined by the including file: estimates of the error of a step, divided by h. */
 static inline void mv_estimate(const mv_loop *l, real *error, real *third_error);
 
-/* Source: the codes dopri5 and dop853 of Hairer, Norsett & Wanner, unless it says "own". What halving and doubling does
- * was measured in evaluations of the slope; docs/explanation/numerics.md has the loops and the numbers. */
+/* The constants come from the codes dopri5 and dop853 of Hairer, Norsett & Wanner, except where a comment says
+ * "own". We measured the effect of half and twice a constant in evaluations of the slope;
+ * docs/explanation/numerics.md has the loops and the numbers. */
 
-/* Of the step that would just be good; own, between their 0.8 and 0.9. A half costs 1.4 to 2.5 times the evaluations;
- * 0.95 saves 2 to 15 % of them, and the error is up to six times as large. */
+/* Safety factor: the ratio of a new step to the step whose error would equal the tolerance. Own, between their 0.8
+ * and 0.9. With half the value a run takes 1.4 to 2.5 times the evaluations; with 0.95 it saves 2 to 15 %, but the
+ * error is up to six times as large. */
 #define SAFETY 0.85
-/* The least and the most that one trial changes the step by. A half and twice: less than one percent. */
+/* Smallest and largest ratio of two trial steps. Half or twice changes less than one percent. */
 #define SHRINK 0.2
 #define GROW 10.0
-/* The most of a step's reserve that counts against the next: a step with hardly an error, which has a reserve without
- * bound, must not hold back what follows. Own. Twice as much: less than one percent; 1 instead: up to a tenth less,
- * with an error up to seven times as large; a half: every third trial is refused. */
+/* Largest reserve of a step that counts in the control of the next one. A step with hardly any error has an
+ * unbounded reserve, which must not hold back the following steps. Own. Twice the value changes less than one
+ * percent; 1 saves up to a tenth, with an error up to seven times as large; with a half every third trial is
+ * rejected. */
 #define MOST_RESERVE (4.0 / 3)
-/* Steps end at this many times the spacing of the doubles at t: below, t + h is wrong by a twentieth of h. Own. */
+/* Smallest step, in spacings of doubles at t. In shorter steps, rounding of t + h changes h by a twentieth. Own. */
 #define LEAST_SPACINGS 10
-/* Weight of the square of dop853's third-order estimate in the error; a half and twice: less than one percent. */
+/* Weight of the square of dop853's third-order estimate in the error. Half or twice changes less than one percent. */
 #define THIRD_WEIGHT 0.01
 
 static inline real mv_larger(real a, real b) { return SELECT(LT(a, b), b, a); }
@@ -40,10 +43,10 @@ static inline real mv_scaled_rms(const mv_loop *l, const real *v, const real *x)
     return mv_sqrt(sum / K(NQ));
 }
 
-/* Starting step: the algorithm of Hairer, Norsett & Wanner I, section II.4, with its numbers. An Euler step that
- * changes x by a hundredth of itself shows how the slope changes; the step is then one whose error is a hundredth of the
- * tolerance if the local error goes like that change. The other numbers are for x, slope or change near zero. A half or
- * twice of either hundredth: less than one percent of the evaluations of a run. */
+/* Starting step by the algorithm of Hairer, Norsett & Wanner I, section II.4, with its constants. An Euler step that
+ * changes x by a hundredth shows how the slope changes. If the local error grows like this change, the error of the
+ * chosen step is a hundredth of the tolerance. The other constants are for x, slope or change near zero. Half or
+ * twice either hundredth changes less than one percent of the evaluations of a run. */
 #define FIRST_CHANGE 0.01
 static real mv_first_step(mv_loop *l, real room)
 {
@@ -62,7 +65,8 @@ static real mv_first_step(mv_loop *l, real room)
     return SELECT(good, mv_min(K(100) * h, SELECT(LE(steepest, K(1e-15)), flat, next)), h);
 }
 
-/* Error of the step q -> y over its tolerance: the step is good when this is at most one. NaN when anything is. */
+/* Error of the step q -> y over its tolerance: the step is accepted if this is at most one. NaN if any number is
+ * NaN. */
 static inline real mv_error_ratio(const mv_loop *l, real h)
 {
     real error[NQ], third_error[NQ], main = SPLAT(0), third = SPLAT(0);
@@ -85,10 +89,11 @@ static inline real mv_error_ratio(const mv_loop *l, real h)
     return SELECT(none, SPLAT(0), h * main / mv_sqrt((main + K(THIRD_WEIGHT) * third) * K(NQ)));
 }
 
-/* Step size control: the proportional and integral one of Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533; Hairer,
- * Norsett & Wanner II, section IV.2. The reserve of a step, ratio^(-1/(4 ORDER)), is above one when the step could have
- * been longer; its fourth power is what the step may grow by. A good step grows by three of them less that of the step
- * before: exponents 0.75 and 0.25 over the order. A refused one shrinks by all four. */
+/* Proportional and integral control by Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533; Hairer, Norsett & Wanner
+ * II, section IV.2. The reserve of a step is ratio^(-1/(4 ORDER)); it is above one if the step could have been
+ * longer. By its fourth power the step may grow. After an accepted step, the step grows by the third power of the
+ * reserve, divided by the reserve of the step before: exponents 0.75 and 0.25 over the order. A rejected step
+ * shrinks by the fourth power. */
 static real mv_reserve(const mv_loop *l, real ratio)
 {
     const real finite = SELECT(EQ(ratio - ratio, K(0)), mv_pow(ratio, SPLAT(-0.25 / ORDER)), SPLAT(0));
@@ -97,18 +102,18 @@ static real mv_reserve(const mv_loop *l, real ratio)
 
 static inline real mv_within_bounds(real factor) { return mv_min(SPLAT(GROW), mv_max(SPLAT(SHRINK), K(SAFETY) * factor)); }
 
-/* Lanes that nothing has ended. */
+/* Lanes that have not ended. */
 static inline mask mv_going(const mv_loop *l) { return AND(l->alive, EQ(l->status, SPLAT(MV_DONE))); }
 
-/* Let lanes take no further step: they end where they are, with this status, once the ticks before that are done. */
+/* Stop lanes: they end where they are, with this status, once the earlier ticks are done. */
 static inline void mv_halt(mv_loop *l, mask m, enum mv_status status) { l->status = SELECT(m, SPLAT(status), l->status); }
 
-/* The next step of the lanes that took one of length h or were refused it. */
+/* Next step of lanes whose step of length h was accepted or rejected. */
 static inline void mv_control(mv_loop *l, real h, real ratio, mask taken, mask refused)
 {
     const real reserve = mv_reserve(l, ratio), cube = reserve * reserve * reserve;
     const real factor = mv_min(SELECT(l->bounded, SPLAT(1), SPLAT(GROW)), mv_within_bounds(cube / l->reserve));
-    const mask cut = LT(h, l->h); /* short by the target, which says nothing against the longer step */
+    const mask cut = LT(h, l->h); /* shortened by the target, which is no reason against longer steps */
     const real next = SELECT(AND(cut, LE(K(1), factor)), mv_max(l->h, h * factor), h * factor);
     const real retry = h * mv_min(SPLAT(1), mv_within_bounds(cube * reserve));
     l->h = SELECT(taken, next, SELECT(refused, retry, l->h));

@@ -1,37 +1,39 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Coordinates between the ends of a step, for loops whose steps pass over ticks.
+/* Dense output: coordinates within a step, for loops whose steps pass over ticks.
  *
- * With s the part of the step and r = 1 - s: before + s (f0 + r (f1 + s (f2 + r (f3 + s ...)))) for explicit methods. f0 is
- * the change over the step, f1 and f2 are of the cubic with the slopes at its ends (Hermite), and the others h times sums
- * over slopes: order 7 for dop853, which computes three slopes more for them, and 4 for dopri5 and rock4. Of rodas5p, of
- * order 4, it is before + s (f0 + r (f1 + s (f2 + s f3))), with sums over its stages from f1 on. Sources: Hairer, Norsett &
- * Wanner I, section II.6, and their codes; Steinebach, BIT 63 (2023) 27; rock4.py.
+ * Let s be the part of the step and r = 1 - s. For explicit methods the coordinates are before + s (f0 + r (f1 + s
+ * (f2 + r (f3 + s ...)))). f0 is the change over the step. f1 and f2 belong to the cubic with the slopes at both
+ * ends (Hermite). The other terms are h times sums over slopes: order 7 for dop853, which computes three more slopes
+ * for them, and order 4 for dopri5 and rock4. For rodas5p, of order 4, the coordinates are before + s (f0 + r (f1 +
+ * s (f2 + s f3))), with sums over its stages from f1 on. Sources: Hairer, Norsett & Wanner I, section II.6, and
+ * their codes; Steinebach, BIT 63 (2023) 27; rock4.py.
  *
- * Steps wait in a ring, each lane's in its own order, until the ticks come to them, so that lanes need not keep step. */
+ * Steps wait in a ring, in the order of each lane, until the ticks reach them. So lanes need not take equal steps. */
 #ifndef MEHVAR_DENSE_H
 #define MEHVAR_DENSE_H
 
 #include "control.h"
 
-/* Largest s^3 r^3 and s^4 r^3, by which the last two terms of dop853 count. */
+/* Largest values of s^3 r^3 and s^4 r^3: weights of the last two terms of dop853. */
 #define LAST_BUT_ONE 0.015625
 #define LAST 0.00839
-/* Weight of the error between the ends of a step against that at its end. Where stability holds the steps, polynomials of
- * this order have nothing to hold on to: without this, slosh under `lyapunov-v2` is off by 85 times a tolerance of 1e-6 in
- * samples every 0.1 s, and by 3000 times one of 1e-10; so by 1.7 and 2.8 times, with four times the weight 0.9 and 2.5
- * times, for 13 % more slopes at 1e-10, with twenty times the weight 0.6 and 0.4 times, for 28 % more. */
+/* Weight of the error within a step relative to the error at its end. Where stability limits the steps, polynomials
+ * of this order are not accurate. Without this weight, samples of slosh under `lyapunov-v2` every 0.1 s are off by
+ * 85 times a tolerance of 1e-6 and by 3000 times a tolerance of 1e-10. With the weight they are off by 1.7 and 2.8
+ * times; with four times the weight by 0.9 and 2.5 times, for 13 % more slopes at 1e-10; with twenty times the
+ * weight by 0.6 and 0.4 times, for 28 % more. */
 #define TERMS_WEIGHT 0.005
 
-/* Defined by whoever includes this: the slopes that only dense output needs, and its sums. */
+/* Defined by the including file: the slopes that only dense output needs, and its sums. */
 static inline void mv_dense_slopes(mv_loop *l, real h);
 static inline void mv_dense_sums(const mv_loop *l, real (*sums)[NQ]);
 
-/* Which of `lanes` have good coordinates within the step q -> y of length h; `ratio` grows to the error of these, and the
- * sums of the step are there for those that keep it. Of each of the last two terms, where it is largest: were there one
- * more, it would be to the last as that is to the one before. */
+/* Return those of `lanes` whose coordinates within the step q -> y of length h are accurate. `ratio` grows to the
+ * error of these coordinates. The sums of the step are stored for lanes that keep it. The error is estimated from
+ * the largest values of the last two terms: the ratio of the next, missing term to the last one would be the same. */
 static mask mv_between_good(mv_loop *l, real h, mask lanes, real *ratio, real (*sums)[NQ])
 {
-    if (!mv_any(lanes)) { /* nobody looks between the ends of a step that comes to a tick and passes over none */
+    if (!mv_any(lanes)) { /* no samples within a step that ends at a tick and passes over none */
         for (int j = 0; j < DENSE; j++)
             for (int i = 0; i < NQ; i++) sums[j][i] = SPLAT(0);
         return mv_all();
@@ -62,7 +64,8 @@ static inline void mv_terms(const mv_loop *l, real h, real (*sums)[NQ], real (*t
     }
 }
 
-/* Keep the step q -> y of length h to the instant `after` in `lanes`, which took it; its slopes are still there. */
+/* Store the step q -> y of length h to the instant `after` in `lanes`, which accepted it; its slopes are still
+ * available. */
 static void mv_keep_step(mv_loop *l, real h, real after, mask lanes, real (*sums)[NQ])
 {
     const real moved = SELECT0(lanes, SPLAT(1));
@@ -80,7 +83,7 @@ static void mv_keep_step(mv_loop *l, real h, real after, mask lanes, real (*sums
     l->waiting += moved;
 }
 
-/* Let every lane have at hand the step that comes to the instant t. */
+/* For every lane, select the stored step that contains the instant t. */
 static inline void mv_find_step(mv_loop *l, double t)
 {
     for (int lane = 0; lane < MEHVAR_LANES; lane++) {
@@ -97,7 +100,7 @@ static inline void mv_find_step(mv_loop *l, double t)
     }
 }
 
-/* Coordinates at the instant t, which every lane that is alive has reached. */
+/* Coordinates at the instant t, which every live lane has reached. */
 static void mv_between(mv_loop *l, double t, real *q)
 {
     if (l->tick == 0) {

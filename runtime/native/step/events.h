@@ -1,53 +1,57 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Events: steps that end where a guard crosses zero, and what the state is then.
+/* Events: steps end where a guard crosses zero, and resets change the state there.
  *
- * A step that was good is looked at through the cubic with its ends and their slopes. Where a guard crosses zero there in
- * its direction the step is tried again to the crossing, until its own end is past one by the tolerance at most: then the
- * state there is the method's own, and the cubic has only led to it. At the ends it is exact to second order, so that two
- * or three trials do. Where the state or the guard is too coarse for that, trials to a crossing get ever longer until they
- * cross it.
+ * An accepted step is examined by the cubic through its ends with their slopes. If a guard crosses zero in its
+ * direction on this cubic, the step is repeated up to the crossing, until the step itself ends past the crossing by
+ * at most the tolerance. So the state at the event is the method's own; the cubic only leads to it. The cubic is
+ * exact to second order at its ends, so two or three trials suffice. If the state or the guard is too coarse for the
+ * tolerance, the trials become longer until one crosses.
  *
- * The side of a guard is the sign that it has; it changes along the flow alone. A guard that is zero where a step begins,
- * after an event or at the start of a run, rests: it is looked at over the time since, which has no root there, and goes
- * to the side that its rate says, as soon as it is larger than its noise, if that kept an event
- * from being located as well as others.
+ * The side of a guard is its sign. It changes only by motion. If a guard is zero at the beginning of a step, after
+ * an event or at the start of a run, it rests. A resting guard is divided by the elapsed time; the quotient has no
+ * root at the beginning. The guard takes the side of its rate as soon as it exceeds its noise; the noise counts if
+ * it kept an event from being located as accurately as others.
  *
- * An event of one direction that ends runs has a side which no run is on: that to which it leads. A lane that comes there
- * otherwise than along the flow, at the start, by a reset or an input that jumps, ends there too. */
+ * An event with one direction that ends runs has a forbidden side: the side to which the event leads. If a lane gets
+ * to this side without crossing (at the start, by a reset or by a jump of the input), it ends there too. */
 #ifndef MEHVAR_EVENTS_H
 #define MEHVAR_EVENTS_H
 
 #include "control.h"
 
-/* Defined by whoever includes this: what is done with an event that happens in some lanes. */
+/* Defined by the including file: the effects of an event in some lanes. */
 static void mv_happen(mv_loop *l, mask lanes, int event);
 
-/* Of a step, by which its end may be past a crossing, beside two spacings of time. Own: rates of the state times this are
- * beyond the digits of its change over the step; ten times as much still are, a tenth is the rounding of the cubic. */
+/* Tolerance of an event's location as a share of the step, in addition to two spacings of time. Own. In this part of
+ * a step the state changes by less than the digits of its change over the step. Ten times as much would still be
+ * small enough; a tenth is the rounding of the cubic. */
 #define LOCATED 1e-13
-/* Of a run, the least spacing of time: at its start that of doubles is 5e-324 s, by which no method divides. Own: far below
- * the spacing at the end. */
+/* Smallest spacing of time, as a share of the run. At the start of a run the spacing of doubles is 5e-324 s; no
+ * method can divide by it. Own: far below the spacing at the end. */
 #define LEAST 1e-20
-/* Looks at a step, evenly: two crossings between two of them are missed. Own. */
+/* Number of equidistant points at which a step is examined. Two crossings between two points are missed. Own. */
 #define LOOKS 4
-/* Of a step, over which the rate of a resting guard is taken: half the digits of a double, as TIME_STEP. */
+/* Share of a step over which the rate of a resting guard is taken: half of the digits of a double, as TIME_STEP. */
 #define PROBE 1.5e-8
-/* Of the size of a guard: below, it is zero after an event. Own: far from the 1e-13 that a crossing is located to, and from
- * guards that mean something. */
+/* Share of a guard's size below which the guard is zero after an event. Own: far from the location tolerance 1e-13
+ * and from meaningful values. */
 #define RESTING 1e-9
-/* Of the mean rate of a guard in a step, its rate at a crossing; of a parabola from zero to zero it is four. Own: what the
- * guard changes by in the time that a crossing is located to, times this, is zero, and a guard that is as near to its
- * crossing crosses with another. A fourth would lose the smallest hops. */
+/* Rate of a guard at a crossing, relative to its mean rate in a step; for a parabola from zero to zero the ratio is
+ * four. Own. A guard counts as zero if it is below its change, at this rate, during the location tolerance. A guard
+ * that is this near to its crossing crosses together with another one. A quarter of the value would lose the
+ * smallest hops. */
 #define STEEPEST 16
-/* Of a run: two events that are closer make no progress; and how many of them in a row end the run. Own. Impacts of a ball
- * come ever closer, until PROBE cannot tell them apart, some 1e-14 s: at these numbers the run ends before, if the ball keeps
- * three hundredths of its speed. A tenth of STALLED asks for ten; twice CHATTERING, for a fifth. */
+/* STALLED: two events that are closer than this share of the run make no progress. CHATTERING: the number of such
+ * events in a row that end the run. Own. Impacts of a ball come closer until PROBE cannot separate them at about
+ * 1e-14 s. With these values the run ends earlier if the ball keeps three hundredths of its speed; with a tenth of
+ * STALLED, if it keeps ten hundredths; with twice CHATTERING, a fifth. */
 #define STALLED 1e-9
 #define CHATTERING 4
-/* Of `coarse` at first: as many steps to a crossing as it has bits may miss, for one to a cubic's root does now and then.
- * Own: two or three are needed; a half or twice changes the last digits of the time of one event in thousands. */
+/* Initial value of `coarse`. A step to a root of the cubic sometimes misses the crossing; so as many misses are
+ * allowed as this value has bits. Own: two or three are needed. Half or twice changes the last digits of the time of
+ * one event in thousands. */
 #define SURE 0.125
-/* The most halvings or secants of a search; it needs some eight. */
+/* Largest number of bisections or secant steps of a search, which needs about eight. */
 #define SEARCHES 60
 
 static inline void mv_guards(mv_loop *l, real t, const real *q, real *g)
@@ -60,7 +64,7 @@ static inline void mv_guards(mv_loop *l, real t, const real *q, real *g)
     mv_call_loop_guards(&l->model, q, l->r, g);
 }
 
-/* Guards at a part of the step q -> y, of those that rest over that part. */
+/* Guards at a part of the step q -> y; resting guards are divided by that part. */
 static void mv_guards_within(mv_loop *l, real h, real part, real *g)
 {
     const real *const f0 = l->k[0], *const f1 = l->k[STAGES], rest = K(1) - part;
@@ -75,9 +79,10 @@ static void mv_guards_within(mv_loop *l, real h, real part, real *g)
 
 static inline real mv_side(real g) { return SELECT(EQ(g, K(0)), SPLAT(0), mv_copysign(SPLAT(1), g)); }
 
-/* How far past a crossing a step of length h may end. Where that moves the state, or the guard, by less than a spacing of
- * its own, steps to the crossing end before it again and again: each that does doubles `coarse`, so that an event is found
- * in as many as there are bits between, and is off by what its state and guard resolve. */
+/* Return how far past a crossing a step of length h may end. If this distance changes state or guard by less than a
+ * spacing of doubles, steps to the crossing end before it again and again. Each of these steps doubles `coarse`, so
+ * the event is found after a number of steps equal to the missing bits. Its error is the resolution of state and
+ * guard. */
 static inline real mv_located(const mv_loop *l, real h)
 {
     const real least = SPLAT(LEAST * l->schedule->t[l->schedule->ticks - 1]);
@@ -92,7 +97,8 @@ static inline mask mv_counts(const mv_loop *l, int event, real side)
     return direction ? LT(side * K(direction), K(0)) : NE(side, K(0));
 }
 
-/* The part of the step where a guard, `first` at `low` and `last` at `high`, has crossed: the end of the last bracket. */
+/* Return the part of the step at which a guard, `first` at `low` and `last` at `high`, has crossed: the upper end of
+ * the last bracket. */
 static real mv_search(mv_loop *l, real h, int event, mask lanes, real low, real high, real first, real last, real tolerance)
 {
     const real side = mv_side(first);
@@ -118,14 +124,14 @@ static real mv_search(mv_loop *l, real h, int event, mask lanes, real low, real 
     return high;
 }
 
-/* Which sides a guard has that is `g` at a part of the step: none while it rests and has not come out of its noise. */
+/* Return the side of a guard with the value `g` at a part of the step: zero while it rests within its noise. */
 static inline real mv_side_from(const mv_loop *l, int event, real side, real part, real g)
 {
     const mask still = AND(EQ(side, K(0)), LT(K(0), l->resting[event]));
     return SELECT(AND(still, LE(mv_fabs(g * part), l->noise[event])), SPLAT(0), mv_side(g));
 }
 
-/* Resting guards where the step has only begun, or farther on while they cannot be told from noise. */
+/* Evaluate resting guards shortly after the beginning of the step, or later while they do not exceed their noise. */
 static void mv_probe(mv_loop *l, real h, mask lanes, real *g)
 {
     real later[EVENTS + 1];
@@ -145,9 +151,9 @@ static void mv_probe(mv_loop *l, real h, mask lanes, real *g)
     for (int e = 0; e < EVENTS; e++) g[e] = SELECT(open[e], SPLAT(0), g[e]);
 }
 
-/* Which of `lanes` have a crossing in the step q -> y, and its part of the step. Leaves in l->fires which guards cross
- * there, in l->ahead the sides of the others where the step ends, in l->guard_end the guards there, in l->reaches the most
- * that they come to. */
+/* Return those of `lanes` with a crossing in the step q -> y, and its part of the step. Store in l->fires the guards
+ * that cross there, in l->ahead the sides of the others at the end of the step, in l->guard_end the guards at the
+ * end, and in l->reaches their largest size. */
 static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
 {
     real g[EVENTS + 1], before[EVENTS + 1], low = SPLAT(0), high = SPLAT(1), first[EVENTS + 1], last[EVENTS + 1];
@@ -189,7 +195,7 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
         high = SELECT(here, SPLAT((double)look / LOOKS), high);
         crossed = OR(crossed, here);
     }
-    mv_copy(l->guard_end, g, EVENTS); /* over a part of one, where they rest */
+    mv_copy(l->guard_end, g, EVENTS); /* divided by one for resting guards */
     *part = SELECT(at_once, SPLAT(0), high);
     for (int e = 0; e < EVENTS; e++) {
         const mask searched = AND(AND(crossed, NOT(at_once)), LT(K(0), l->fires[e]));
@@ -200,8 +206,8 @@ static mask mv_root(mv_loop *l, real h, mask lanes, real tolerance, real *part)
     return crossed;
 }
 
-/* Of the lanes that may keep a step of length h, of those that tried one, which are `open`, those whose step has no event before its end. Others are to try again
- * as far as l->reach; l->fires says what happens at the end. */
+/* Of the lanes `open` that tried a step of length h and may accept it, return those without an event before its end.
+ * The others repeat the step up to l->reach. l->fires has the events at the end. */
 static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
 {
     const real tolerance = mv_located(l, h);
@@ -232,7 +238,8 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
     return AND(lanes, NOT(early));
 }
 
-/* End `lanes` by an event, which happens there; `begins` at their start, where only a success is none that has failed. */
+/* End `lanes` by an event that happens there. `begins` marks lanes at their start, where only an event declared as
+ * success is no failure. */
 static void mv_end_by(mv_loop *l, mask lanes, int event, int begins)
 {
     const int ends = EVENT(event, 2), fails = ends == MV_FAILS || (begins && ends == MV_ENDS);
@@ -240,7 +247,7 @@ static void mv_end_by(mv_loop *l, mask lanes, int event, int begins)
     else if (ends) mv_halt(l, AND(lanes, NE(l->status, SPLAT(MV_FAILURE))), MV_EVENT);
 }
 
-/* End those of `lanes` that are past an event, on the side to which it leads. */
+/* End those of `lanes` that are on the forbidden side of an event. */
 static void mv_end_past(mv_loop *l, mask lanes, int event, int begins)
 {
     const int direction = EVENT(event, 0);
@@ -251,8 +258,7 @@ static void mv_end_past(mv_loop *l, mask lanes, int event, int begins)
     mv_end_by(l, past, event, begins);
 }
 
-/* Guards, and the sides of those that changed otherwise than along the flow: before the first step, and where an input
- * has jumped. */
+/* Evaluate guards, and set sides that changed without motion: before the first step, and after a jump of the input. */
 static void mv_take_sides(mv_loop *l)
 {
     real g[EVENTS + 1];
@@ -266,7 +272,7 @@ static void mv_take_sides(mv_loop *l)
         if (l->started) continue;
         l->begins[e] = l->resting[e];
         if (EVENT(e, 2) && EVENT(e, 0))
-            l->side[e] = SELECT(EQ(g[e], K(0)), SPLAT(-EVENT(e, 0)), l->side[e]); /* from zero it may happen at once */
+            l->side[e] = SELECT(EQ(g[e], K(0)), SPLAT(-EVENT(e, 0)), l->side[e]); /* may happen at once */
     }
     mv_halt(l, AND(l->alive, NOT(mv_finite(g, EVENTS))), MV_NOT_FINITE);
     const mask going = mv_going(l);
@@ -295,14 +301,15 @@ static mask mv_reset(mv_loop *l)
             mv_call_observe(&l->model, l->q, l->r, x, u, u_cmd);
         }
         mv_call_resets(&l->model, x, u, SPLAT(e), x_next);
-        mv_blend(lanes, l->q, x_next, NQ < NX ? NQ : NX); /* as many: charts have no resets */
+        mv_blend(lanes, l->q, x_next, NQ < NX ? NQ : NX); /* equal numbers: charts have no resets */
         reset = OR(reset, lanes);
     }
     return reset;
 }
 
-/* The length of the next trial, h but for an event that the one before has shown. Fixed steps end where they do without
- * events: at whole ones from `start`, to which a lane returns. `last` are the lanes that reach the target, `room` away. */
+/* Return the length of the next trial: h, or less if the last trial showed an event. Fixed steps end at the same
+ * instants as without events, at whole steps from `start`; a lane returns to these. `last` marks lanes that reach
+ * the target, which is `room` away. */
 static real mv_towards_event(const mv_loop *l, real start, real room, real h, mask *last)
 {
     if (!ORDER) {
@@ -314,7 +321,7 @@ static real mv_towards_event(const mv_loop *l, real start, real room, real h, ma
     return SELECT(shown, mv_min(room, l->reach), h);
 }
 
-/* Let the events happen that steps ended at, and begin anew behind them; `room` is left before the next stop. */
+/* Apply the events at the ends of steps, and restart after them; `room` is left before the next stop. */
 static void mv_fire(mv_loop *l, real room)
 {
     const mask happens = l->happens;

@@ -1,27 +1,29 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Linearly implicit (Rosenbrock) steps: each stage solves one linear system, and all of a step have one matrix.
+/* Linearly implicit (Rosenbrock) steps: each stage solves one linear system; all stages of a step have the same
+ * matrix.
  *
- * With W = 1/(h gamma) - J, J the Jacobian where the step begins, the stages are
+ * With W = 1/(h gamma) - J, where J is the Jacobian at the beginning of the step, the stages fulfil
  *   W u_i = f(t + c_i h, q + sum_j a_ij u_j) + sum_j g_ij u_j / h + d_i h df/dt
- * and q + sum_j a_sj u_j + u_s is the end, u_s the estimate of its error. Before 1/h stands M, one but for algebraic
- * states, where it is zero: their f is zero at the end. Source: Hairer & Wanner, Solving Ordinary Differential Equations
- * II, 2nd ed., sections IV.7 and VI.3. */
+ * The end of the step is q + sum_j a_sj u_j + u_s, and u_s is the estimate of its error. A factor M multiplies 1/h:
+ * one for ordinary states, zero for algebraic states, whose f is zero at the end. Source: Hairer & Wanner, Solving
+ * Ordinary Differential Equations II, 2nd ed., sections IV.7 and VI.3. */
 #ifndef MEHVAR_IMPLICIT_H
 #define MEHVAR_IMPLICIT_H
 
 #include "control.h"
 
-/* Pivots stand on the diagonal, in its order, so that lanes need no rows of their own. Those of h gamma W are one where
- * h is small, whatever the units of the coordinates; where one is smaller than this the step is tried again, shorter.
- * Own, not measured: a pivot this small makes rounding a thousand times larger, in the correction that J makes. Those of
- * algebraic states have any size, at any h: they must not be zero. */
+/* Smallest pivot. Pivots are the diagonal entries in their order, so lanes need no individual row exchanges. The
+ * pivots of h gamma W are one for small h, whatever the units of the coordinates. If a pivot is smaller than this,
+ * the step is repeated with a smaller size. Own, not measured: such a pivot makes rounding in the correction by J a
+ * thousand times larger. Pivots of algebraic states have any size at any h; they must not be zero. */
 #define LEAST_PIVOT 1e-3
 
-/* Of the instant, for a difference of slopes in time: the root of the spacing of doubles, half of whose digits it keeps. */
+/* Relative step in time for a difference of slopes: the square root of the spacing of doubles keeps half of the
+ * digits. */
 #define TIME_STEP 1.5e-8
 
-/* The Jacobian at (t, q). An entry that has no value, as on a kink, is taken for zero: the step is then of a low order,
- * which its error shows, and a short one passes. */
+/* Jacobian at (t, q). An entry without a value, as at a kink, becomes zero. Then the order of the step is low; its
+ * error estimate shows this, and a shorter step is accepted. */
 static inline void mv_jacobian(mv_loop *l)
 {
     mv_refer(l, l->t);
@@ -32,13 +34,13 @@ static inline void mv_jacobian(mv_loop *l)
     for (int i = 0; i < NQ * NQ; i++) l->w[i] = SELECT0(EQ(l->w[i] - l->w[i], SPLAT(0)), l->w[i]);
 }
 
-/* A number that stands before the rate of state i: nothing, if that is algebraic. */
+/* Factor of the rate of state i: zero for an algebraic state. */
 static inline real mv_under_mass(const mv_loop *l, int i, real number)
 {
     return ALGEBRAIC ? l->mass[i] * number : number;
 }
 
-/* Put the factors of W in the place of J, with reciprocals on the diagonal. Returns the lanes that have them. */
+/* Replace J by the factors of W, with reciprocals on the diagonal. Return the lanes for which this succeeds. */
 static mask mv_factor(mv_loop *l, real h)
 {
     real *const w = l->w;
@@ -69,13 +71,13 @@ static void mv_solve(const mv_loop *l, real *u)
     }
 }
 
-/* Newton's method for algebraic states, when a law's input jumps: it ends where a correction is a tenth of the tolerance,
- * as the next would be its square, or after so many, as at the start of a run: far starts and double roots gain a bit a
- * step. What is left then the error control sees. */
+/* Newton's method for algebraic states after a jump of the law's input. It ends when a correction is a tenth of the
+ * tolerance, because the next one would be its square, or after a number of steps, as at the start of a run: distant
+ * starts and double roots gain one bit per step. The error control detects a remaining error. */
 #define NEWTON_STEPS 50
 #define SETTLED 0.1
 
-/* Let algebraic states be what their equations say; the others stay. In W their rows are then those of one. */
+/* Solve for the algebraic states; the others stay. Their rows of W are those of the identity. */
 static void mv_settle(mv_loop *l)
 {
     real *const u = l->k[1];
@@ -93,7 +95,7 @@ static void mv_settle(mv_loop *l)
     }
 }
 
-/* The change of the slope in time, where something in the loop depends on it. */
+/* Derivative of the slope by time, if something in the loop depends on time. */
 static void mv_slope_in_time(mv_loop *l, real *change)
 {
     const real step = K(TIME_STEP) * mv_max(mv_fabs(l->t), SPLAT(1));
@@ -101,7 +103,7 @@ static void mv_slope_in_time(mv_loop *l, real *change)
     for (int i = 0; i < NQ; i++) change[i] = (change[i] - l->k[0][i]) / step;
 }
 
-/* The stages k[1] ... and the end y of a step; no number where W has no factors. */
+/* Stages k[1] ... and end y of a step; NaN if W has no factors. */
 static void mv_implicit_stages(mv_loop *l, real h)
 {
     const int timed = !SAMPLED && !REFERENCE_CONSTANT, stages = STAGES - 1;

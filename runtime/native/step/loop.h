@@ -5,11 +5,11 @@
 
 #include "step.h"
 
-/* Defined by whoever includes this: what is done with a row, of a tick or of the instants where lanes end. */
+/* Defined by the including file: the use of a row of results, at a tick or at the instants at which lanes end. */
 static void mv_record(mv_loop *l, mask lanes, int due);
 static void mv_record_end(mv_loop *l, mask lanes);
 
-/* Before the first tick; schedule, model and queue are there. */
+/* Prepare the loop before the first tick; schedule, model and queue are set. */
 static void mv_begin(mv_loop *l, mask alive)
 {
     l->alive = alive;
@@ -39,7 +39,7 @@ static void mv_begin(mv_loop *l, mask alive)
     if (ALGEBRAIC) mv_call_mass(&l->model, l->mass);
 }
 
-/* Each input acts as many evaluations after its command as the plant says; zero before. */
+/* Each input acts with the delay that the plant states, in evaluations after its command; it is zero before. */
 static void mv_transport(mv_loop *l, int64_t evaluation, real *command)
 {
     const int64_t depth = l->schedule->longest + 1;
@@ -52,7 +52,7 @@ static void mv_transport(mv_loop *l, int64_t evaluation, real *command)
             AT(command[i], lane) = AT(ring[(evaluation + depth - (int64_t)AT(late[i], lane)) % depth * NU + i], lane);
 }
 
-/* The law's input enters the queue; the one of `delay` evaluations ago leaves it and goes to the actuator. */
+/* Append the law's input to the queue; the input of `delay` evaluations ago leaves it for the actuator. */
 static void mv_apply(mv_loop *l, int64_t evaluation)
 {
     const int32_t delay = l->schedule->delay;
@@ -91,7 +91,7 @@ static void mv_sample(mv_loop *l)
     if (l->tick % hold_every == 0) mv_evaluate_law(l, l->tick / hold_every);
 }
 
-/* Let lanes end at the tick, from which steps may have gone on. */
+/* End lanes at the tick, although their steps may have gone beyond it. */
 static void mv_end_at_tick(mv_loop *l, mask m, enum mv_status status)
 {
     if (PASSES) {
@@ -101,8 +101,8 @@ static void mv_end_at_tick(mv_loop *l, mask m, enum mv_status status)
     mv_retire(l, m, status);
 }
 
-/* Whether lanes keep the limits at the tick. A continuous loop is held to them after every step, and here where a step
- * has passed over the tick. */
+/* Return the lanes that keep the limits at the tick. A continuous loop is checked after every step, and here if a
+ * step has passed over the tick. */
 static mask mv_good_at_tick(mv_loop *l)
 {
     if (!LIMITS) return mv_all();
@@ -125,7 +125,7 @@ static void mv_complete_row(mv_loop *l)
     if (RECORDS_COMMAND) mv_copy(l->column + U_CMD_COLUMN, l->u_cmd, NU);
 }
 
-/* Record the lanes that come to their end before the next tick or there, unless that is a sample or not finite. */
+/* Record the lanes that end at or before the next tick, unless this is a sample or their numbers are not finite. */
 static void mv_sample_end(mv_loop *l)
 {
     const real coming = SPLAT(l->schedule->t[l->tick + 1]);

@@ -1,25 +1,25 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Limits: margins that are positive along a run, which ends where one is not.
+/* Limits: margins must be positive along a run. The run ends where a margin is not positive.
  *
- * A step that ends beyond a limit is tried again to where its margin is zero if that falls evenly, until the step ends
- * past that by the tolerance at most. A margin may also touch zero within a step and rise again, as what two of three rods
- * have over the third where they fall in line; what comes behind is another motion. So a step over which the tangent of a
- * margin comes to zero, and behind which the margin rises, is tried again as far as the tangent goes, which is half way to
- * where a parabola touches: steps get shorter until one ends beyond the limit, or the margin turns before. Fixed steps
- * cannot, and end the run. A step that stays clear of the limits is not changed by any of this. */
+ * If a step ends beyond a limit, it is repeated up to the zero of the margin, which is found by secants, until the
+ * step ends past the limit by at most the tolerance. A margin may also touch zero within a step and rise again: for
+ * example, the sum of two rods less the third, when they become collinear; the motion behind it is another one. So
+ * if the tangent of a margin reaches zero within a step and the margin rises behind it, the step is repeated up to
+ * that point, which is half way to the point where a parabola touches. Steps become shorter until one ends beyond
+ * the limit or the margin turns earlier. Fixed steps cannot be shortened; they end the run. These checks do not
+ * change steps that stay away from the limits. */
 #ifndef MEHVAR_MARGINS_H
 #define MEHVAR_MARGINS_H
 
 #include "control.h"
 
-/* Of a run: a step may end so much time past a limit. Own: times are printed with six digits; a tenth or ten times as
- * much is a trial more or less of some ten. */
+/* Largest time past a limit, as a share of the run. Own: times are printed with six digits; a tenth or ten times as
+ * much adds or saves one trial of about ten. */
 #define LIMIT_TIME 1e-9
-/* Of a step: how far along the slope a margin is looked at to see whether it falls or rises. Own: far above the noise of a
- * margin, far below a turn of it. */
+/* Part of the step along the slope at which a margin is evaluated, to see if it falls or rises. Own: far above the
+ * noise of a margin, and far below its turns. */
 #define AHEAD_PART 1e-3
-/* Whether margins are looked at along a slope: not where that takes the law, which is evaluated as often as needed
- * without. */
+/* True if margins are evaluated along a slope. This is not done if it would need extra evaluations of the law. */
 #define TOUCHES (SAMPLED || STATE_LIMITS)
 
 static inline void mv_margins(mv_loop *l, real t, const real *q, real *margin)
@@ -34,7 +34,7 @@ static inline void mv_margins(mv_loop *l, real t, const real *q, real *margin)
     mv_call_limits(&l->model, x, u, margin);
 }
 
-/* Which of `lanes` keep the limits; of the others the first that is broken is noted. */
+/* Return those of `lanes` that keep the limits; store the first broken limit of the others. */
 static inline mask mv_allowed(mv_loop *l, mask lanes, const real *margin)
 {
     mask within = mv_all();
@@ -46,14 +46,14 @@ static inline mask mv_allowed(mv_loop *l, mask lanes, const real *margin)
     return within;
 }
 
-/* Margins at q, to which a lane has come otherwise than by a step; returns which of `lanes` keep the limits. */
+/* Evaluate margins at q, where a lane has come without a step; return those of `lanes` that keep the limits. */
 static mask mv_take_margins(mv_loop *l, mask lanes, const real *q)
 {
     mv_margins(l, l->t, q, l->margin);
     return mv_allowed(l, lanes, l->margin);
 }
 
-/* Margins a little ahead of q along a slope. */
+/* Evaluate margins slightly ahead of q along a slope. */
 static void mv_margins_ahead(mv_loop *l, real h, const real *q, const real *slope, real *margin)
 {
     real ahead[NQ];
@@ -61,7 +61,8 @@ static void mv_margins_ahead(mv_loop *l, real h, const real *q, const real *slop
     mv_margins(l, l->t, ahead, margin);
 }
 
-/* Which of `lanes` have a margin that may touch zero in the step q -> y: least the part of it where its tangent does. */
+/* Return those of `lanes` with a margin that may touch zero in the step q -> y; `least` is the part of the step at
+ * which its tangent is zero. */
 static mask mv_touches(mv_loop *l, real h, real after, mask lanes, real *least)
 {
     real ahead[LIMITS + 1];
@@ -83,7 +84,7 @@ static mask mv_touches(mv_loop *l, real h, real after, mask lanes, real *least)
     return touched;
 }
 
-/* Which of `lanes` may keep the step q -> y of length h to `after`. The others are to try again as far as l->aim. */
+/* Return those of `lanes` that may accept the step q -> y of length h to `after`. The others repeat it up to l->aim. */
 static mask mv_within_limits(mv_loop *l, real h, real after, mask lanes)
 {
     l->again = mv_none();
@@ -106,12 +107,12 @@ static mask mv_within_limits(mv_loop *l, real h, real after, mask lanes)
     const mask again = AND(l->broken, AND(LT(tolerance, h), LT(tolerance, past * h)));
     l->held = SELECT(again, l->held * K(0.5), SPLAT(1)); /* the Illinois rule */
     l->aim = SELECT(again, mv_max(part * h, tolerance * K(0.5)), l->aim);
-    l->h = SELECT(again, mv_min(l->h, l->aim), l->h); /* from where it grows: what is looked at ahead is near, too */
+    l->h = SELECT(again, mv_min(l->h, l->aim), l->h); /* the next look ahead is near, too */
     l->again = again;
     return AND(lanes, NOT(again));
 }
 
-/* Lanes take a step, and end there where a limit is broken. */
+/* Accept a step of lanes; end lanes that have broken a limit. */
 static inline void mv_move_margins(mv_loop *l, mask taken)
 {
     mv_blend(taken, l->margin, l->margin_end, LIMITS);

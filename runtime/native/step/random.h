@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is random in the state: process noise over a step, and random steps at samples.
+/* Randomness in the state: process noise over a step, and random steps at samples.
  *
- * The numbers of a step depend on seed, run, the number of the step and the component alone. Source: Kloeden & Platen,
+ * The numbers of a step depend only on seed, run, number of the step and component. Source: Kloeden & Platen,
  * Numerical Solution of Stochastic Differential Equations, sections 10.2 (Euler and Maruyama) and 11.1 (Platen). */
 #ifndef MEHVAR_RANDOM_H
 #define MEHVAR_RANDOM_H
@@ -9,11 +9,12 @@
 #include "noise.h"
 #include "state.h"
 
-/* Defined by whoever includes this: the numbers of one sample or step. */
+/* Defined by the including file: the numbers of one sample or step. */
 static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, real *e);
 
-/* Platen's terms of strong order one, without derivatives, for noise that commutes: of each process j the change of b
- * from x to x + a h + b_j sqrt(h), along (dw_j dw - h e_j) / 2. They vanish where b does not depend on the state. */
+/* Platen's terms of strong order one, without derivatives, for noise that commutes. For each process j: the change
+ * of b from x to x + a h + b_j sqrt(h), times (dw_j dw - h e_j) / 2. These terms vanish if b does not depend on the
+ * state. */
 static void mv_add_platen(mv_loop *l, real h, real root, const real *dw)
 {
     real along[WIENER + 1], support[NX], there[NX], here[NX];
@@ -28,7 +29,7 @@ static void mv_add_platen(mv_loop *l, real h, real root, const real *dw)
     }
 }
 
-/* Over the step q -> y of length h, whose slope at q is k[0]. */
+/* Add process noise over the step q -> y of length h; k[0] is the slope at q. */
 static void mv_diffuse(mv_loop *l, real h)
 {
     real dw[WIENER + 1], change[NX];
@@ -40,7 +41,7 @@ static void mv_diffuse(mv_loop *l, real h)
     if (STRONG) mv_add_platen(l, h, root, dw);
 }
 
-/* The random step of the sample `evaluation`, in the lanes that came to it. */
+/* Apply the random step of the sample `evaluation` in the lanes that reached it. */
 static void mv_jump(mv_loop *l, int64_t evaluation)
 {
     real e[JUMP + 1], after[NX];

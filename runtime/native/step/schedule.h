@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What is the same in all lanes of a loop, and how a lane ends. */
+/* Data common to all lanes of a loop, and the ways in which a lane ends. */
 #ifndef MEHVAR_SCHEDULE_H
 #define MEHVAR_SCHEDULE_H
 
@@ -13,10 +13,10 @@ enum mv_status {
     MV_LIMIT,
     MV_EVENT = 6, /* in stores 5 is a run that never began */
     MV_CHATTERING,
-    MV_FAILURE, /* an event, declared to be one or past already at the start */
+    MV_FAILURE, /* an event that is declared as failure, or that was already past at the start */
 };
 
-/* Whether an event ends a run, and what that is. */
+/* Effect of an event on the run: none, or a kind of end. */
 enum mv_ends { MV_GOES_ON, MV_ENDS, MV_FAILS, MV_SUCCEEDS };
 
 typedef struct {
@@ -31,7 +31,7 @@ typedef struct {
     int32_t longest;          /* the greatest of the plant's own delays, in all runs */
 } mv_schedule;
 
-/* How many evaluations of the law inputs are kept: a ring for `delay`, and one for the plant's own delays. */
+/* Number of evaluations whose inputs are stored: a ring for `delay`, and one for the delays of the plant. */
 static inline int64_t mv_queued(const mv_schedule *s) { return s->delay + (s->longest ? s->longest + 1 : 0); }
 
 #endif

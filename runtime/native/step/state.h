@@ -37,15 +37,16 @@
 #define Z_COLUMN (Y_COLUMN + NY)
 #define COLUMNS (Z_COLUMN + NZ)
 
-/* Whether steps pass over ticks, where nothing changes but what is recorded. With events they stop there, so that guards
- * are looked at as often as a user samples. */
+/* True if steps pass over ticks, where nothing changes but the record. With events, steps end at ticks, so that
+ * guards are checked as often as a user samples. */
 #define PASSES (DENSE && !SAMPLED && REFERENCE_CONSTANT && !EVENTS)
 #define MOST_SLOPES (SLOPES > STAGES + 1 ? SLOPES : STAGES + 1)
 #define ROWS_KEPT (PASSES ? (GAMMA ? 3 : 5) + DENSE : 0) /* of a step, see dense.h */
 #define KEPT_SIZE (PASSES ? ROWS_KEPT * NQ + 3 : 0) /* numbers */
-/* Bytes for the steps by which lanes may be ahead of the ticks, so that others catch up where theirs are short. Own: of
- * the triangle under `path` at 1e-9, whose runs have their kinks at different times, a block in eight lanes takes 5294
- * slopes with 640 kB, 6948 with a half, 10021 with a thirty-second; the longest of the eight runs takes 5300 alone. */
+/* Bytes for steps of lanes that are ahead of the ticks, while other lanes with shorter steps catch up. Own. In a
+ * block of eight lanes, runs of the triangle under `path` at 1e-9 have their kinks at different times. The block
+ * takes 5294 slopes with 640 kB, 6948 with half as much, 10021 with a thirty-second; the longest of the eight runs
+ * takes 5300 alone. */
 #define AHEAD (1 << 20)
 #define MOST_KEPT (AHEAD / ((KEPT_SIZE + 1) * (int64_t)sizeof(real)) + 1)
 #define KEPT (MEHVAR_LANES == 1 ? 1 : MOST_KEPT)
@@ -68,12 +69,12 @@ typedef struct {
     int64_t next[MEHVAR_LANES]; /* the first tick after t, */
     real coming;               /* and its instant; infinite after the last one */
     real t;                    /* of q; beyond `tick` where steps pass over ticks */
-    real h;                    /* the step that the error control would take */
+    real h;                    /* step proposed by the error control */
     real reserve;              /* of the last accepted step, see control.h */
     real error;                /* the largest estimate over its tolerance */
     real steps, rejected;
-    real trials;               /* since the last tick */
-    real stiff, smooth, t_stiff; /* steps that say so, steps since the last of them, and when that was enough; or NaN */
+    real trials;               /* trial steps since the last tick */
+    real stiff, smooth, t_stiff; /* stiff steps, steps since the last of them, and the time of the verdict; or NaN */
     real status, violated;     /* an mv_status, of a lane that is alive how it will end; index of the limit, or -1 */
     REALS(q, NQ);
     ROWS(k, MOST_SLOPES, NQ);  /* slopes at the stages, at the end of the step, and at stages of dense output */
@@ -88,7 +89,7 @@ typedef struct {
     REALS(margin, LIMITS);     /* at (t, q), see margins.h */
     REALS(margin_end, LIMITS); /* at the end of the trial */
     mask broken, again;        /* the trial breaks a limit; it is tried again */
-    real aim;                  /* the most that the next trial goes, to a limit */
+    real aim;                  /* largest length of the next trial, up to a limit */
     real held;                 /* of the margin, by which a trial to a limit goes */
     REALS(guard, EVENTS);      /* at (t, q), see events.h */
     REALS(guard_end, EVENTS);  /* at the end of the trial */
@@ -98,16 +99,16 @@ typedef struct {
     REALS(begins, EVENTS);     /* it was zero at the start */
     REALS(fires, EVENTS);      /* the event happens at the end of the trial */
     REALS(reaches, EVENTS);    /* the largest size of the guard in the trial */
-    REALS(zero, EVENTS);       /* what is zero to the guard after an event */
+    REALS(zero, EVENTS);       /* size below which the guard is zero after an event */
     REALS(noise, EVENTS);      /* below, a resting guard has no side: zero unless its state or itself is too coarse */
     mask happens;              /* some event happens at t */
-    real reach;                /* the most that the next trial goes, to an event */
+    real reach;                /* largest length of the next trial, up to an event */
     real coarse;               /* doubled by each step to an event that did not reach it, see mv_located */
-    real t_event, stalled;     /* of the last event; how many in a row made no progress */
+    real t_event, stalled;     /* time of the last event; number of events in a row without progress */
     REALS(y, NQ);
     REALS(stage, NQ);
     REALS(r, NR);
-    REALS(u_cmd, NU);          /* what the law asks for */
+    REALS(u_cmd, NU);          /* command of the law */
     REALS(z_next, NZ);
     REALS(column, COLUMNS);    /* x, u, u_cmd if recorded, y, z: a row of the result */
     real *queue;               /* the inputs asked for in the last evaluations, rings: see mv_queued */
@@ -146,10 +147,10 @@ static inline void mv_retire(mv_loop *l, mask m, enum mv_status status)
     l->alive = AND(l->alive, NOT(m));
 }
 
-/* The memory of a continuous law, among coordinates. */
+/* Memory of a continuous law, among the coordinates. */
 static inline real *mv_integrated(const mv_loop *l, real *q) { (void)l; return q + (NQ - NZ); }
 
-/* Put coordinates back on the manifold of the plant's. */
+/* Project coordinates onto the manifold of the plant. */
 static inline void mv_project(mv_loop *l, real *q, real *q_next)
 {
     mv_call_project(&l->model, q, q_next);

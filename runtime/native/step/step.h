@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Explicit Runge-Kutta steps with exact stops, in every lane with a step of its own. No allocation, no shared state. */
+/* Explicit Runge-Kutta steps with exact stops; each lane has its own step. No allocation, no shared state. */
 #ifndef MEHVAR_STEP_H
 #define MEHVAR_STEP_H
 
@@ -11,17 +11,17 @@
 #include "random.h"
 #include "stiffness.h"
 
-/* Defined by whoever includes this: the slopes k[1] ... and the end y of an explicit step. */
+/* Defined by the including file: the slopes k[1] ... and the end y of an explicit step. */
 static inline void mv_stages(mv_loop *l, real h);
 
-/* A step that would nearly reach the target is stretched to it, as a sliver costs as much as a step. From 1 to 1.1:
- * less than one percent. Source and measurement as in control.h. */
+/* A step that would nearly reach the target is stretched to it, because a very short step costs as much as a long
+ * one. A value from 1 to 1.1 changes less than one percent. Source and measurement as in control.h. */
 #define STRETCH 1.01
-/* Of one step of rk4: an interval that is a whole number of steps but for its rounding gets no step more. Own; the
- * quotient is rounded to 2e-16, so that a half or twice changes nothing. */
+/* Share of a step of rk4: an interval that is a whole number of steps up to rounding gets no extra step. Own; the
+ * quotient is rounded to 2e-16, so half or twice changes nothing. */
 #define SLACK 1e-12
 
-/* Which of `lanes` pass over a tick, or come to one, with a step to the instant `after`. */
+/* Return those of `lanes` that pass over a tick or reach one, with a step to the instant `after`. */
 static mask mv_ticked(mv_loop *l, mask lanes, real after)
 {
     const mv_schedule *s = l->schedule;
@@ -36,11 +36,11 @@ static mask mv_ticked(mv_loop *l, mask lanes, real after)
     return ticked;
 }
 
-/* One trial step of the lanes `open`; `last` are those that reach the target with it. Returns those that took it. */
+/* Try one step of the lanes `open`; `last` marks those that reach the target with it. Return those that accepted it. */
 static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real *ratio)
 {
     real *end = l->k[STAGES], last_stage[NQ];
-    /* where the slope at the end is that of the next step, or leads to events */
+    /* if the slope at the end is that of the next step, or leads to events */
     const mask goes_on = SAMPLED && !EVENTS ? NOT(last) : mv_all();
     if (GAMMA) mv_implicit_stages(l, h);
     else mv_stages(l, h);
@@ -85,7 +85,7 @@ static mask mv_trial(mv_loop *l, real target, real h, mask open, mask last, real
     return taken;
 }
 
-/* Before the first trial step from t to the target. */
+/* Prepare the first trial step from t to the target. */
 static inline void mv_prepare_steps(mv_loop *l, real target)
 {
     if (SAMPLED) mv_hold(&l->model, l->column + U_COLUMN);
@@ -101,7 +101,7 @@ static inline void mv_prepare_steps(mv_loop *l, real target)
     l->started = 1;
 }
 
-/* Lanes that have a step to take before the tick. */
+/* Lanes that must take a step before the tick. */
 static inline mask mv_behind(const mv_loop *l, real tick)
 {
     return AND(mv_going(l), LT(l->t, tick));
@@ -113,8 +113,8 @@ static inline mask mv_free(const mv_loop *l, real end)
     return PASSES ? AND(mv_behind(l, end), LT(l->waiting, K(KEPT))) : mv_behind(l, end);
 }
 
-/* Integrate all lanes that are alive to a tick, or beyond it where steps pass over ticks but never beyond the last one.
- * Those that cannot get there stay where they are, and are retired by mv_sample_end. */
+/* Integrate all live lanes to a tick, or beyond it if steps pass over ticks, but never beyond the last one. Lanes
+ * that cannot get there stay where they are; mv_sample_end retires them. */
 static void mv_advance(mv_loop *l, double t_tick)
 {
     const mv_schedule *s = l->schedule;

@@ -1,25 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Whether stability and not error holds the steps of a run: then it ends, for somebody to make it again by a method that
- * this does not hold. The test of the code dop853 of Hairer, Norsett & Wanner, Solving Ordinary Differential Equations II,
- * 2nd ed., section IV.2: the last stage is at the end of the step, as the end is, so that the difference of the slopes
- * there over that of the places is about the largest eigenvalue. */
+/* Test whether stability, not error, limits the steps of a run. If so, the run ends, and the caller repeats it with
+ * an implicit method. The test is that of the code dop853 in Hairer, Norsett & Wanner, Solving Ordinary Differential
+ * Equations II, 2nd ed., section IV.2. The last stage and the end of a step belong to the same instant. So the
+ * difference of their slopes, divided by the difference of their states, is about the largest eigenvalue. */
 #ifndef MEHVAR_STIFFNESS_H
 #define MEHVAR_STIFFNESS_H
 
 #include "state.h"
 
-/* Of h times the eigenvalue. Where stability holds the steps of dop853 it is about the end of the stable piece of the real
- * axis: of slosh under `lyapunov-v2` at 1e-6, between 6.37 and 6.41 in eight steps of ten. Source: dop853. With a half the
- * triangle is taken for stiff at tolerances ten to a hundred times tighter, which it is not; with twice slosh never is. */
+/* Largest h times eigenvalue in the stable region of dop853 on the real axis. For slosh under `lyapunov-v2` at 1e-6,
+ * where stability limits the steps, the product is between 6.37 and 6.41 in eight steps of ten. Source: dop853. With
+ * half the value, the triangle counts as stiff at tolerances ten to a hundred times tighter, which is wrong; with
+ * twice the value, slosh never counts as stiff. */
 #define STABLE_PIECE 6.1
-/* So many steps beyond it, with never so many on this side of it one after the other between them. Source: dop853. Of the
- * first, a half finds slosh at 1e-6 after 1.1 s and twice after 3.2 s, instead of 1.8 s, and a half the triangle under
- * `sliding` at 1e-8, for a few steps of its end; of the other, a half finds slosh at 1e-11 after 22 s instead of 4, and
- * twice changes nothing. */
+/* STIFF_STEPS: number of steps beyond this bound after which a run is stiff. SMOOTH_STEPS: number of steps in a row
+ * below the bound that reset the count. Source: dop853. With STIFF_STEPS, slosh at 1e-6 is found stiff after 1.8 s;
+ * with half after 1.1 s, with twice after 3.2 s. Half also finds the triangle under `sliding` stiff at 1e-8, for a
+ * few steps at its end. With half SMOOTH_STEPS, slosh at 1e-11 is found after 22 s instead of 4; twice changes
+ * nothing. */
 #define STIFF_STEPS 15
 #define SMOOTH_STEPS 6
 
-/* Look at the step of length h to y in the lanes that took it to the instant `after`; `last` is where its last stage was. */
+/* Test the step of length h to y in the lanes that took it to the instant `after`; `last` is the state of its last
+ * stage. */
 static inline void mv_test_stiffness(mv_loop *l, real h, const real *last, mask taken, real after)
 {
     real slopes = SPLAT(0), places = SPLAT(0);

@@ -53,7 +53,7 @@ def law_of(
     if controller is None:
         if inputs is None:
             raise bad_value(
-                "controller", controller, "a law, unless there are inputs: inputs={} for none that act", origin
+                "controller", controller, "a law, unless inputs are given; inputs={} sets all inputs to zero", origin
             )
         _refuse(given, ("memory",), "left out without a law", origin)
         own = open_loop(inputs, manifest, period, interpolation, end, origin)

@@ -46,7 +46,7 @@ _OPEN: tuple[object, ...] = (
     *(sys.modules, sys._getframe, inspect.currentframe, inspect.stack),
     *(os.environ, os.getenv, getattr(os, "environb", os.environ), getattr(os, "getenvb", os.getenv)),
 )
-"""Objects through which code can reach anything by a computed name, or the process's start conditions."""
+"""Objects through which code can reach any object by a computed name, or the conditions at the start of the process."""
 _OPEN_MODULES = {"builtins", "gc", "importlib", "inspect", "os", "sys"}
 _MOVING: tuple[object, ...] = (
     *(open, input, id, hash, np.load, np.loadtxt, np.genfromtxt, np.fromfile, np.memmap),
@@ -67,7 +67,7 @@ _SHOWN = (
     *(object, list, tuple, dict, set, frozenset, OrderedDict, defaultdict, *_PLAIN, np.ndarray),
     *(SimpleNamespace, functools._lru_cache_wrapper),
 )
-"""C types with completely visible contents; others may have hidden state."""
+"""C types with completely visible contents. Other types may have hidden state."""
 
 
 class UnidentifiedError(Exception):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Interpolation = Literal["hold", "linear"]
 
 _ROUNDING = 1e-9
-"""Tolerance in samples of instants, which are rounded multiples of a sample."""
+"""Tolerance of instants, in samples: instants are rounded multiples of a sample."""
 _ALLOWED = "a number, a pair (t, values) of arrays, or a function of t"
 
 
@@ -183,9 +183,11 @@ def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, Fl
             raise bad_value(f"{what} of {name}", float(array[~np.isfinite(array)][0]), "finite", origin)
     if (np.diff(t) <= 0).any():
         k = int(np.argmax(np.diff(t) <= 0))
-        raise bad_value(f"instants of {name}", float(t[k + 1]), f"after {t[k]:g}: they rise", origin)
+        raise bad_value(f"instants of {name}", float(t[k + 1]), f"after {t[k]:g}: instants must increase", origin)
     if t[0] > 0:
-        raise bad_value(f"instants of {name}", float(t[0]), "0 or before for the first: the run begins at 0", origin)
+        raise bad_value(
+            f"instants of {name}", float(t[0]), "at most 0 for the first instant: the run begins at 0", origin
+        )
     return np.array([float(fraction(instant)) for instant in t]), values
 
 

@@ -147,7 +147,7 @@ def recorded_memory(text: str) -> list[float] | None:
 def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
     if period is None:
         raise bad_value(
-            "memory", memory, "left out unless the law has a period: a continuous one keeps nothing", origin
+            "memory", memory, "left out unless the law has a period: a continuous law has no memory", origin
         )
     try:
         start = unmasked(memory)

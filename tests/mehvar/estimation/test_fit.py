@@ -134,7 +134,7 @@ def test_a_combination_that_the_data_do_not_see_is_named() -> None:
         ({"sigma": {"roll": 0.0}}, "roll = 0"),
         ({"t_end": 3.0}, "t_end"),
         ({"data": 3}, "data"),
-        ({"free": ["Ts"]}, "Ts cannot be fitted .*decides when pd samples"),
+        ({"free": ["Ts"]}, "Ts cannot be fitted .*determines the sample times of pd"),
         ({"free": ["half_period"], "sigma": {"roll": NOISE}, "half_period": 45.25}, "half_period cannot be fitted"),
     ],
 )

@@ -102,7 +102,7 @@ def test_a_message_has_the_quaternions_and_rates_of_the_run(turning):
 @pytest.mark.parametrize(
     ("change", "allowed"),
     [
-        ({"epoch": "noon"}, "epoch = 'noon'.*must be as 2026-03-21T12:00:00"),
+        ({"epoch": "noon"}, "epoch = 'noon'.*must be a time such as 2026-03-21T12:00:00"),
         ({"epoch": "2026-02-30T00:00:00"}, "a date"),
         ({"quaternion": "q1,q2,q3"}, "4 variables"),
         ({"quaternion": "q1,q2,q3,wx"}, "must be in 1; it is in rad/s"),

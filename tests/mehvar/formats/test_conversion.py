@@ -177,6 +177,6 @@ def test_names_with_units_are_words(factors):
 @pytest.mark.parametrize("place", ["runs.csv", "g/runs.csv", "../runs.zarr/runs.csv"])
 def test_nothing_is_written_into_a_batch(batch, place):
     before = sorted(batch[0].rglob("*"))
-    with pytest.raises(InputError, match="a file outside the batch"):
+    with pytest.raises(InputError, match="a file outside the folder of the batch"):
         convert(batch[0], "csv", batch[0] / place)
     assert sorted(batch[0].rglob("*")) == before

@@ -103,7 +103,7 @@ def test_only_netcdf_is_read(dataset: xarray.Dataset, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"run\.csv': must be a result in NetCDF.*pandas\.read_csv"):
         runtime.open_result(tmp_path / "run.csv")
     xarray.Dataset({"a": ("b", [1.0])}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    with pytest.raises(InputError, match="it has no model_hash, or neither time t nor runs"):
+    with pytest.raises(InputError, match="it lacks model_hash, or it has neither a time t nor runs"):
         runtime.open_result(tmp_path / "other.nc")
 
 
