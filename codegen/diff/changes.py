@@ -15,8 +15,8 @@ from .report import Kind, Path
 
 Values = tuple[Element, ...]
 _SMALL = 10_000
-"""Square root of the limit on numerators and denominators of numbers in equations. About 10^16 such fractions exist,
-so a random value of the field, one of 2^154, matches one with probability 10^-30."""
+"""Square root of the limit on numerators and denominators of numbers in equations. About 10^16 such fractions exist. A
+random value of the field is one of 2^154, so it equals such a fraction with probability 10^-30."""
 
 
 @dataclass(frozen=True)

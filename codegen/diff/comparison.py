@@ -63,7 +63,7 @@ def compare(old: Document, new: Document) -> Comparison:
 
 
 class _Verdicts:
-    """Verdicts on rows in order, definitions before their users."""
+    """Verdicts on rows in order: definitions come before the rows that use them."""
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
@@ -112,7 +112,7 @@ class _Verdicts:
         return (Fate.INHERITED if causes else Fate.CHANGED), other
 
     def _ask_again(self) -> None:
-        """Test verdicts "equal" again with another method, and repeat the judgement where that disagrees."""
+        """Test verdicts "equal" again with another method, and judge again if that method disagrees."""
         tested = [item for item in self.versions.news if self._is_tested(item)]
         if not tested:
             return
@@ -188,7 +188,7 @@ class _Verdicts:
         return judge.decide(*pair)
 
     def _follower(self, unequal: list[Item], whole: Verdict) -> tuple[Fate, Verdict]:
-        """Return the verdict on a row that differs through its definitions only."""
+        """Return the verdict on a row that differs only because of its definitions."""
         undecided = [child.name for child in unequal if self.verdict[child.key][0] is Fate.UNDECIDED]
         if len(undecided) == len(unequal):
             return Fate.UNDECIDED, Verdict(None, f"{', '.join(undecided)} may be equal")
@@ -231,7 +231,7 @@ class _Verdicts:
         return {item.key for item in changed if extended(partner[item.key], item)}
 
     def _lost(self) -> None:
-        """Attribute the change of a removed definition to it, not to its users."""
+        """Attribute the change of a removed definition to the definition, not to the rows that use it."""
         changed = [
             item
             for item in self.versions.news

@@ -10,7 +10,7 @@ eight double edits, in both directions.
 
 # Terms: 1 is the unit.
 SIGN = 1.0
-"""A flipped sign, the commonest slip. Half: 0 answers change. Twice: 14, as "-1 became 1" is cheaper."""
+"""Cost of a flipped sign, the commonest slip. Half: 0 answers change. Twice: 14, because "-1 became 1" is cheaper."""
 LOST_TERM = 1.0
 """A lost term. Half: 0 answers change. Twice: 4, where a lost term is reported as a rewritten sum."""
 COEFFICIENT = 1.2
@@ -55,7 +55,8 @@ function is replaced."""
 
 # Rewritten parts.
 PART = 2.5
-"""A part of the new side in place of an old one; its size is added. Half: 6 answers change, where whole sums are
+"""Cost of a part of the new side that replaces an old one; its size is added. Half: 6 answers change, where whole sums
+are
 rewritten. Twice: 0."""
 PART_OLD_NODE, PART_NEW_NODE = 0.3, 0.1
 """Surcharges per replaced node and per replacing node, so that most of an expression stays. Half: 3 and 1 answers
@@ -64,7 +65,7 @@ PART_ALIKE = 3.0
 """Surcharge if both parts are of one kind, such as sums: an edit inside of them explains more. Half or twice: 0
 answers change."""
 REWRITTEN = 6.0
-"""The whole expression, if nothing else explains the difference. Half or twice: 0 answers change."""
+"""Cost of replacing the whole expression, if nothing else explains the difference. Half or twice: 0 answers change."""
 
 # Places.
 LEVEL = 0.02
@@ -79,8 +80,10 @@ WRITTEN = 0.1
 
 # Limits.
 PAIR = 2.4
-"""Limit on the edit between two paired terms; above it, one was lost and one added. Half: 10 answers change, where
+"""Largest cost of the edit between two paired terms. Above it, one term counts as lost and one as added. Half: 10
+answers change, where
 one term has two slips. Twice: 4, where unlike terms are paired."""
 ENOUGH = 4.0
-"""Cost below which the search ends without combinations of smaller edits. Half: 0 answers change. Twice: 7, where
+"""Cost that ends the search: below it, combinations of smaller edits are not tried. Half: 0 answers change. Twice: 7,
+where
 sums are rewritten."""

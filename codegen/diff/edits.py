@@ -26,8 +26,9 @@ from .report import Kind, Path
 
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
 _LARGEST = 60
-"""Largest function, in nodes, in which edits are tried one by one. A function has about ten edits per node, each
-with a complete evaluation, so the time grows with the square. Larger functions are reported as rewritten parts."""
+"""Largest number of nodes of a function in which edits are tried one by one. A function has about ten edits per node,
+and each needs a complete evaluation, so the time grows with the square. Larger functions are reported as rewritten
+parts."""
 
 
 class Edits:

@@ -23,12 +23,12 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
-"""Points of the field. An edit fits both by chance with probability 2^-178, and is checked at more points."""
+"""Number of points of the field. An edit fits both by chance with probability 2^-178; it is checked at more points."""
 _ROOTED = 16
-"""Points of the field for expressions with even roots, which have random signs there. An edit that flips a sign on
-half of the space passes two points in one of four cases, all of these in one of 65 000."""
+"""Number of points of the field for expressions with even roots; roots have random signs there. An edit that flips a
+sign on half of the space passes two points in one of four cases, and all of these points in one of 65 000."""
 _TRIED = 60
-"""Largest number of points tried to find valid ones; further ones would hardly succeed."""
+"""Largest number of points that are tried to find valid ones. Further points would hardly succeed."""
 _VISITED = 20_000
 """Largest number of places searched for marks in a written expression; shared nodes can multiply their number
 without bound."""
@@ -157,7 +157,7 @@ class Explainer:
     def _counterexample(
         self, old: Expression, new: Expression, known: Point | None, anywhere: bool
     ) -> Counterexample | None:
-        """Return a simple point where both sides differ, if possible one that a version's conditions allow."""
+        """Return a simple point where both sides differ; if possible, one that the conditions of a version allow."""
         allowed = (lambda _: True) if anywhere else self._allowed.test(old, new)
         mine = () if known is None else (self.judge.real(known),)
         points = chain(self.judge.real_points([old, new], 40), mine, self.judge.extreme_points(old, new))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions that were changed and inlined at once, so that the new side lacks them."""
+"""Definitions that were changed and inlined in one edit, so the new side lacks them."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _with(versions: Versions, removed: Item, root: int | None) -> Meaning:
 
 
 def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
-    """Return the value that a definition must have to give a user its new value, if the user is affine in it."""
+    """Return the value of a definition that gives a row its new value, if the row is affine in the definition."""
     free = _with(versions, removed, None)
     old = versions.partner[user.key]
     try:

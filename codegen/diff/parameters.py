@@ -193,7 +193,7 @@ def _order_changes(
 
 
 def _unsaid(manifest: Manifest) -> set[str]:
-    """Return the fields that older manifests do not have, so that their values are unknown."""
+    """Return the fields that older manifests do not have; their values are unknown."""
     kinds = (Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event, Manifest)
     optional = (
         (kind, f) for kind in kinds for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING)

@@ -18,7 +18,7 @@ Path = tuple[int, ...]
 
 EXTENDED = "the same text with terms of the other members of a family, by its form"
 MEMBER = "of a member of a family that the other side lacks"
-"""Reason for a change that only follows from another number of equal parts, such as pendulums."""
+"""Reason for a change that has no other cause than a new number of equal parts, such as pendulums."""
 
 
 class ModelStatus(StrEnum):
@@ -263,7 +263,7 @@ class Comparison:
 
     @property
     def sources(self) -> tuple[EquationChange, ...]:
-        """Equations whose own text changed its meaning: the causes of other changes."""
+        """Equations with a changed meaning of their own text: the causes of other changes."""
         return self.of(Fate.CHANGED)
 
     @property

@@ -52,26 +52,28 @@ from .slopes import slope
 Point = dict[str, float]
 State = frozenset[Way]
 _LINES = 3
-"""Lines through the space for each name. A line starts where the previous one led, every third at an ordinary point,
-so that states of two names are reached. Fewer lines leave more branches to search for; more cost time."""
+"""Number of lines through the space for each name. A line starts at the end of the previous one; every third line
+starts at an ordinary point. So joint states of two names are reached. With fewer lines, more branches must be searched
+for; more lines cost time."""
 _MOST_LINES = 60
 """Largest number of lines over all names; with more names, a random selection is used."""
 _TRIES = 40
-"""Lines on which one missing branch, or pair of branches, is searched for."""
+"""Number of lines in the search for one missing branch or pair of branches."""
 _MOST_MISSING = 400
-"""Largest number of branches and pairs that are searched for or proved impossible; with more, the answer is
+"""Largest number of branches and pairs that are searched for or proved impossible. With more, the answer is
 "undecided"."""
 _WORK = 180_000_000
 """Limit on node evaluations in double per question, about three seconds. A third leaves some windows undecided
 (products of two windows inside arcs); twice as many double the time of hopeless searches."""
 _MOST_JOINT = 300_000
-"""Limit on nodes of all joint states compared in the field, about ten seconds. Half as many decide one saturation
-less in a product or sum of rearranged ones."""
+"""Limit on nodes of all joint states that are compared in the field: about ten seconds. With half the limit, a product
+or sum of rearranged saturations may have one factor or term less."""
 _SIXTEENTHS = 16
-"""Parts into which a bracket is divided at each step: 13 steps give the 52 bits of a double."""
+"""Number of parts into which a bracket is divided at each step. 13 steps give the 52 bits of a double."""
 _CUTS = 14
 _MOST_PLACES = 64
-"""Largest number of places on one line: more than a table has. Those of a floor, infinitely many, are sampled."""
+"""Largest number of places on one line: more than a table has. A floor has infinitely many places, and these are
+sampled."""
 _BESIDE = 1e-12
 """Relative distance of test points from a place where a condition changes: above double rounding, and between the
 old and the new place after any larger shift."""
@@ -90,19 +92,20 @@ _MOST_CASES = 3
 _MOST_PATTERNS = 4000
 """Largest number of branch combinations evaluated with 50 digits."""
 _MOST_STEPS = 128
-"""Largest number of those that differ only in whole numbers of steps, of which there are infinitely many. Twice the
-number of ordinary points; each costs a comparison in the field."""
+"""Largest number of combinations that differ only in the whole numbers of steps; infinitely many exist. It is twice the
+number of ordinary points; each combination costs a comparison in the field."""
 _FAR = 1e9
 """Size of a coordinate beyond which no line starts if possible: a thousand times the drawn sizes."""
 _WIDEST = 60
 """Characters of an expression in a message: two of them fit into three lines of a terminal."""
 _TOLD = 64
-"""Agreeing points, with 50 digits, that decide a cell that the field cannot: as many as ordinary points, see
-`_BRANCHED` in `judge`."""
+"""Number of agreeing points with 50 digits that decide a cell if the field cannot. It equals the number of ordinary
+points; see `_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
 """Largest number of these points per line, so that they lie on at least sixteen lines."""
 _MOST_INSIDE = 12
-"""Lines tried for each needed one: after a change of another name, only some reach the cell again."""
+"""Number of lines that are tried for each needed one. After a change of another name, only some lines reach the cell
+again."""
 _INNER = 3
 """Points between two places of a line inside of a cell."""
 _BURNT = 3
@@ -118,8 +121,8 @@ _MOST_CENTRES = 24
 """Largest number of centres around which narrow features are searched for; each costs one line per name."""
 _JUMPS = COMPARISONS - {"equality", "unequality"} | {"sign"}
 _LIT = Fraction(1, 10**30)
-"""Relative size above which a sign counts: 30 of 50 digits. The square of a window of 1e-9 has 18; an arc beside one
-keeps half of the 90 computed digits."""
+"""Relative size above which a sign counts: 30 of 50 digits. The square of a window of 1e-9 needs 18 digits. An inverse
+sine or cosine near one keeps half of the 90 computed digits."""
 
 
 @dataclass(frozen=True)
@@ -252,7 +255,7 @@ class Cells:
         return found
 
     def settle(self, states: Sequence[tuple[Way, ...]]) -> Outcome:
-        """Search for the given joint states, outside of which both sides are equal; call after `walk`."""
+        """Search for the given joint states. Both sides are equal in all others. Call after `walk`."""
         if not states:
             return Outcome(
                 True, f"each joint state of {len(self._units)} branching nodes is equal in the field or excluded"
@@ -265,7 +268,7 @@ class Cells:
         return f"{self._points} points beside every change of {len(self._units)} branching nodes"
 
     def _factors(self) -> list[int]:
-        """Return the factors that may decide a root's sign: those on one side only, if there are even roots."""
+        """Return the factors that may decide a root's sign: with even roots, the factors on one side only."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
         rooted = any(self._is_root(node) for node in first | second)
         kinds = ("add", "sin", "cos", "tan", "sym")
@@ -639,7 +642,7 @@ class Cells:
         return self._forms[forms]
 
     def _is_thin(self, node: int, way: int) -> bool:
-        """Return True for a branch taken on a surface only, where different forms may have equal values."""
+        """Return True for a branch that is taken only on a surface; different forms may have equal values there."""
         return (self.pool.nodes[node][0], way) in (("equality", 1), ("unequality", 0))
 
     def _is_edge(self, world: RealWorld) -> bool:
@@ -718,7 +721,7 @@ class Cells:
         return way in self._ways and all(tuple(sorted((way, other))) in self._pairs for other in taken.items())
 
     def _sought(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Search for a joint state with a possible difference; None if the sides are equal there or it is excluded."""
+        """Search for a joint state with a possible difference; None if both sides are equal or it is excluded."""
         if self._is_met(ways) or self._is_out(ways):
             return None
         return self._look(ways) or (None if self._is_met(ways) else self._undecided(ways))

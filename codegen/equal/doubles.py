@@ -16,11 +16,11 @@ from .reals import PointSampler
 
 Array = NDArray[np.float64]
 TURNS = 4
-"""Turns in each direction over which angles are drawn. A lost wrap shows at seven of eight points, in a half angle
-at every second."""
+"""Number of turns in each direction over which angles are drawn. A lost wrap shows at seven of eight points; in a half
+angle, at every second point."""
 _DECADES = (0.5, 3.0, 6.0)
-"""Decades around one from which numbers without default or two bounds are drawn. The first reaches a table that
-starts at Mach 1, the second one that ends at 300."""
+"""Decades around one from which numbers are drawn if they have no default and no two bounds. The first decade reaches a
+table that starts at Mach 1, the second a table that ends at 300."""
 _CHUNK = 2048
 """Points per pass, so that values of some thousand nodes stay in the processor's cache."""
 _APART = 1e-9

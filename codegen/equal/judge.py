@@ -40,36 +40,38 @@ _ROOTED = 32
 """Points of the field for even roots of expressions. A root of a square has a random sign: for (a + b)^2 it is a + b
 at every second point. All of 3 points have this sign in one of 8 cases, all of 32 in one of 2^32."""
 _BRANCHED = 64
-"""Points of the reals, and of the field with signs, for two branching nodes: each of their four joint branches is
-then missed in one of 10^8 cases. Each further node doubles branches and points."""
+"""Number of points of the reals, and of the field with signs, for two branching nodes. Each of their four joint
+branches is then missed in one of 10^8 cases. Each further node doubles branches and points."""
 _MOST_SIGNED = 512
 """Largest number of points of the field with signs: enough for all joint branches of five nodes. With more nodes the
 reals decide. Twice as many cost seconds per law and add one node."""
 _SIGNS = 64
-"""Sign choices of roots compared at a point of the field: all those of six roots."""
+"""Number of sign choices of roots that are compared at a point of the field: all choices of six roots."""
 _ARCS = frozenset(("asin", "acos", "atan", "atan2"))
 """Functions whose angle the field represents by a root: acos(cos(a)) is a or -a at random."""
 _LOOKS, _LOOK_DIGITS = 8, 12
-"""Points, and digits, by which equal parts of two sides are paired before the comparison. Fewer points pair unequal
-parts, which costs comparisons; with more digits, rounding separates equal parts."""
+"""Numbers of points and of digits by which equal parts of two sides are paired before the comparison. With fewer
+points, unequal parts are paired, which costs comparisons. With more digits, rounding separates equal parts."""
 _MOST_DOUBTFUL = 24
 """Largest number of branch combinations searched for among the reals; further ones are similar."""
 _FEW = 16
 """Points with values on both sides from which agreement counts: fewer may not reach branches."""
 _DRAWS = 4
-"""Points of the field tried for each needed one: nested roots exist at every second or fourth point."""
+"""Number of points of the field that are tried for each needed one: nested roots exist at every second or fourth
+point."""
 _HOPELESS = 48
 """Points without a value after which the search stops: a probability of 0.1 would have shown in 99 of 100 cases."""
 _MOST_NAMES = 60
 """Largest number of names that are moved far out in turn; each costs two evaluations of all expressions."""
 _SQUARES = 64
-"""Points of the field at which a square's values are squares; for other functions all of them are once in 2^64."""
+"""Number of points of the field at which the values of a square are squares. Values of other functions are all squares
+once in 2^64 cases."""
 _LEAST = Fraction(1, 10**300)
 """Smallest positive number in proofs with doubles: smaller doubles have fewer digits."""
 VISIBLE = 1e-4
 """Relative difference that a counterexample must show: two of the six printed digits."""
 _PASSES = 2
-"""Passes over all names: a name may allow a simple value only after later names have one."""
+"""Number of passes over all names: a name may allow a simple value only after later names have simple values."""
 _TRIES = 6
 """Points tried for each needed one: enough for domains of a sixth of the drawn points, such as arguments of roots."""
 
@@ -227,7 +229,7 @@ class Judge:
         return self.where_defined(self._by_values(old, new), old, new)
 
     def where_defined(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
-        """Return a verdict, or "different" if only one of two sides has a value somewhere."""
+        """Return a verdict; "different" if only one of two sides has a value at some point."""
         roots = self.written_out(old), self.written_out(new)
         if verdict.equal is False or self._domain(roots[0]) == self._domain(roots[1]):
             return verdict
@@ -375,7 +377,7 @@ class Judge:
         )  # fmt: skip
 
     def _settled(self, cells: Any, old: int, new: int) -> Verdict:
-        """Decide after a walk without difference: by joint states, and by those left open in the field with signs."""
+        """Decide after a walk without a difference: by joint states, and by the field with signs for open ones."""
         states = cells.open_states()
         outcome = None if states is None else cells.settle(states)
         if outcome is None or outcome.equal is None:

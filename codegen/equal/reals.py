@@ -17,7 +17,8 @@ from .pool import Pool, fraction
 from .values import Lookup, World
 
 DIGITS = 50
-"""Guaranteed digits. Computation uses 90, which leaves 40 for cancellation: enough for parts up to 2^43 with
+"""Number of guaranteed digits. Computation uses 90 digits, which leaves 40 for cancellation: enough for parts up to
+2^43 with
 multiplying errors, see `apart`. More digits slow every operation; fewer hide differences in rounding."""
 _WORKING = 90
 _ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Common parts of two sides in any form: each becomes one node or free number before the comparison.
+"""Common parts of two sides in different forms. Each part becomes one node or free number before the comparison.
 
 Parts with the same value in the field become one node. Parts with the same values at some real points are compared. If
 they are the same function, such as one arc written in two ways, a free number replaces them on both sides. If the sides
@@ -148,7 +148,7 @@ class Shared:
         return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
 
     def _free(self, node: int, values: frozenset[Fraction]) -> int:
-        """Return a free number for a part; a choice between two values if it has no others."""
+        """Return a free number for a part; a choice between two values if the part has only these."""
         name = self.pool.intern("sym", f"shared part {node}")
         if len(values) != _TWO:
             return name

@@ -19,8 +19,8 @@ from ..equal.reals import PointSampler
 from .sides import Sides
 
 _STEPS = 10**6
-"""Grid points between two bounds from which values are drawn: names get different values, and values of
-counterexamples stay short."""
+"""Number of grid points between two bounds. Values are drawn from the grid, so names get different values, and values
+of counterexamples stay short."""
 
 
 class PaperSampler(PointSampler):

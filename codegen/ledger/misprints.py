@@ -224,7 +224,7 @@ def _same_product(old: Any, new: Any) -> bool:
 
 
 def _one_term(old: Any, new: Any) -> bool:
-    """Return True if two products differ in one factor, or in two that are less than half.
+    """Return True if two products differ in one factor, or in two factors that are less than half of all.
 
     Products that differ more are two terms. Otherwise the present and the missing terms of a shortened equation would
     be paired at random.

@@ -32,7 +32,8 @@ ten draws is missed by 64 points in 1 of 850 cases, by 32 in 1 of 29. An inequal
 is missed once in 700. Half as many points give the same verdicts on the triangle's paper; one of each misses one of
 27 misprints. Without branches, 16 suffice."""
 _FEW = 4
-"""Points tested before a proof: the first nearly always shows a difference, and costs less than a proof."""
+"""Number of points that are tested before a proof. The first point nearly always shows a difference, and costs less
+than a proof."""
 _DRAWS = 100
 """Attempts per point before a domain counts as not found: enough for domains of a few hundredths."""
 _WRITTEN_OUT, _PROVABLE = 750, 250
@@ -77,7 +78,7 @@ def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
 
 
 def _weakest(hows: Iterable[str]) -> str:
-    """Return the weakest evidence of several cases, which applies to all of them."""
+    """Return the weakest evidence of several cases: it applies to all of them."""
     distinct = list(dict.fromkeys(hows))
     return next((how for how in distinct if not how.startswith("proved")), distinct[0])
 

@@ -14,8 +14,8 @@ from ..versions import Versions
 CONDITIONS = frozenset(("constraint", "limit"))
 """Kinds of rows whose expression is positive in every run."""
 _POINTS = 128
-"""Points drawn, half of them with default parameters, which constraints allow: five independent inequalities of drawn
-names then still leave points."""
+"""Number of drawn points. Half of them have default parameters, which constraints allow. So even five independent
+inequalities of drawn names leave points."""
 
 Test = Callable[[Worlds], bool]
 

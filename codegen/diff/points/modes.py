@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from ..versions import Item, Versions
 
 _POINTS = 16
-"""Points of the other names for each value of a mode. Rarely taken branches are compared by the judge."""
+"""Number of points of the other names for each value of a mode. The judge compares rarely taken branches."""
 _FEW = 4
-"""Number of parameter values that are tried: there are more, but one difference suffices."""
+"""Number of parameter values that are tried. One difference suffices, so others are not needed."""
 _MOST_JOINT = 32
 """Largest number of combinations of modes; beyond it, each mode is varied alone."""
 _WHOLE = tuple(map(Fraction, range(4)))
@@ -90,7 +90,7 @@ class Modes:
         return None
 
     def _unlike(self, point: Fixed, left: Expression, right: Expression) -> bool:
-        """Return True if one side alone is defined at a point, or if both have other values."""
+        """Return True if only one side is defined at a point, or if both sides have different values."""
         world = self._judge.stepped(point)[self._free]
         one, other = (world.defined(side[1]) is None for side in (left, right))
         return one != other or self._judge.differ(self._judge.stepped(point), left, right)
@@ -205,7 +205,7 @@ class Modes:
         return {value for value in candidates if value is not None and self._may_be(name, value)}
 
     def _threshold(self, name: str, node: int, fixed: Fixed) -> Fraction | None:
-        """Return the value at which a comparison, linear in a name, changes, if no moving quantity enters it."""
+        """Return the threshold of a name in a comparison that is linear in it; None if a moving quantity enters."""
         operation, *operands = self._pool.nodes[node]
         if operation not in COMPARISONS:
             return None

@@ -19,7 +19,8 @@ region of 1 in 30 000 with probability 0.96."""
 _WORK = 400_000_000
 """Limit on node evaluations for all expressions, about two seconds; above 4000 nodes there are fewer points."""
 _LOOKS = 8
-"""Points per pair examined with 50 digits, largest differences first, as rounding differs less than terms."""
+"""Number of points per pair that are examined with 50 digits. The largest differences come first, because rounding
+changes less than terms do."""
 _FEW = 16
 """Number of points with values on both sides from which agreement in roots counts; as in `judge`."""
 _SEED = 40_000

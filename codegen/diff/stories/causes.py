@@ -28,7 +28,8 @@ MOTION = "equations of motion"
 _POINTS = 3
 """Number of points of the field, as for any equality; see `codegen.equal.judge`."""
 _MOST_SETS = 32
-"""Largest number of factor sets tried for a sum, two for each of five terms. Half would omit the fifth term."""
+"""Largest number of factor sets that are tried for a sum: two for each of five terms. Half would omit the fifth
+term."""
 _SCALABLE = ("parameter", "shown", "scenario", "law")
 """Roles, or their first words, of quantities that may be scaled; states and inputs are not numbers of the model."""
 
@@ -123,7 +124,7 @@ def _quarter(pool: Pool, edit: Change) -> tuple[int, int, tuple[str, str]] | Non
 
 
 def _beyond_its_axes(source: Item, followers: Sequence[Item]) -> bool:
-    """Return True if a cause explains more than the other axes of one vector, which form their own group."""
+    """Return True if a cause explains more than the other axes of one vector; these form a group of their own."""
     return any(any_axis(item.name) != any_axis(source.name) for item in followers)
 
 
@@ -221,7 +222,7 @@ class _Scaled:
 
 
 def solving(versions: Versions, changed: Sequence[Item]) -> list[Item]:
-    """Return the changed texts that only solve changed equations of motion."""
+    """Return the changed texts that are only solutions of changed equations of motion."""
     if not any(item.row.kind == "motion" for item in changed):
         return []
     others = [item for item in versions.news if item.row.kind not in ("rhs", "definition")]

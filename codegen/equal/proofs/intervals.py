@@ -42,7 +42,7 @@ _UNDONE = {"exp": "log", "log": "exp", "sinh": "asinh", "asinh": "sinh", "atanh"
 _CLOSE = 4
 """Units in the last place by which a library function is rounded outwards; good ones err by one."""
 _EXACT = 4
-"""Largest exponent for which the need of rounding is tested, as higher powers are long numbers."""
+"""Largest exponent for which the need of rounding is tested, because higher powers are long numbers."""
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 

@@ -117,7 +117,7 @@ class Signs:
         return self.pool.intern(_INVERSE[operation], value)
 
     def _shared(self, terms: Sequence[int]) -> tuple[int, Fraction] | None:
-        """Return a power that divides all terms, or by which some are divided; None without one."""
+        """Return a power that divides all terms, or that is the divisor of some; None if there is no such power."""
         powers = [self._powers(term) for term in terms]
         for base in dict.fromkeys(base for of_term in powers for base in of_term):
             least = min(of_term.get(base, Fraction(0)) for of_term in powers)
