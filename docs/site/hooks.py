@@ -95,6 +95,12 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
     return re.sub(r"\ue000(\d+)\ue001", lambda match: formulas[int(match[1])], html)
 
 
+def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
+    """Name the search for screen readers, and let wide code be scrolled with the keyboard."""
+    output = re.sub(r'(<div class="md-search"[^>]* role="dialog")', r'\1 aria-label="Search"', output)
+    return re.sub(r"(<pre[^>]*>(?:<span></span>)?<code)>", r'\1 tabindex="0">', output)
+
+
 def _directives(match: re.Match[str]) -> str:
     return "\n\n".join(f"::: {name}" for name in match[1].split())
 
