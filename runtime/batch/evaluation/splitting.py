@@ -109,7 +109,7 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
 
 
 def _level(scores: FloatArray) -> float:
-    """Return the score that a share of the runs reaches; NaN between two runs without the number, whose score is inf."""
+    """Return the score that a share of the runs reaches; NaN between runs without the number (score inf)."""
     with np.errstate(invalid="ignore"):
         return float(np.quantile(scores, 1 - _SHARE))
 
