@@ -301,7 +301,7 @@ class Paper:
         entered = [entry.number for entry in self.entries]
         strange = sorted(self.errata.keys() - set(entered))
         if strange:
-            raise ModelError(f"errata of entries that the ledger lacks: {strange}")
+            raise ModelError(f"these errata name entries that are not in the ledger: {strange}")
         numbers = [number for number in entered if number.isdecimal()]
         missing = [k for k in range(1, self.numbers + 1) if str(k) not in numbers]
         twice = sorted({number for number in entered if entered.count(number) > 1})

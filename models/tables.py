@@ -284,7 +284,7 @@ def _called(name: str, parameter: Parameter) -> str:
 
 
 def _check_axes(path: Path, group: Group) -> None:
-    """Refuse a table whose values do not match the points on its axes, increasing arrays of the same group."""
+    """Refuse a table whose values do not match the points of its axes, which must be increasing arrays."""
     arrays = {q.array.name: q.array for q in group if isinstance(q, Parameter) and q.array is not None}
     for table in arrays.values():
         if isinstance(table, Table):

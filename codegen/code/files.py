@@ -58,7 +58,7 @@ class PrintedFunction:
         return self.tape.operations
 
     def c_signature(self, real: str) -> str:
-        """Parameters of the C function in a number type: `mv_real` in the public one, `real` in its body."""
+        """Return the parameters of the C function: the public function has the type `mv_real`, its body `real`."""
         arguments = [f"const {real} *{name}" for name, _ in self.arguments]
         return ", ".join(arguments + [f"{real} *{name}" for name, _ in self.results])
 

@@ -33,7 +33,7 @@ def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loo
 
 
 class _Rolled(Printer):
-    """Printer with separate texts inside loops, where names of the first part stand for all parts."""
+    """Printer of loops: inside a loop, names of the first equal part stand for those of all equal parts."""
 
     def __init__(self, tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> None:
         alone = loops.kept | {s.root for block in loops.blocks for s in block.sums}

@@ -184,7 +184,7 @@ class Explainer:
         return (simple for simple in self.judge.sampler.simple(name, value) if self.versions.may_be(name, simple))
 
     def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
-        """Return True if only one side has a value at a point without zero coordinates, where a domain may end."""
+        """Return True if only one side has a value at a point; a point with a zero coordinate may end a domain."""
         return 0 not in point.values() and self.judge.one_exists(self.judge.real(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:

@@ -108,7 +108,7 @@ class Edit:
 
 @dataclass(frozen=True)
 class EquationChange:
-    """Comparison of one definition, shown equation or result.
+    """Comparison of the old and the new form of a definition, a shown equation or a result.
 
     Attributes
     ----------

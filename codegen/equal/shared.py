@@ -107,7 +107,7 @@ class Shared:
         return self.pool.power(of, Fraction(-1)) if not value else self.pool.number(1 / value)
 
     def freed(self, old: int, new: int) -> tuple[int, int, int]:
-        """Return both sides with free numbers for common parts, and the number of points that showed these equal.
+        """Return both sides with a free name in place of each common part, and the points at which these parts agreed.
 
         The number of points is zero where the field proves it.
         """

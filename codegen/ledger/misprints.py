@@ -26,7 +26,7 @@ Write = Callable[[Any], str]
 Part: TypeAlias = str | Any
 """Words or a formula."""
 _SIGNS = (sp.Symbol("-"), sp.Symbol("+"))
-"""Signs as formulas, so that they are typeset."""
+"""Formulas of plus and minus signs, for typesetting."""
 _WHOLE = 1
 """Cost of an additional change, in symbols. With 0, "lost" and "added" would cost as much as "should read"; with 2,
 dissimilar terms would be paired."""

@@ -157,8 +157,8 @@ def _check_variables(system: System) -> None:
     for metric in system.metrics:
         if metric.name in parameters:
             raise ModelError(
-                f"{system.origin}: metric {metric.name!r} has the name of a {parameters[metric.name]}: a batch that "
-                "draws it would have two variables of that name"
+                f"{system.origin}: metric {metric.name!r} has the name of a {parameters[metric.name]}: rename "
+                "the metric, as a batch that varies the parameter has a variable for each"
             )
 
 

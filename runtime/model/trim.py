@@ -191,7 +191,9 @@ def trim(
     )
     _check_steady(point, slopes(result.x), result.x)
     if np.abs(gap(x)).max(initial=0.0) > _STEADY:
-        raise TrimError(f"no steady state of {loaded.name}: {_off(loaded, gap(x))} at best", point)
+        raise TrimError(
+            f"{loaded.name} has no steady state near the start: at the best point {_off(loaded, gap(x))}", point
+        )
     return point
 
 

@@ -86,7 +86,7 @@ def test_delays_may_differ_from_lane_to_lane(folder, tmp_path):
 def test_what_cannot_be_run_is_refused(folder):
     for settings, allowed in (
         ({"first": 2.5}, "first = 2.5 must be a whole number"),
-        ({"second": 40}, "second = 40 .*less than 40, the periods"),
+        ({"second": 40}, "second = 40 .*less than 40, the number of periods"),
     ):
         with pytest.raises(InputError, match=allowed):
             simulate(folder, "steps", parameters=settings)

@@ -19,7 +19,7 @@ Form = dict[int, Fraction]
 Row = tuple[Form, bool]
 """A form that is positive or, if the flag is False, at least zero."""
 Whole = tuple[dict[int, int], bool]
-"""A row with whole coefficients, which add much faster than fractions."""
+"""A row with whole coefficients, as integers are added much faster than fractions."""
 _ONE = -1
 _MOST = 300
 """Largest number of inequalities, which may square with each unknown. Fewer prove less; more cost time without a

@@ -114,7 +114,9 @@ def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: d
     names = ", ".join(part.name for part in parts)
     if rank < matrix.rows:
         what = "torques about" if matrix.rows <= len(AXES) else "forces and torques along"
-        raise ModelError(f"{name}: {names} give {what} {rank} of {matrix.rows} axes; add actuators, or tilt them")
+        raise ModelError(
+            f"{name}: {names} give {what} only {rank} of {matrix.rows} axes: add actuators, or tilt the existing ones"
+        )
     if all(isinstance(part, Thruster) for part in parts):
         one = sp.ones(matrix.cols, 1)
         idle = one - numbers.T * ((numbers * numbers.T).inv() * (numbers * one))

@@ -34,7 +34,7 @@ HALF_TURN = "(0, 3.141592653589794)"
 
 @dataclass(frozen=True)
 class Instrument(Part):
-    """A sensor: measured quantities `seen`, with standard deviations `errors` of their normal errors.
+    """A sensor of the quantities `seen`; `errors` has the standard deviations of their Gaussian errors.
 
     Parameters
     ----------

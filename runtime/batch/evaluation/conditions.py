@@ -87,7 +87,7 @@ class Criterion:
         self._tree = tree
         self._truth = self._condition(tree)
         if not self.names:
-            raise self._refused(f"{_USAGE}: it does not contain a number of a run")
+            raise self._refused(f"{_USAGE}: this condition does not contain a result of a run")
 
     def __call__(self, values: Values) -> NDArray[np.bool_]:
         """Return True for runs that fulfil the condition; `values` contains every name of `names`.
@@ -159,7 +159,7 @@ class Criterion:
         first, second = self._kind(one, units), self._kind(other, units)
         if first and second and not first.fits(second):
             what = f"{self._shown(one)} is in {first.unit}, {self._shown(other)} in {second.unit}"
-            raise self._refused(f"a condition on numbers of one unit: {what}")
+            raise self._refused(f"a condition on numbers with the same unit: {what}")
         return first or second
 
     def _kind(self, node: ast.expr, units: Mapping[str, str]) -> _Kind | None:

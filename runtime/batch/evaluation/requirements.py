@@ -368,7 +368,7 @@ def _verdict(
 
 
 def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
-    """Return the worst of the counted runs with their numbers."""
+    """Return the numbers of the worst runs among those that count, and their values."""
     bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
     return tuple((run, _badness(store, requirement, run)) for run in bad)
 

@@ -153,7 +153,7 @@ def read_array(files: Files, name: str) -> Array:
     """
     content = files.read(f"{name}/{ROOT}")
     if content is None:
-        raise ValueError(f"it has no array {name!r}")
+        raise ValueError(f"the array {name!r} is missing")
     facts = json.loads(content)
     dtype, chunk = facts["data_type"], facts["chunk_grid"]["configuration"]["chunk_shape"]
     sizes, names = (facts["shape"], chunk), tuple(facts["dimension_names"])

@@ -137,7 +137,7 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
         ("profile", texts.numerics.get("profile"), "its numerics"),
     ):
         if getattr(about, name) != value:
-            raise SchemaError(f" = {getattr(about, name)!r}: must be {value!r}, as in {meaning}", name)
+            raise SchemaError(f" = {getattr(about, name)!r}: must be {value!r}, which {meaning} says", name)
     if about.require:
         read(RequireText, parse(about.require))
     if missing := {"generated", "options"} - texts.numerics.keys():

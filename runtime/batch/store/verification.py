@@ -110,7 +110,7 @@ class Verification:
         return self.sound and self.ended and not self.missing
 
     def damage(self) -> list[str]:
-        """Return one line for all files outside of blocks, and one per damaged block."""
+        """Return one line about damaged files outside of the blocks, and one line per damaged block."""
         return [*([listed(self.files)] if self.files else []), *map(str, self.damaged)]
 
     def summary(self) -> str:

@@ -69,7 +69,7 @@ class Instruction:
 
     @property
     def returns(self) -> bool:
-        """True for the end of a function."""
+        """True if the instruction ends a function."""
         return (self.mnemonic == "bx" and self.operands == "lr") or (
             self.mnemonic.startswith(("pop", "ldm", "ldr")) and "pc" in self.operands and "[pc" not in self.operands
             and "[r" not in self.operands
@@ -103,7 +103,7 @@ class RiscV(Instruction):
 
     @property
     def returns(self) -> bool:
-        """True for the end of a function."""
+        """True if the instruction ends a function."""
         name = self.mnemonic.removeprefix("c.")
         return name in ("ret", "ebreak", "unimp") or (name == "jr" and self.operands == "ra")
 

@@ -200,7 +200,7 @@ def test_a_batch_in_memory() -> None:
     assert dict(ds.sizes) == {"run": 5, "state": 4, "variable": 18}
     assert ds.initial_theta.attrs["units"] == "rad"
     assert next(iter(ds.data_vars)) == "initial_theta"
-    with pytest.raises(mehvar.InputError, match="needs n, and controller"):
+    with pytest.raises(mehvar.InputError, match="a batch needs n, the number of runs, and a controller"):
         mehvar.batch("triangle")
 
 

@@ -153,7 +153,9 @@ def test_mistakes_are_named():
     assert "unknown model" in refused("board", "run", "sattelite", "--controller", "mrac")
     assert "did you mean stm32f4" in refused("board", "build", "satellite", "--controller", "pd", "--board", "stm32")
     assert "format = 'xml'" in refused(*RUN, "--format", "xml")
-    assert "every parameter can be set without --inline-parameters" in refused(*RUN, "--tunable", "R")
+    assert "must be left out without --inline-parameters: every parameter can be set then" in refused(
+        *RUN, "--tunable", "R"
+    )
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")
     assert "must be sil, unicorn, qemu, qemu-pty, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
 

@@ -54,7 +54,7 @@ def test_other_inputs_are_refused(arguments: dict[str, Any], message: str) -> No
 
 def test_errors_of_a_file_name_it(tmp_path: Path) -> None:
     file = tmp_path / "in.csv"
-    for rows, message in (("0,0\n2,0.1\n1,0\n", "they rise"), ("1,0\n", "the run begins at 0")):
+    for rows, message in (("0,0\n2,0.1\n1,0\n", "instants must increase"), ("1,0\n", "the run begins at 0")):
         file.write_text(f"t [s],Ty [N m]\n{rows}")
         with pytest.raises(InputError, match=message) as refusal:
             command(model="satellite", controller="none", inputs=file)

@@ -88,7 +88,7 @@ def test_a_slew_is_flown_and_its_law_holds_another_craft(craft: str, request: py
         ({"limits": {"wheel1_torque": 0.0}}, "wheel1_torque = 0.0 (from limits): must be a number > 0"),
         ({"n": 1}, "n = 1"),
         ({"t_end": -1.0}, "t_end = -1.0"),
-        ({"t_end": 40_000.0}, "n = 50 (from the call): must be 15365 at least"),
+        ({"t_end": 40_000.0}, "n = 50 (from the call): must be at least 15365"),
     ],
 )
 def test_what_cannot_be_planned_is_refused_by_name(flexible: Model, change: dict[str, Any], part: str) -> None:

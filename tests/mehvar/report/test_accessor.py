@@ -167,7 +167,7 @@ def test_a_session_that_never_imported_mehvar_has_results(tmp_path):
     ("call", "message"),
     [
         (lambda run, batch: batch.mehvar.plot("nothing"), "unknown number 'nothing' of the runs"),
-        (lambda run, batch: run.mehvar.plot("theta"), "leave them out for a run"),
+        (lambda run, batch: run.mehvar.plot("theta"), "leave them out for a single run"),
         (lambda run, batch: run.mehvar.scatter("theta", "rho"), "unknown dimension 'run' of this result"),
         (lambda run, batch: run.mehvar.compare(batch), "a run, compared with a run"),
         (lambda run, batch: run.mehvar.compare(run[["t"]]), "a run without variables of the same name"),

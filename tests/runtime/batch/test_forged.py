@@ -131,7 +131,7 @@ def test_what_an_attribute_says_beside_the_campaign_is_what_the_campaign_says(st
     for name, other in (("seed", 8), ("controller", "p-sum"), ("profile", "fast")):
         with (
             changed(store, "zarr.json", with_value("attributes", name, other)),
-            pytest.raises(InputError, match=f"{name} = {other!r}: must be .*, as in its campaign"),
+            pytest.raises(InputError, match=f"{name} = {other!r}: must be .*, which its campaign says"),
         ):
             open_store(store)
 

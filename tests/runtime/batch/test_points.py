@@ -53,7 +53,7 @@ def test_own_points_stand_beside_drawn_ones():
         ({"points": {"theta_0": [1.0, 2.0], "l1_0": [0.2]}}, "n = 2"),
         ({"points": FRAME, "vary": {"theta_0": "uniform(0, 1)"}}, "theta_0 is given twice, in vary and in points"),
         ({"points": FRAME, "n": 5}, r"n = 5 \(from the call\): must be 3"),
-        ({"points": FRAME, "sampling": "saltelli"}, "it mixes the values of runs"),
+        ({"points": FRAME, "sampling": "saltelli"}, "saltelli combines values of different runs"),
         ({"design": "grid", "vary": {"theta_0": "uniform(0, 1)"}}, 'must be a list of values, since design = "grid"'),
         ({"design": "grid"}, "left out unless vary has lists"),
         ({"design": "latin", "vary": {"theta_0": [1.0]}}, 'must be "grid"; sampling has the designs of drawn points'),

@@ -67,7 +67,7 @@ def test_an_image_is_inspected_with_its_map(tmp_path, command):
     if command is M7:
         assert step["bound"] > law["bound"]
     else:
-        assert "no register counts its turns" in step["reasons"][0]
+        assert "no register counts its iterations" in step["reasons"][0]
 
 
 @needs("arm-none-eabi-gcc")
@@ -75,4 +75,4 @@ def test_what_is_no_map_is_refused(tmp_path):
     elf = image(tmp_path, M7)
     line = ("board", "evidence", "satellite", "--controller", "pd", "--out", str(tmp_path / "out"))
     assert "a map of GNU ld" in refused(*line, "--elf", str(elf), "--map", str(tmp_path / "main.c"))
-    assert "given with --elf" in refused(*line, "--map", str(tmp_path / "a.map"))
+    assert "given together with --elf" in refused(*line, "--map", str(tmp_path / "a.map"))

@@ -216,7 +216,7 @@ def test_conditions_compare_numbers_of_one_unit(text):
     ("place * rate < place / T", "place * rate is in m^2/s, place / T in m/s"),
 ])  # fmt: skip
 def test_numbers_of_different_units_are_refused(text, what):
-    with pytest.raises(InputError, match="must be a condition on numbers of one unit") as refusal:
+    with pytest.raises(InputError, match="must be a condition on numbers with the same unit") as refusal:
         Criterion(text).check(ORIGIN, {})
     assert what in str(refusal.value)
 

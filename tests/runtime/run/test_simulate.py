@@ -457,7 +457,7 @@ def test_a_delay_ends_before_the_run(model: Model, end: float, periods: int) -> 
     if periods > 1:
         run = simulate(model, "p-sum", t_end=end, dt_out=0.01, delay=periods - 1, initial={"angle": 0.5})
         assert run.u[:, 0].any()
-    with pytest.raises(InputError, match=f"delay = {periods} .*: must be less than {periods}, the periods"):
+    with pytest.raises(InputError, match=f"delay = {periods} .*: must be less than {periods}, the number of periods"):
         simulate(model, "p-sum", t_end=end, dt_out=0.01, delay=periods)
 
 

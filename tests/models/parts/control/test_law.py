@@ -153,7 +153,11 @@ def two(law):
 @pytest.mark.parametrize(
     ("parts", "write", "words"),
     [
-        (wheels(), two, "law l: wheel1, wheel2 give torques about 2 of 3 axes; add actuators, or tilt them"),
+        (
+            wheels(),
+            two,
+            "law l: wheel1, wheel2 give torques about only 2 of 3 axes: add actuators, or tilt the existing ones",
+        ),
         (wheels(), lambda law: {"wheel9": 1}, r"law l commands 'wheel9' \(did you mean 'wheel"),
         (wheels(), lambda law: {"wheel1": (1, 2)}, "law l: wheel1 has 1 inputs, and 2 commands"),
         (wheels(), lambda law: law.torque([1, 2], wheels()), "law l: torque has 2 components; must have 3"),

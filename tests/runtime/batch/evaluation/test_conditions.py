@@ -93,7 +93,7 @@ def test_a_number_with_a_unit_is_that_number_in_the_si(text, plain):
         ("T_x < 5 smoots", "must be numbers in known units: 'smoots' is unknown"),
         ("T_x < 1e999 min", "with numbers up to"),
         ("1e999 < T_x", "with numbers up to"),
-        ("1 min < 2 min", "does not contain a number of a run"),
+        ("1 min < 2 min", "does not contain a result of a run"),
     ],
 )
 def test_a_unit_of_another_kind_is_refused(text, words):

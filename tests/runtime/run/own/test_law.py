@@ -186,13 +186,13 @@ def test_an_interrupt_in_a_law_is_not_its_error(pendulum: runtime.Model) -> None
         (p_sum, {"memory": 1.0}, "memory = 1.0.*a list of finite numbers"),
         (p_sum, {"memory": ["a"]}, "memory = .*a list of finite numbers"),
         (p_sum, {"period": 0.0}, r"hold = 0.0 \(from the call, period\): must be a number > 0"),
-        (p_sum, {"hold": 0.05}, "hold = 0.05.*others by period"),
+        (p_sum, {"hold": 0.05}, "hold = 0.05.*use period for other laws"),
         (p_sum, {"inputs": {}}, "inputs = .*left out with a law"),
         (p_sum, {"k_p": 3.0}, "unknown parameter or option 'k_p' of pendulum with python:p_sum"),
         ("pd", {"memory": None}, "period = 0.05.*hold says"),
         ("pd", {"period": None}, "memory = .*left out with a law of the model"),
         (3, {}, "controller = 3.*the name of a law, a function"),
-        (None, {}, "controller = None.*a law, unless there are inputs"),
+        (None, {}, "controller = None.*a law, unless inputs are given"),
     ],
 )
 def test_arguments_without_a_meaning_are_refused(
