@@ -60,7 +60,7 @@ def test_a_quantile_is_a_share_of_the_runs_below_or_above_a_limit() -> None:
         ("quantile(0.9, peak) < a", "no number in rad"),
         ("quantile(0.9, peak * a) < 1 deg", "must be"),
         ("probability(peak) > 0.5", "must be"),
-        ("probability(peak < a) > 0.5", "one unit"),
+        ("probability(peak < a) > 0.5", "the same unit"),
         ("probability(peak < 1) < 0.5", "must be"),
         ("peak < 1", "must be"),
         (1.0, "must be a text"),
