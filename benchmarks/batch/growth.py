@@ -26,7 +26,7 @@ from benchmarks.machine import RESULTS, command_line, machine, table, write
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 
-RECORD, PICTURE, PAGE = RESULTS / "growth.json", "growth.svg", "growth.md"
+RECORD, PICTURE, PAGE = RESULTS / "growth.json", "growth.png", "growth.md"
 RUNS = (10**3, 10**4, 10**5, 10**6)
 HORIZONS = (10**2, 10**3, 10**4, 10**5)
 SAMPLES = (10**2, 10**3, 10**4, 10**5)
@@ -243,7 +243,6 @@ def _picture(record: Mapping[str, Any]) -> None:
     import matplotlib as mpl
 
     mpl.use("Agg")
-    mpl.rcParams["svg.hashsalt"] = "mehvar"
     import matplotlib.pyplot as plt
 
     shown = [name for name in ("runs", "horizon", "samples", "members") if name in record]
@@ -257,10 +256,14 @@ def _picture(record: Mapping[str, Any]) -> None:
                 axis.plot(*zip(*points, strict=True), color=style[0], marker=style[1], markersize=4, label=label)
         axis.set(xscale="log", yscale="log", title=PARTS[name].title, xlabel=PARTS[name].axis)
         axis.grid(True, which="major", alpha=0.3)
+        places = [int(x) for x in record[name]["rows"]]
+        if places[-1] < 100 * places[0]:  # too short for a label at each power of ten
+            axis.set_xticks(places, list(map(str, places)))
+            axis.minorticks_off()
     handles = {label: h for a in axes[0] for h, label in zip(*a.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles.keys(), loc="lower center", ncols=len(handles), frameon=False)
     figure.tight_layout(rect=(0, 0.1, 1, 1))
-    figure.savefig(RESULTS / PICTURE, metadata={"Date": None})
+    figure.savefig(RESULTS / PICTURE, dpi=110, metadata={"Software": None})
 
 
 _STYLES: Sequence[tuple[str, str]] = (

@@ -166,7 +166,9 @@ def uri(picture: Picture) -> str:
 
 def numerals(text: str) -> str:
     """Return a cell of numbers with typographic minus signs; other cells, such as commands, as they are."""
-    return text.replace("-", "−") if re.fullmatch(r"[-+\d.,e %[\]±]*\d[-+\d.,e %[\]±]*", text) else text
+    return (
+        re.sub(r"(?<!\d)-(?=[\d.])", "−", text) if re.fullmatch(r"[-+\d.,e %[\]±]*\d[-+\d.,e %[\]±]*", text) else text
+    )
 
 
 def typeset(text: str) -> Markup:

@@ -26,7 +26,6 @@ BUILD = ROOT / "build" / "looks"
 PAGE = ROOT / "docs" / "reference" / "report.md"
 BEGIN = "<!-- table: written by python -m tests.mehvar.looks -->\n"
 END = "<!-- end of the table -->\n"
-SITE = ("index", "validation")
 WIDTHS, COLORS = (1440, 1024, 390), ("light", "dark")
 WATCH = """
 window.shifts = [];

@@ -150,11 +150,6 @@ def _across(axis: sp.Matrix, label: str, d: Derivation) -> tuple[sp.Matrix, sp.M
     )
 
 
-def vector(name: str, value: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
-    """Name the components of a vector in body axes."""
-    return naming.vector(f"{name}_*", value, f"{title}, along *", unit, f"{latex.replace('_', '_{')},*}}", d)
-
-
 def _vector(name: str, value: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
     """Name the components of a vector in body axes."""
     return naming.vector(f"{name}_*", value, f"{title}, along *", unit, f"{latex.replace('_', '_{')},*}}", d)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import pytest
 
-from mehvar.report.page import typeset
+from mehvar.report.page import numerals, typeset
 
 
 @pytest.mark.parametrize(
@@ -20,3 +20,15 @@ from mehvar.report.page import typeset
 )
 def test_texts_are_set_with_minus_signs_powers_degrees_and_subscripts(plain, pretty):
     assert str(typeset(plain)) == pretty
+
+
+@pytest.mark.parametrize(
+    ("cell", "shown"),
+    [
+        ("-0.5", "−0.5"), ("1e-05", "1e−05"), ("[-1, -2.5]", "[−1, −2.5]"), ("2026-11-28", "2026-11-28"),
+        ("--run 7", "--run 7"), ("3-4", "3-4"), ("-.5", "−.5"),
+    ],
+)  # fmt: skip
+def test_only_the_sign_of_a_number_is_a_minus(cell, shown):
+    """Dates, ranges and options keep their hyphens."""
+    assert numerals(cell) == shown
