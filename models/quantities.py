@@ -318,7 +318,8 @@ TIME = Quantity("t", "s", "time")
 
 _EDGE = 10**15
 """Inverse of the relative advance of a switching time: 5 spacings of a double. Rounding of time, period, quotient and
-factor needs 2. A sample switches early only if its fraction has a denominator above 10^14.
+factor needs 2, which half the value barely covers. A sample switches early only if its fraction has a denominator
+above 10^14.
 """
 
 
