@@ -40,7 +40,7 @@ def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str
     model : Model, str or path
         A loaded or built model, a name or a generated folder.
     out : path
-        The folder of the page, which is called `MODEL.html`; made if necessary.
+        Folder of the page `MODEL.html`.
 
     Returns
     -------
@@ -50,8 +50,8 @@ def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str
     Raises
     ------
     InputError
-        For an unknown model, one without a law that runs a scenario, or an `out` that cannot be a folder or
-        has another page of that name.
+        If the model is unknown or no law runs a scenario, or if `out` cannot be a folder or has another page of that
+        name.
     MissingError
         Without zig; the message says how to install it.
     BuildError
@@ -178,5 +178,5 @@ def _asset(name: str) -> Markup:
 
 
 def _packed(content: bytes) -> str:
-    """Return compressed bytes as base64; equal bytes give an equal result."""
+    """Return bytes compressed and as base64; equal bytes give equal results."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
