@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Multiplicative extended Kalman filter for attitude and gyro bias, with a gyro and a star tracker.
+"""Multiplicative extended Kalman filter of attitude and gyro bias from a gyro and a star tracker.
 
-The error of the attitude is three small angles a, of the bias db, and they go on by
+The attitude error is three small angles a and the bias error is db. They obey
 
     a' = -A' (db + e),    db' = w,
 
-where A turns inertial axes to those of the hub, e is the white noise of the gyro and w that of its bias. The angles are
-about inertial axes: their transition has no rotation, so that it is triangular as U is. After each measurement of the
-tracker the quaternion takes the angles, which are zero again. Sources: Lefferts, Markley and Shuster, J. Guidance 5
-(1982) 417; Markley and Crassidis, Fundamentals of Spacecraft Attitude Determination and Control, Springer 2014; for
-angles about inertial axes Sola, arXiv 1711.02508.
+where A maps inertial axes to hub axes, e is the gyro's white noise and w the white noise of its bias. The angles are
+about inertial axes, so that their transition matrix is triangular like U. After each tracker measurement the angles
+are added to the quaternion and reset to zero. Sources: Lefferts, Markley and Shuster, J. Guidance 5 (1982) 417;
+Markley and Crassidis, Fundamentals of Spacecraft Attitude Determination and Control, Springer 2014; for angles about
+inertial axes Sola, arXiv 1711.02508.
 
-The rate of a sample stands for the time from half a period before to half a period after it, so that an acceleration
-does no harm: the memory has the attitude half a period after the last sample. Its noise is the same in both halves.
-With half of it before a measurement and half after, and a quarter less of it in the variance of the tracker, gain and
-covariance are those of the exact filter.
+Each sampled rate applies from half a period before the sample to half a period after it, which cancels the effect of
+a constant acceleration. The memory therefore holds the attitude half a period after the last sample. Half of the gyro
+noise acts before a measurement and half after it. With a quarter of it taken from the tracker's variance, gain and
+covariance equal those of the exact filter.
 """
 
 from __future__ import annotations
@@ -39,14 +39,13 @@ from ..values import Number, scalar
 
 HALF = sp.Rational(1, 2)
 _ERROR = ("1",) * 3 + ("1/s",) * 3
-"""Units of the error's elements: three angles, three biases."""
+"""Units of the error vector: three angles, three biases."""
 _LOST = 3
-"""Consecutive rejected measurements after which a filter counts as diverged; a sound filter rejects one in a
-million."""
+"""Consecutive rejections after which a filter counts as diverged; a sound filter rejects one in a million."""
 
 
 class Keeper(Protocol):
-    """Interface of a law for a filter: name, memory and reports."""
+    """Interface of a law that a filter uses: name, memory and reports."""
 
     name: str
 
@@ -65,7 +64,7 @@ class Estimate:
     attitude : tuple of Expr
         Unit quaternion from the axes of the hub to inertial axes, scalar first.
     rates : tuple of Expr
-        Rate of the hub, rad/s: of the gyro, without its bias.
+        Rate of the hub, rad/s: the gyro's, minus its bias.
     """
 
     attitude: tuple[Expr, ...]
@@ -76,23 +75,23 @@ class Estimate:
 class AttitudeFilter(Part):
     """A multiplicative extended Kalman filter of attitude and gyro bias.
 
-    The laws of its craft then see its estimates in place of the measurements. It takes the noise of its sensors from
-    their own parameters.
+    The laws of its craft receive the estimates in place of measurements. The filter reads noise parameters from its
+    sensors.
 
     Parameters
     ----------
     name : str
-        As of a `Part`; begins the names of what it keeps in the memory of a law.
+        As of a `Part`; start of the names in the law's memory.
     gyro : Gyro
         With noise and walk.
     tracker : StarTracker
         With sigma.
     every : number
-        Samples from one measurement of the tracker to the next, of a tracker without `every` of its own.
+        Samples between tracker measurements, for a tracker without `every`.
     attitude, bias : number
         Standard deviations before the first measurement, of each angle, rad, and of each bias, rad/s.
     gate : number
-        A measurement is rejected where its squared innovation over the variance, the sum of three, is larger.
+        Largest accepted normalised innovation squared, a sum of three squares; measurements above it are rejected.
     """
 
     gyro: Gyro
@@ -137,7 +136,7 @@ class AttitudeFilter(Part):
         at : Mounted
             The filter on its craft.
         law : Keeper
-            That uses it.
+            The law that uses the filter.
         """
         return _Sample(self, at, law).estimate()
 
@@ -197,13 +196,13 @@ class _Sample:
         return self.vector(name, over * raw, title)
 
     def turned(self, name: str, q: Sequence[Expr], rate: sp.Matrix, span: Expr) -> sp.Matrix:
-        """Return a quaternion rotated at a constant rate, not normalised; the tangent has fifth order in the angle."""
+        """Return a quaternion rotated at a constant rate, not normalised, to fifth order in the angle."""
         angle = self.vector(f"{name}_angle", span / 2 * rate, "half the angle")
         longer = self.define(f"{name}_longer", 1 + angle.dot(angle) / 3, "tangent of half the angle over it")
         return quaternion_product(list(q), (1, *(longer * angle)))
 
     def transition(self, name: str, q: Sequence[Expr]) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the matrix from inertial axes to hub axes, and the error's propagation over half a period."""
+        """Return the matrix from inertial to hub axes, and the propagation of the error over half a period."""
         turn = quaternion_rotation(list(q))
         turn = sp.Matrix(3, 3, lambda i, j: self.define(f"{name}_{AXES[i]}{AXES[j]}", turn[i, j], "rotation"))
         transition = sp.eye(len(_ERROR))
@@ -242,7 +241,7 @@ class _Sample:
         return list(self.vector("seen", entries, "measured quaternion, or the expected one"))
 
     def noise(self) -> tuple[list[Expr], list[Expr]]:
-        """Return the gyro's contribution to the variances: of angles in half a period, of biases in a whole one."""
+        """Return the gyro's contribution to the variances: of angles per half period, of biases per period."""
         white = self.define("white", self.gyro.noise**2 * self.half, "variance of an angle by half a period")
         walk = self.define("walk", self.gyro.walk**2 * self.at.craft.period, "variance of a bias by a period")
         return [white] * 3, [walk] * 3
@@ -250,7 +249,7 @@ class _Sample:
     def corrected(
         self, now: sp.Matrix, seen: Sequence[Expr], turn: sp.Matrix, prior: Factors, less: Expr
     ) -> tuple[sp.Matrix, Factors]:
-        """Return correction and factors after a measurement of three angles in turn, unless it is rejected."""
+        """Return correction and factors after a measurement of three angles; a rejected measurement changes nothing."""
         scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), seen)
         over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
         correction, factors, terms = sp.zeros(len(_ERROR), 1), prior, []
@@ -273,7 +272,7 @@ class _Sample:
         return self.vector("x", chosen, "correction"), prior.chosen(self.stage("taken"), factors, taken)
 
     def count_on(self, due: sp.Rel, taken: sp.Rel, nis: Expr) -> None:
-        """Update the counters of samples and of rejected measurements, and the stored NIS."""
+        """Update the counters of samples and rejected measurements, and the stored NIS."""
         since, update = sp.Max(self.count, 0), self.law.update
         if self.of.tracker.steady:
             update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))

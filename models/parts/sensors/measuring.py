@@ -16,7 +16,7 @@ from .instruments import HALF, Instrument
 
 
 def measuring(parts: Sequence[tuple[Part, Mounted]]) -> Sensor | None:
-    """Return what laws measure; None for a craft without sensors, whose laws receive the state."""
+    """Return the measurements of laws; None for a craft without sensors, whose laws receive the state."""
     noise: list[Quantity] = []
     measured: list[Expr] = []
     seen: list[Quantity] = []
