@@ -34,7 +34,7 @@ class Wheel(Part):
     torque_limit : number, optional
         Largest torque of the motor, N m.
     speed_limit : number, optional
-        Speed from which on a command to turn faster is not carried out, rad/s.
+        Speed above which commands for a higher speed are ignored, rad/s.
     """
 
     axis: Annotated[Vector, direction("a", "axis")]
@@ -65,7 +65,7 @@ class Wheel(Part):
         )
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
-        """Return the axis."""
+        """Return the picture of the axis."""
         return (Shape(self.name, "arrow", points(ZERO, at.craft.reach * at.values.axis), "sky"),)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:

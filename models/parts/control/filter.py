@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Multiplicative extended Kalman filter for attitude and gyro bias, with a gyro and a star tracker.
+"""Multiplicative extended Kalman filter of attitude and gyro bias from a gyro and a star tracker.
 
-The error of the attitude is three small angles a about inertial axes, that of the bias is db. From sample to sample
+The attitude error is three small angles a about inertial axes and the bias error is db. From sample to sample
 
     a -> a - B db - T A' e,    db -> db + w,    B = integral of A' over the period T,
 
-where A turns inertial axes to those of the hub, e is the white noise of the gyro and w the step of its bias. The
-integrating gyro measures the turn phi of a period. With the same rate all the while, B = T A_m' (I + [phi x]^2/24) to
-fourth order in phi, where A_m is halfway. Noise of one density about each axis stays so in any axes. The transition is
-triangular as U is. After each measurement of the tracker the quaternion takes the angles, which are zero again.
+where A maps inertial axes to hub axes, e is the gyro's white noise and w the step of its bias. The integrating gyro
+measures the turn phi of a period. For a constant rate, B = T A_m' (I + [phi x]^2/24) to fourth order in phi, where A_m
+is A halfway. The gyro's noise is equal about all axes, hence also about inertial ones. The transition matrix is
+triangular like U. After each tracker measurement the angles are added to the quaternion and reset to zero.
 
 Sources: Lefferts, Markley and Shuster, J. Guidance 5 (1982) 417; Markley and Crassidis, Fundamentals of Spacecraft
 Attitude Determination and Control, Springer 2014; for angles about inertial axes Sola, arXiv 1711.02508.
@@ -36,10 +36,9 @@ from ..values import Number, scalar
 
 HALF = sp.Rational(1, 2)
 _ERROR = ("1",) * 3 + ("1/s",) * 3
-"""Units of the error's elements: three angles, three biases."""
+"""Units of the error vector: three angles, three biases."""
 _LOST = 3
-"""Consecutive rejected measurements after which a filter counts as diverged; a sound filter rejects one in a
-million."""
+"""Consecutive rejections after which a filter counts as diverged; a sound filter rejects one in a million."""
 
 
 def _tangent(square: Expr) -> Expr:
@@ -48,7 +47,7 @@ def _tangent(square: Expr) -> Expr:
 
 
 class Keeper(Protocol):
-    """Interface of a law for a filter: name, memory and reports."""
+    """Interface of a law that a filter uses: name, memory and reports."""
 
     name: str
 
@@ -67,7 +66,7 @@ class Estimate:
     attitude : tuple of Expr
         Unit quaternion from the axes of the hub to inertial axes, scalar first.
     rates : tuple of Expr
-        Rate of the hub, rad/s: of the gyro, without its bias; a mean over the last period.
+        Rate of the hub, rad/s: the gyro's mean over the last period, minus its bias.
     """
 
     attitude: tuple[Expr, ...]
@@ -78,23 +77,23 @@ class Estimate:
 class AttitudeFilter(Part):
     """A multiplicative extended Kalman filter of attitude and gyro bias.
 
-    The laws of its craft then see its estimates in place of the measurements. It takes the noise of its sensors from
-    their own parameters.
+    The laws of its craft receive the estimates in place of measurements. The filter reads noise parameters from its
+    sensors.
 
     Parameters
     ----------
     name : str
-        As of a `Part`; begins the names of what it keeps in the memory of a law.
+        As of a `Part`; start of the names in the law's memory.
     gyro : Gyro
         Integrating, with noise and walk.
     tracker : StarTracker
         With sigma.
     every : number
-        Samples from one measurement of the tracker to the next, of a tracker without `every` of its own.
+        Samples between tracker measurements, for a tracker without `every`.
     attitude, bias : number
         Standard deviations before the first measurement, of each angle, rad, and of each bias, rad/s.
     gate : number
-        A measurement is rejected where its squared innovation over the variance, the sum of three, is larger.
+        Largest accepted normalised innovation squared, a sum of three squares; measurements above it are rejected.
     """
 
     gyro: Gyro
@@ -143,7 +142,7 @@ class AttitudeFilter(Part):
         at : Mounted
             The filter on its craft.
         law : Keeper
-            That uses it.
+            The law that uses the filter.
         """
         return _Sample(self, at, law).estimate()
 
@@ -260,7 +259,7 @@ class _Sample:
         return (white,) * 3 + (walk,) * 3
 
     def corrected(self, now: sp.Matrix, seen: Sequence[Expr], prior: Factors) -> tuple[sp.Matrix, Factors]:
-        """Return correction and factors after a measurement of three angles in turn, unless it is rejected."""
+        """Return correction and factors after a measurement of three angles; a rejected measurement changes nothing."""
         scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), seen)
         over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
         turn = self.rotation("turn", list(now))
@@ -282,7 +281,7 @@ class _Sample:
         return self.vector("x", chosen, "correction"), prior.chosen(self.stage("taken"), factors, taken)
 
     def count_on(self, due: sp.Rel, taken: sp.Rel, nis: Expr) -> None:
-        """Update the counters of samples and of rejected measurements, and the stored NIS."""
+        """Update the counters of samples and rejected measurements, and the stored NIS."""
         since, update = sp.Max(self.count, 0), self.law.update
         if self.of.tracker.steady:
             update(self.count, sp.Piecewise((0, since + 3 * HALF > self.at.values.every), (since + 1, True)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symbolic law of a spacecraft: measurements by name, parameters, memory, commands to parts."""
+"""Symbolic law of a spacecraft, with named measurements, parameters, memory and commands to parts."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ class Law:
 
     @property
     def attitude(self) -> tuple[Expr, ...]:
-        """Attitude coordinates: of the filter, else of a star tracker if the craft has sensors, else of the state."""
+        """Attitude coordinates: from the filter, the star tracker or, without sensors, the state."""
         if self._estimate:
             return self._estimate.attitude
         return self._seen(StarTracker, self._attitude, "the attitude: add a StarTracker")
 
     @property
     def rates(self) -> tuple[Expr, ...]:
-        """Rate of the hub, rad/s: of the filter, else of a gyro if the craft has sensors, else of the state."""
+        """Rate of the hub, rad/s: from the filter, the gyro or, without sensors, the state."""
         if self._estimate:
             return self._estimate.rates
         return self._seen(Gyro, self._rates, "the rates: add a Gyro")
@@ -80,7 +80,7 @@ class Law:
         raise ModelError(f"law {self.name}: no sensor measures {words}")
 
     def measured(self, sensor: Instrument) -> tuple[Expr, ...]:
-        """Return a sensor's last measurement, kept in the law's memory if the sensor skips samples."""
+        """Return a sensor's last measurement; if the sensor skips samples, the law's memory stores it."""
         if sensor.continuous:
             return sensor.symbols
         if sensor.name not in self._last:
@@ -139,7 +139,7 @@ class Law:
         wanted : sequence of Expr
             Torque about the axes of the hub, N m.
         by : iterable of Part
-            Wheels, or thrusters, with three independent axes at least.
+            Wheels or thrusters with at least three independent axes.
 
         Returns
         -------

@@ -19,7 +19,7 @@ Noise = dict[str, Quantity]
 
 
 def measuring(parts: Sequence[tuple[Part, Mounted]]) -> Sensor | None:
-    """Return what laws measure; None for a craft without sensors, whose laws receive the state."""
+    """Return the measurements of laws; None for a craft without sensors, whose laws receive the state."""
     noise: Noise = {}
     measured: list[Expr] = []
     seen: list[Quantity] = []
