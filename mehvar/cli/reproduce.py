@@ -140,8 +140,9 @@ def _part(advance: Advance | None, index: int, count: int) -> Advance:
 
 def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], live: Iterable[str]) -> None:
     with filling(out, _MAKER) as folder:
-        for model in live:
-            export_web(model, folder / _LIVE)
+        for report in (report for report in reports if report.manifest.model in live):
+            study = report.paper.study
+            export_web(report.manifest.model, folder / _LIVE, success=study.success, own_law=study.own_law.strip())
         (folder / "figures").mkdir()
         for report in reports:
             for figure, picture in zip(report.paper.figures, report.pictures, strict=True):

@@ -43,6 +43,8 @@ class Study:
         Stored series that are shown.
     every : float
         Seconds between stored samples.
+    own_law : str
+        Text with which the reader's own law begins, on the page that runs the system.
     scenario : str, optional
         The model's first one if left out.
     options : mapping
@@ -58,5 +60,6 @@ class Study:
     success: str
     bands: Mapping[str, Band]
     every: float
+    own_law: str
     scenario: str | None = None
     options: Mapping[str, float | str] = field(default_factory=dict)

@@ -12,7 +12,7 @@ import sympy as sp
 from ..derivation import Expr
 from ..geometry import Shape
 from ..quantities import Quantity
-from .frame import AXES, point_inertia
+from .frame import AXES, ZERO, point_inertia
 from .part import Aggregates, Load, Mounted, Part, points
 from .values import Number, Tensor, Vector, direction, place, scalar, tensor
 
@@ -151,3 +151,9 @@ class Torquer(Part):
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         return (Load(couple=sp.Matrix([q.symbol for q in self.inputs()])),)
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the torque, which the picture's scale has at seven tenths of an arrow."""
+        torque = sp.Matrix([q.symbol for q in self.inputs()])
+        arrow = at.craft.reach * torque / sp.sqrt(at.craft.strength**2 + torque.dot(torque))
+        return (Shape(self.name, "arrow", points(ZERO, arrow), "purple"),)

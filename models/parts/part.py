@@ -263,6 +263,11 @@ class State:
     start: Expr = sp.S.Zero
 
 
+_TURNING = sp.Rational(1, 1000)
+"""Of the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A tenth or ten times makes
+the arrows of pictures longer or shorter."""
+
+
 @dataclass(frozen=True)
 class Craft:
     """Assembly as a part sees it.
@@ -308,13 +313,23 @@ class Craft:
         )
 
     @property
-    def reach(self) -> Expr:
-        """Length of arrows in the picture, m: a radius of gyration of the first part with mass."""
+    def _body(self) -> Aggregates:
+        """Mass and inertia of the first part that has them at all times, from which the picture takes its scales."""
         for part, at in self.parts:
             of = part.aggregates(at)
             if of.mass != 0 and all(self.frame.is_constant(entry) for entry in of.inertia):
-                return 2 * sp.sqrt(of.inertia.trace() / of.mass)
-        return sp.S.One
+                return of
+        return Aggregates(sp.Integer(12), inertia=sp.eye(3))
+
+    @property
+    def reach(self) -> Expr:
+        """Length of arrows in the picture, m: twice a radius of gyration."""
+        return 2 * sp.sqrt(self._body.inertia.trace() / self._body.mass)
+
+    @property
+    def strength(self) -> Expr:
+        """Scale of torques in the picture, N m: such a torque turns the body with about 0.003 rad/s^2."""
+        return self._body.inertia.trace() * _TURNING
 
     def loads(self) -> list[Load]:
         """Return the external loads on the parts."""
