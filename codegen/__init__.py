@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From SymPy to code: CasADi's graphs and derivatives, one list of instructions, and C and Python printed from it."""
+"""Code generation: SymPy expressions become CasADi graphs, then one list of instructions, printed as C and Python."""

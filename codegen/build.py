@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 _EQUATIONS = {"steps", "functions", "variants", "residual"}
-"""Fields of a system whose numbers all occur in its equations. Writing them out again takes 2 s for eight pendulums."""
+"""Fields of a system that its equations contain completely. To print them again takes 2 s for eight pendulums."""
 
 
 class Assembly(Protocol):
@@ -35,12 +35,13 @@ class Assembly(Protocol):
 
 
 def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
-    """Generate a system in the cache and return its folder; a system generated before is reused.
+    """Return the cached generated folder of a system; generate the system if the cache lacks it.
 
     Parameters
     ----------
     system : System, Spacecraft or callable
-        What is generated; a function is called where a Python branch on a symbol is an error with file and line.
+        The system. A function that returns one may not branch on symbols: mehvar reports such a branch with file and
+        line.
 
     Raises
     ------
@@ -76,7 +77,7 @@ def _declared(system: System) -> list[str]:
 
 
 def _declaration(value: object) -> object:
-    """Return everything that a part of a system declares, field by field, except its source line."""
+    """Return all fields of a part of a system except its source line."""
     import sympy as sp
 
     if is_dataclass(value):

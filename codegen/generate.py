@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generation of generated/MODEL/ from changed sources, complete or not at all, and detection of stale files.
+"""Generation of generated/MODEL/ from changed sources as a whole, and detection of stale files.
 
-Deriving needs SymPy and CasADi; finding out that nothing has changed needs neither.
+A derivation needs SymPy and CasADi; the test for changes needs neither.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Report:
     model : str
         Its name.
     written : tuple of str
-        Files that were written, or that would be.
+        Files that were or would be written.
     reasons : tuple of str
         Reasons: sources that changed, files that are missing or were edited.
     """
@@ -107,20 +107,19 @@ def generate(
     model : str
         Its name.
     out : Path, optional
-        Folder to write instead of generated/MODEL. It gets every file; generated/MODEL lacks those that are made from
-        the sources beside it when they are first used (`mehvar.base.manifest.made_when_asked`).
+        Folder to write instead of generated/MODEL. It gets every file; generated/MODEL lacks the files that mehvar
+        makes on first use (`mehvar.base.manifest.made_when_asked`).
     structure : mapping, optional
         Structural choices that differ from the defaults.
     casadi : bool
-        Write CasADi's own C too: `load` runs it as a backend, and other tools expect its calling convention. A folder
-        that has it keeps it.
+        Also write CasADi's own C, which `load` can run and other tools can call. A folder that has it keeps it.
 
     Raises
     ------
     GenerateError
         If the model or a structural choice is not known.
     OSError
-        If the folder cannot be written; what was there stays whole.
+        If the folder cannot be written; its old contents stay complete.
     """
     folder = out or tree.root / "generated" / model
     choices = dict(structure or {})
@@ -171,14 +170,14 @@ def derive(
     tree, model, structure, casadi
         As of `generate`.
     whole : bool
-        Whether what is made when asked is among the texts.
+        True to include the files that mehvar makes on first use.
 
     Raises
     ------
     GenerateError
         If the model or a structural choice is not known.
     VerificationError
-        If the form that is evaluated is not the one that was derived.
+        If the efficient form differs from the derived equations.
     """
     with _few_collections():
         return _derived(tree, model, structure or {}, casadi, whole)
@@ -186,7 +185,7 @@ def derive(
 
 @contextlib.contextmanager
 def _few_collections() -> Iterator[None]:
-    """Reduce garbage collection: a derivation creates few cycles of objects.
+    """Reduce garbage collection, because a derivation creates few reference cycles.
 
     With the threshold set for a whole process slosh took 9.5 and 8.5 s of a processor, and 10.9 and 11.4 without.
     """
@@ -226,13 +225,13 @@ def texts_of(
     sources : mapping of str to str
         SHA-256 of every source file it depends on.
     libraries : mapping of str to str, optional
-        Versions of the distributions that its text imports.
+        Versions of the distributions that its code imports.
     tables : Path, optional
-        Folder of its tables, whose numbers may change without a new derivation.
+        Folder of its tables; numbers in them may change without a new derivation.
     casadi : bool
-        Whether CasADi's own C is among the texts.
+        True to include CasADi's own C.
     whole : bool
-        Whether the rest of what is made when asked is among them.
+        True to include the other files that mehvar makes on first use.
     """
     from .code.files import printed, texts
     from .equations.graph import equations_json
@@ -271,7 +270,7 @@ def texts_of(
 
 
 def _check_constants(manifest: Manifest, functions: Iterable[str]) -> None:
-    """Refuse names that coincide in C: of two functions, or of two constants of the header."""
+    """Refuse two functions, or two constants of the header, whose names coincide in C."""
     from mehvar.base.constants import constants
 
     names = [*map(identifier, functions), *(name for name, _ in constants(manifest))]
@@ -291,14 +290,14 @@ def system_of(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     GenerateError
         If the model or a structural choice is not known.
     ModelError
-        If the model's text is wrong.
+        If the model has an error.
     """
     system = _system(tree, model, structure)
     return prepared(system)
 
 
 def prepared(system: System) -> System:
-    """Return a checked system in the form for generation: with arrays, samples and clock."""
+    """Return a checked system in its form for generation, with arrays, sample counts and clock."""
     from mehvar.models.arrays.constraints import with_arrays
     from mehvar.models.clock import with_clock
     from mehvar.models.forms import with_mass, with_samples
@@ -307,7 +306,7 @@ def prepared(system: System) -> System:
 
 
 def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
-    """Derive and check a model as its sources declare it."""
+    """Derive and check a model, still in the form of its sources."""
     plant = tree.plant(model)
     system = _whole(tree, model, structure) if plant is None else _law(tree, model, structure, *plant)
     from mehvar.models.check import check as check_system
@@ -370,7 +369,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
 
 
 def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
-    """Return a model's structural choices; raise GenerateError if they are malformed."""
+    """Return a model's structural choices, or raise GenerateError if they are malformed."""
     words = isinstance(choices, Mapping) and all(
         isinstance(name, str) and isinstance(values, tuple) and values and all(isinstance(v, str) for v in values)
         for name, values in choices.items()
@@ -386,7 +385,7 @@ def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
 def _reasons(
     tree: Tree, model: str, folder: Path, structure: Mapping[str, str] | None = None, casadi: bool = False
 ) -> tuple[str, ...]:
-    """Return the reasons why a generated folder does not match its sources; empty if it does."""
+    """Return the reasons why a generated folder is stale; empty for a current one."""
     path = folder / FILE
     if not path.is_file():
         return (f"{path} is missing",)
@@ -430,7 +429,7 @@ def _differences(
 
 
 def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
-    """Return the SHA-256 of a model's current inputs, with those of its last derivation."""
+    """Return the SHA-256 of each current file that the model's last derivation read."""
     now: dict[str, str] = {}
     for name, digest in record.inputs_sha256.items():
         present = answer(tree.root, name)
@@ -442,7 +441,7 @@ def inputs(tree: Tree, model: str, record: Manifest) -> dict[str, str]:
 def outdated(tree: Tree, model: str) -> tuple[str, ...]:
     """Return the project's own sources that changed since the generated folder was derived.
 
-    Sources and versions of the tool do not count, nor do files outside of the tree: a revision holds none of them.
+    Sources and versions of mehvar and files outside the tree are ignored, because a revision does not contain them.
 
     Raises
     ------
@@ -486,9 +485,10 @@ def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tupl
 
 
 def write(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write all files under temporary names and rename them, manifest last: an interrupted write shows as stale.
+    """Write all files under temporary names, then rename them, manifest last; an interrupted write shows as stale.
 
-    One process at a time renames, so that the files of two never mix. A new folder that stays empty is removed.
+    A lock lets one process at a time rename, so that files of two processes never mix. A new folder that stays empty
+    is removed.
     """
     new = not folder.exists()
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs of a derivation beyond the model's folder and mehvar: modules, files, requests."""
+"""Inputs of a derivation besides the model's folder and mehvar: modules, files, requests."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
-"""Imports of each module executed under `tracing`; a process executes each module once."""
+"""Imports of each module, recorded when `tracing` executes it; a process executes each module once."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """Inputs of a derivation so far.
+    """Recorded inputs of a derivation.
 
     Attributes
     ----------
     files : callable
-        The files, by their path from the root.
+        Returns the files by their path from the root.
     libraries : callable
-        The versions of the distributions that the model's own texts import, by name.
+        Returns the versions of the distributions that the model's code imports.
     answers : callable
-        Digests of requests by the model's own texts, existing files excepted; see `watch.answer`.
+        Returns digests of the requests of the model's code, except for existing files; see `watch.answer`.
     """
 
     files: Callable[[], dict[str, Path]]
@@ -51,7 +51,7 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
     Parameters
     ----------
     root : Path
-        Folder with models/ and generated/. Data files count if they are below it, or if a text below it opens them.
+        Folder with models/ and generated/. Data files count if they are below it or if code below it opens them.
     package : str
         Name of the model's package, whose imports count even if they were executed before.
     """
@@ -113,7 +113,7 @@ def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
 
 
 def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
-    """Return the distributions imported by modules below `root`, without copies and mehvar's own."""
+    """Return the distributions that modules below `root` import, except copies of mehvar and its own modules."""
     root, named = root.resolve(), set()
     for name in modules:
         file = getattr(sys.modules.get(name), "__file__", None)
@@ -129,8 +129,7 @@ def _libraries(root: Path, modules: set[str]) -> dict[str, str]:
 def _owners(modules: set[str]) -> set[str]:
     """Return the distributions that provide one of the given top-level modules.
 
-    `importlib.metadata.packages_distributions` creates a path for each of 60 000 installed files, which takes a second
-    of processor time.
+    `importlib.metadata.packages_distributions` is not used, because it takes a second for 60 000 installed files.
     """
     from importlib.metadata import distributions
 

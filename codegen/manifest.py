@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Manifest of a system and its generated functions: all that the runtime needs."""
+"""Manifest of a system and its generated functions, with all data that the runtime needs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
     Parameters
     ----------
     system : System
-        What was generated.
+        The generated system.
     functions : sequence of PrintedFunction
         Its functions.
     inputs : mapping of str to str
@@ -64,18 +64,19 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
 
 
 def _of_state(system: System) -> bool:
-    """Return True if limits read no input and continuous loops integrate the state itself."""
+    """Return True if limits do not depend on the input and continuous loops integrate the state itself."""
     used = free_symbols([limit.margin for limit in system.limits], system.definitions)
     return bool(system.limits) and system.coordinates is None and used.isdisjoint(system.inputs.symbols)
 
 
 _FORMER = {"tolerates_loss": "bears_loss"}
-"""Former names of fields, for vocabularies of older revisions, which `diff` derives. A field missing under all names
-takes its default, as the feature did not exist."""
+"""Former names of fields, for older revisions, which `diff` derives. A field without any of its names has its
+default.
+"""
 
 
 def _as(kind: type[_T], part: object, **others: object) -> _T:
-    """Return a part of a system as a manifest's class: fields of equal name, and the given ones."""
+    """Convert a part of a system to a class of the manifest: fields with equal names, and the given ones."""
     names = (f.name for f in fields(cast(Any, kind)) if f.name not in others)
     known = ((name, source) for name in names for source in (name, _FORMER.get(name, "")) if hasattr(part, source))
     return kind(**{name: getattr(part, source) for name, source in known}, **others)

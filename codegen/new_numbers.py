@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""New numbers in a model's tables with old equations: update of the manifest without a derivation.
+"""Update of a manifest with new numbers from a model's tables, without a derivation.
 
-Numbers are inputs of the generated functions, so no other file depends on them. A model's manifest holds a hash of
-its tables without their numbers, and only where putting the numbers in again gives the very manifest that was derived:
-a model that computes with its numbers, or that has two of one name, is derived again.
+Numbers are inputs of the generated functions, so no other file depends on them. A manifest contains a hash of the
+tables without numbers only if inserting the numbers again reproduces the derived manifest. A model that computes with
+its numbers, or has two numbers of one name, is derived again.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from mehvar.models.quantities import Group, Parameter
 
 _WORDS = frozenset(("title", "description"))
-"""Texts of scenarios and metrics for people, which only the manifest contains."""
+"""Descriptive texts of scenarios and metrics, which only the manifest contains."""
 TABLES = ("parameters.toml", "scenarios.toml")
 
 
 def shapes(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of each table of a model without numbers and texts for people, by file name."""
+    """Return the SHA-256 of each table of a model, without numbers and descriptive texts, by file name."""
     hashes = {}
     for name in TABLES:
         try:
@@ -62,7 +62,7 @@ def renumber(manifest: Manifest, folder: Path) -> Manifest | None:
     Returns
     -------
     Manifest or None
-        None where a name stands for two numbers or the tables hold other names than the manifest.
+        None if a name has two numbers, or if tables and manifest have different names.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def renumber(manifest: Manifest, folder: Path) -> Manifest | None:
 def _numbered(
     rows: tuple[numeric.Parameter, ...], table: Mapping[str, Parameter | None]
 ) -> tuple[numeric.Parameter, ...] | None:
-    """Return parameters with defaults from a table; None if it lacks one or has two of its name."""
+    """Return parameters with defaults from a table; None if a default is missing or ambiguous."""
     if any(table.get(row.name) is None for row in rows):
         return None
     return tuple(row if row.formula is not None else replace(row, default=_number(table[row.name])) for row in rows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plants of users' laws, derived once and cached."""
+"""Cache of derived plants for users' laws."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def kept_plant(sources: Mapping[str, str], structure: Mapping[str, str], derive:
     Parameters
     ----------
     sources : mapping of str to str
-        SHA-256 of each file that it follows from.
+        SHA-256 of each source file of the plant.
     structure : mapping of str to str
         Structural choices that differ from the defaults.
     derive : callable
-        Derives it.
+        Derives the plant.
     """
     versions = {**installed("sympy", "mehvar"), "python": sys.version}
     name = cache.key(*(json.dumps(part, sort_keys=True) for part in (dict(sources), dict(structure), versions)))
@@ -44,7 +44,7 @@ def kept_plant(sources: Mapping[str, str], structure: Mapping[str, str], derive:
 
 
 def _text(plant: System) -> bytes | None:
-    """Return a pickled plant; None if it does not load as an equal one, as with functions of a user's module."""
+    """Return a pickled plant; None if unpickling does not restore it, as with functions of a user's module."""
     try:
         text = pickle.dumps(plant)
         return text if pickle.loads(text) == plant else None

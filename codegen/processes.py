@@ -15,9 +15,9 @@ Result = TypeVar("Result")
 
 
 def in_processes(work: Callable[[Item, ProcessPoolExecutor], Result], items: Iterable[Item]) -> list[Result]:
-    """Return the results of `work` for each item in order; `work` may submit long tasks to the processes.
+    """Return the results of `work` for all items in order; `work` may submit long tasks to the processes.
 
-    Ctrl-C ends the processes without a word of theirs.
+    Ctrl-C ends the processes silently.
     """
     several = list(items)
     workers = min(len(several), os.cpu_count() or 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated folders of structural variants, derived once and cached."""
+"""Cache of generated folders of structural variants."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ from .processes import in_processes
 from .workspace import Tree, load_model
 
 _MOST = 16
-"""Largest number of structures that are all compared: each takes about ten seconds per side. Twice as many would
-still omit combinations of slosh and satellite, 768 and 192."""
+"""Largest number of structures that are all compared; each takes about ten seconds per side. Slosh and satellite have
+768 and 192, so that twice the limit would not include them either.
+"""
 _TRIES = 1000
-"""Largest number of combinations that are tried; a model refuses one within microseconds."""
+"""Largest number of combinations that are tried; a model refuses an invalid one within microseconds."""
 
 
 def structure_folders(tree: Tree, structures: Mapping[str, Mapping[str, str]]) -> dict[str, Path]:
@@ -32,7 +33,7 @@ def structure_folders(tree: Tree, structures: Mapping[str, Mapping[str, str]]) -
     Parameters
     ----------
     tree : Tree
-        Where the models live.
+        Project of the models.
     structures : mapping of str to mapping
         For each model the structural choices that differ from the defaults.
 
@@ -70,9 +71,9 @@ def choices_of(tree: Tree, model: str) -> Mapping[str, tuple[str, ...]]:
 
 
 def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[str, str]], bool]:
-    """Return the structures besides the default, and True if these are all.
+    """Return structures other than the default, and True if these are all.
 
-    Where there are too many combinations, each value of each choice comes once, the others at their defaults.
+    If there are too many combinations, each value of each choice occurs once with all others at their defaults.
     """
     defaults = {name: values[0] for name, values in choices.items()}
     complete = math.prod(map(len, choices.values())) <= _MOST
@@ -85,7 +86,7 @@ def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[s
 
 
 def accepted(tree: Tree, model: str, structure: Mapping[str, str]) -> dict[str, str] | None:
-    """Return the structure with the fewest added choices that make it valid; None without one."""
+    """Return the structure with the fewest additional choices that make it valid, or None."""
     where = tree.plant(model) or (tree, model)
     package, choices = load_model(*where), choices_of(*where)
     from mehvar.models.quantities import ModelError  # of the vocabulary that the model has imported

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Template environment of generated files that are not HTML."""
+"""Template environment for generated files other than HTML."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import jinja2
 
 
 def text_environment(folder: Path) -> jinja2.Environment:
-    """Return the templates of a folder; unknown names are errors, and lines with only blocks vanish."""
+    """Return the templates of a folder, with errors for unknown names and without the lines of blocks."""
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder),
         trim_blocks=True,

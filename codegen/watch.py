@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Record of files, folders and variables that a model's code reads during derivation.
 
-It holds files that the text opens, files that it fails to find, folders that it lists and environment variables. Later
-changes of any of them show that the model is stale. Answers of programs and other machines cannot be checked again at
-no cost, so such requests are refused.
+The record has opened files, missing files, listed folders and environment variables; if one of them changes, the
+model is stale. Programs and network connections are refused, because later changes of their answers would stay
+unnoticed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from types import FrameType
 from typing import Any
 
 ABSENT = ""
-"""Value in place of a digest for a missing file or variable."""
+"""Digest of a missing file or variable."""
 _VARIABLE = "environment:"
 _SYSTEM = ("/proc/", "/dev/", "/sys/")
 """Folders of the operating system, which do not count as inputs."""
@@ -31,22 +31,21 @@ _REFUSED = {
 }
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 _INSTALLED = {"site-packages", "dist-packages"}
-"""Folders of installed libraries; only the versions of libraries count as inputs."""
+"""Folders of installed libraries, of which only the versions count as inputs."""
 
 
 @dataclass(frozen=True)
 class Requests:
-    """Requests so far: absolute paths and names of variables.
+    """Recorded requests: absolute paths and names of variables.
 
     Attributes
     ----------
     root : str
         Folder with models/ and generated/, with a separator at its end.
     callers : frozenset of frames
-        Frames that run the derivation: their requests, and those of this program for them, are not the model's.
+        Frames that run the derivation, whose requests are mehvar's and not the model's.
     opened, sought, listed, variables : set of str
-        Files that may have been read, files that the model's own text requested, folders that it listed, variables that
-        it read.
+        Files possibly read, files that the model's code requested, folders that it listed, and variables that it read.
     """
 
     root: str
@@ -76,14 +75,14 @@ _requests: Requests | None = None
 
 
 def answer(root: Path, name: str) -> str | None:
-    """Return the current digest of a file, a folder's list of names, or a variable; None if missing.
+    """Return the current digest of a file, of a folder's list of names, or of a variable.
 
     Parameters
     ----------
     root : Path
         Folder that relative paths start from.
     name : str
-        A path (that of a folder ends in a slash), or `environment:` and the name of a variable.
+        A path, which for a folder ends with a slash, or `environment:` and the name of a variable.
     """
     if name.startswith(_VARIABLE):
         value = os.environ.get(name.removeprefix(_VARIABLE))
@@ -95,7 +94,7 @@ def answer(root: Path, name: str) -> str | None:
 
 
 def _listing(folder: Path) -> str:
-    """Return the digest of a folder's list of names, without names that Python and generation write."""
+    """Return the digest of a folder's list of names, except those that Python and generation write."""
     names = sorted(path.name for path in folder.iterdir() if path.name not in ("__pycache__", "generated"))
     return hashlib.sha256("\n".join(names).encode()).hexdigest()
 
@@ -106,12 +105,12 @@ def _relative(root: Path, name: str) -> str:
 
 @contextlib.contextmanager
 def watching(root: Path) -> Iterator[Requests]:
-    """Record the requests of code below a folder, without those of mehvar.
+    """Record the requests of code below a folder, except mehvar's own.
 
     Raises
     ------
     ModelError
-        Inside the context, when such a text starts a program or contacts another machine.
+        Inside the context, when such code starts a program or opens a network connection.
     """
     global _requests
     _hook()
@@ -133,7 +132,7 @@ def _stack() -> Iterator[FrameType]:
 
 
 def _noting_files(stat: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
-    """Return a replacement of `os.stat` that records its paths, as tests for existence use it."""
+    """Return a replacement for `os.stat` that records paths, because tests for existence call it."""
 
     def noting(path: Any, *arguments: Any, **keywords: Any) -> os.stat_result:
         if _requests is not None and isinstance(path, str | os.PathLike) and _reader(_requests):
@@ -201,7 +200,7 @@ def _reader(requests: Requests) -> FrameType | None:
 
 @functools.cache
 def _is_of_model(file: str, root: str) -> bool:
-    """Return True for a model's file below `root`; cached, as a derivation asks thousands of times."""
+    """Return True for a model's file below `root`; cached, because a derivation calls it thousands of times."""
     path = Path(file)
     return not (is_ours(path) or is_copy(path, root) or is_library(path))
 

@@ -26,21 +26,21 @@ from mehvar.base.versions import project_root
 
 _TOOL = Path(__file__).resolve().parent
 _SHARED = tuple(Path(errors.__file__).with_name(f"{name}.py") for name in ("constants", "manifest", "names", "schema"))
-"""Sources of generated text outside of `codegen` and `models`: identifiers, and the manifest's schema."""
+"""Sources outside of `codegen` and `models` that affect generated code: identifiers and the manifest's schema."""
 _COMPARING = re.compile(
     r"codegen/(diff|equal|ledger)/|codegen/equations/(document|mathml)\.py|models/(paper|notation)\.py"
 )
-"""Modules for comparisons, which do not affect generated text."""
+"""Modules for comparisons, which do not affect generated code."""
 
 
 PLANT = "plant.toml"
 """File in the folder of a user's law that names its plant."""
 ROOMS = frozenset(("arrays", "check", "estimation", "forms", "parts"))
-"""Folders of the vocabulary, which are not models."""
+"""Folders below models/ that belong to the vocabulary."""
 
 
 class GenerateError(MehvarError, ValueError):
-    """A model that cannot be generated with these choices."""
+    """Error for an unknown model or choice."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Tree:
     Attributes
     ----------
     root : Path
-        Folder with models/ and generated/; papers/ too, where there are ledgers.
+        Folder with models/ and generated/, and with papers/ if there are ledgers.
     """
 
     root: Path
@@ -73,7 +73,7 @@ class Tree:
 
     @property
     def orphans(self) -> dict[str, str]:
-        """Generated folders without a model, and models without `__init__.py`, with the missing path."""
+        """Generated folders without a model, and models without `__init__.py`, each with the missing path."""
         models, rooms = self.root / "models", ROOMS if self.has_vocabulary else ()
         marks = (*models.glob("*/system.py"), *models.glob("*/parameters.toml"))
         names = {path.parent.name for path in (*marks, *(self.root / "generated").glob(f"*/{FILE}"))}
@@ -105,14 +105,14 @@ class Tree:
         return plants[name], name
 
     def sources(self, model: str, papers: bool = False) -> dict[str, str]:
-        """Return the SHA-256 of each file that the model's generated text depends on.
+        """Return the SHA-256 of each file on which the model's generated files depend.
 
         Parameters
         ----------
         model : str
             Its name.
         papers : bool
-            Add the files that the verdicts on its paper depend on.
+            Include the files on which the verdicts on its paper depend.
         """
         vocabulary = (self.root if self.has_vocabulary else _TOOL.parent) / "models"
         own = _texts(self.root / "models" / model) + (_texts(self.root / "papers" / model) if papers else [])
@@ -140,7 +140,7 @@ def find_tree(start: Path) -> Tree | None:
 
 
 def installed_tree() -> Tree:
-    """Return the tree that this package was installed with."""
+    """Return the tree of the installed package."""
     return Tree(_TOOL.parent)
 
 
@@ -150,7 +150,7 @@ def load_model(tree: Tree, model: str) -> ModuleType:
     Raises
     ------
     GenerateError
-        If there is no such model, or this process has imported another tree's models before.
+        If there is no such model, or this process has already imported models of another tree.
     """
     if model not in tree.models:
         raise GenerateError(f"model {model!r} is not known in {tree.root / 'models'}; known: {', '.join(tree.models)}")
@@ -176,9 +176,9 @@ def load_paper(tree: Tree, model: str, part: str) -> ModuleType:
     Raises
     ------
     GenerateError
-        If this process has imported another tree's folder under that name.
+        If this process has already imported a folder of another tree under that name.
     ModelError
-        If its text is wrong.
+        If its code has an error.
     """
     folder, name = tree.root / "papers" / model, f"papers.{model}"
     with own_text(folder):
@@ -190,7 +190,7 @@ def load_paper(tree: Tree, model: str, part: str) -> ModuleType:
 
 @contextlib.contextmanager
 def own_text(folder: Path) -> Iterator[None]:
-    """Convert an exception in a model's code into one line: its last place in the folder, and the error.
+    """Convert an exception in a model's code into one line with its last location in the folder and the error.
 
     Raises
     ------
@@ -239,7 +239,7 @@ def _name_of(folder: Path) -> str:
 
 
 def prefer_vocabulary(tree: Tree) -> None:
-    """Make another checkout's vocabulary importable as mehvar.models, unless mehvar's own is imported already."""
+    """Make another checkout's vocabulary importable as mehvar.models, unless mehvar's own is already imported."""
     if tree.has_vocabulary and tree != installed_tree() and "mehvar.models" not in sys.modules:
         sys.meta_path.insert(0, _Vocabulary(tree.root / "models"))
 
@@ -250,7 +250,7 @@ _MOVED = {
     "mehvar.notebook.display": "mehvar.base.display",
     **{f"mehvar.{name}": f"mehvar.base.{name}" for name in _SHARED_NAMES},
 }
-"""Modules by their names before mehvar.base, which older vocabularies import."""
+"""Modules by their former names, which older vocabularies import."""
 
 
 class _Vocabulary(MetaPathFinder, Loader):

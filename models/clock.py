@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Time for functions without a time argument: as an additional state or reference.
 
-A plant of time gets the clock as its last state, whose rate is one. Every method, backend and tool that integrates
-states then has time at its stages, and no function another signature (decision 0024). Where laws alone use time, it
-becomes an element of the reference, which laws receive.
+A time-varying plant gets the clock as its last state, whose rate is one. Every method, backend and tool then
+integrates time with the states, and no signature changes (decision 0024). If only laws use time, time becomes an
+element of the reference.
 """
 
 from __future__ import annotations

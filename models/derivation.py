@@ -24,19 +24,19 @@ class Definition(Located):
     Parameters
     ----------
     symbol : sympy.Symbol
-        The name given to the expression; later expressions refer to it.
+        Name of the expression, for use in later expressions.
     expr : sympy.Expr
-        What it stands for.
+        The named expression.
     number : str
-        Equation number of the paper, "(20)"; empty for a step of our own.
+        Equation number in the paper, such as "(20)"; empty for a step that the paper lacks.
     title : str
-        What it is, in a few words.
+        Its subject, in a few words.
     section : str
         Heading under which it is printed.
     unit : str
         SI unit; empty where it follows from the expression.
     latex : str
-        How the symbol is printed.
+        LaTeX of the symbol.
     """
 
     symbol: sp.Symbol
@@ -59,9 +59,9 @@ class Equation:
     expr : Expr
         Right side.
     number : str
-        Equation number of the paper, "(20)"; empty for a result of our own.
+        Equation number in the paper, such as "(20)"; empty for a result that the paper lacks.
     title, section : str
-        Its subject, and the heading that it stands under.
+        Its subject, and the heading above it.
     unit : str
         Unit of both sides.
     """
@@ -80,7 +80,7 @@ class Derivation:
     Parameters
     ----------
     steps : iterable of Definition and Equation
-        What it goes on from, as a law does from the derivation of its plant.
+        Earlier steps to continue, as a law continues the derivation of its plant.
     """
 
     def __init__(self, steps: Iterable[Definition | Equation] = ()) -> None:
@@ -90,7 +90,7 @@ class Derivation:
 
     @property
     def definitions(self) -> dict[sp.Symbol, Expr]:
-        """The definitions so far, by symbol."""
+        """Definitions up to now, by symbol."""
         return {step.symbol: step.expr for step in self.steps if isinstance(step, Definition)}
 
     def section(self, title: str) -> None:
@@ -107,12 +107,12 @@ class Derivation:
         latex: str = "",
         positive: bool = False,
     ) -> sp.Symbol:
-        """Name an expression and return its symbol. The unit follows from the expression unless it is given.
+        """Name an expression and return its symbol. By default the unit follows from the expression.
 
         Raises
         ------
         ModelError
-            If the name has been used before.
+            If the name is already in use.
         """
         for what, text in (("name", name), ("number", number), ("title", title), ("unit", unit), ("latex", latex)):
             instance(what, text, str, "a text")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Events: zero crossings of guards, with resets of states.
+"""Events: zero crossings of guards, with optional resets of states.
 
-A mode is a state whose rate is zero and which resets assign, so that modes need nothing of their own. An event that
-resets nothing is a switching surface: a step ends on it, so that none crosses a kink.
+A mode is a state with rate zero that only resets change. An event without resets is a switching surface: an
+integration step ends on it, so that no step crosses a kink.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ class Event(Located):
     Parameters
     ----------
     name : str
-        Identifier, in results and messages.
+        Identifier in results and messages.
     guard : Expr
-        A function of x, u, p and time; of a law's events of x, r, p and c.
+        A function of x, u, p and time; for a law's event, of x, r, p and c.
     direction : {"either", "rising", "falling"}
         Which crossings count.
     reset : mapping of sympy.Symbol to Expr
-        The value that a state has after the event, as a function of x, u, p and time before it; the others keep
-        theirs. An event without resets is a switching surface.
+        New value of a state as a function of x, u, p and time before the event; other states keep their values. An
+        event without resets is a switching surface.
     ends : bool or {"failure", "success"}
-        Whether the run ends there, and what that is. A run that a failure ends never succeeds in a batch; one that
-        `True` or a success ends came to its end, and succeeds if it fulfils the condition. An event of one direction
-        that ends runs has a side on which none is: what is past it at the start, or gets there by a reset or a jump of
-        the input, ends there. Past it at the start, a run failed unless the event is a success.
+        Effect on the run. A failure ends the run, which never succeeds in a batch. `True` or a success ends it
+        regularly: it succeeds if it fulfils the success condition. An event with one direction that ends runs has a
+        forbidden side: a run also ends if it starts there, or if a reset or a jump of the input moves it there. A run
+        that starts there has failed, unless the event is a success.
     title : str
         One line for people.
     """
@@ -62,16 +62,17 @@ def surfaces(name: str, expressions: Expr | Sequence[Expr], derivation: Derivati
     Parameters
     ----------
     name : str
-        What the events are called, with a number each.
+        Name of the events, to which a number is added.
     expressions : Expr, or sequence or matrix of Expr
-        Rates, or the command of a continuous law. Every `Min`, `Max`, `sign`, `Abs` and `Piecewise` in them counts.
+        Rates, or the command of a continuous law. Each `Min`, `Max`, `sign`, `Abs` and `Piecewise` in them gives an
+        event.
     derivation : Derivation, optional
-        Where the definitions stand that the expressions use; they are looked through.
+        Definitions that the expressions use; they are searched too.
 
     Raises
     ------
     ModelError
-        For an argument of another kind.
+        If an argument has the wrong type.
     """
     arguments.instance("name", name, str, "an identifier")
     several = isinstance(expressions, tuple | list | sp.MatrixBase)
@@ -88,7 +89,7 @@ def surfaces(name: str, expressions: Expr | Sequence[Expr], derivation: Derivati
 
 
 def _parts(roots: Iterable[sp.Basic], definitions: Mapping[sp.Symbol, Expr]) -> Iterator[sp.Basic]:
-    """Yield all parts of expressions; each definition once."""
+    """Yield all parts of expressions and of the definitions that they use, each definition once."""
     stack, seen = list(roots)[::-1], set[str]()
     while stack:
         for node in sp.preorder_traversal(stack.pop()):
@@ -99,7 +100,7 @@ def _parts(roots: Iterable[sp.Basic], definitions: Mapping[sp.Symbol, Expr]) -> 
 
 
 def _kinks(node: sp.Basic) -> Iterator[Expr]:
-    """Yield guards that are zero where a part of an expression has a kink or jump."""
+    """Yield guards whose zeros are the kinks and jumps of an expression's parts."""
     if isinstance(node, sp.Min | sp.Max):
         for a, b in itertools.combinations(sorted(node.args, key=sp.default_sort_key), 2):
             yield a - b

@@ -20,14 +20,14 @@ class Shape(Located):
     Parameters
     ----------
     name : str
-        What a reader calls it.
+        Name for readers.
     kind : str
-        One of `mehvar.base.manifest.SHAPE_KINDS`: a "rod" leads through its points; an "arrow" from the first to the
-        second; a "ball" is drawn around its one point; a "box" has its centre and the middles of three faces; a "face"
+        One of `mehvar.base.manifest.SHAPE_KINDS`: a "rod" connects its points; an "arrow" from the first to the
+        second; a "ball" is drawn around its one point; a "box" has its centre and the centres of three faces; a "face"
         is the polygon of its points.
     points : tuple of (Expr, Expr, Expr)
-        Places in fixed axes, z up, in metres, as functions of state, input, reference and p. Their units are not
-        checked: how large a body is drawn, and how many metres long an arrow is for a newton, is of the picture.
+        Points in fixed axes, z up, in metres, as functions of state, input, reference and p. Their units are not
+        checked, because the picture chooses sizes and lengths of arrows.
     color : str
         One of `mehvar.base.manifest.SHAPE_COLORS`.
     """

@@ -20,7 +20,7 @@ def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Exp
     Parameters
     ----------
     expr : Expr
-        What is differentiated.
+        The expression.
     rates : mapping of Symbol to Expr
         Time derivative of each symbol that depends on time; all others are constant.
     """
@@ -88,7 +88,7 @@ def cross_matrix(vector: sp.Matrix) -> sp.Matrix:
 
 
 def reduce_sines(expr: sp.Expr) -> sp.Expr:
-    """Expand an expression and replace even powers of sines, for a unique form of trigonometric polynomials."""
+    """Expand an expression and replace even powers of sines, which makes trigonometric polynomials unique."""
 
     def even(power: sp.Pow) -> sp.Expr:
         square = 1 - sp.cos(power.base.args[0]) ** 2
@@ -101,7 +101,7 @@ def reduce_sines(expr: sp.Expr) -> sp.Expr:
 
 
 def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
-    """Return Omega of C' = -[Omega x] C: the angular velocity of a rotated frame in its own axes.
+    """Return the angular velocity Omega of a rotated frame in its own axes, from C' = -[Omega x] C.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) ->
 
 
 def angle_rates(rotation: sp.Matrix, angles: Sequence[sp.Symbol], omega: Sequence[sp.Expr]) -> sp.Matrix:
-    """Return the rates of three angles that produce a frame's angular velocity.
+    """Return the rates of three angles for a given angular velocity of the frame.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symbols of a paper with derived meaning and spelling; see `mehvar.models.paper`."""
+"""Symbols of a paper with their derived meanings and their spelling; see `mehvar.models.paper`."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ class Name:
     Parameters
     ----------
     symbol : Symbol or MatrixSymbol
-        How relations and meanings write it.
+        Its symbol in relations and meanings.
     latex : str
-        How the paper prints it.
+        LaTeX as in the paper.
     meaning : Expr or Matrix, optional
-        What the derivation says it is, as a function of other names; a free name has none.
+        Its derived value as a function of other names; a free name has none.
     low, high : sympy.Rational
-        Where a free name is tried.
+        Bounds of test values of a free name.
     member : bool
-        Stands for a member of a family; every relation that uses it says which, in its cases.
+        True for a member of a family; each relation states in its cases which member.
     text : str
-        How plain text prints it; the symbol's name when empty.
+        Spelling in plain text; the symbol's name if empty.
     """
 
     symbol: Expr
@@ -70,13 +70,13 @@ class Names:
         Parameters
         ----------
         what : Quantity or str
-            One of our quantities, whose symbol and LaTeX are taken, or a name that only the paper has.
+            A quantity of the model, which gives symbol and LaTeX, or a name that only the paper has.
         low, high : int or str
-            Bounds within which it is tried, exact: 2, "7/10". A positive quantity needs low >= 0.
+            Exact bounds of its test values, such as 2 or "7/10". A positive quantity needs low >= 0.
         latex, text : str
-            How the paper prints it, as LaTeX and in plain text, where that differs from ours.
+            Spelling in the paper, as LaTeX and plain text, if it differs from the model's.
         integer : bool
-            Tried with whole numbers only.
+            True to test with integers only.
 
         Raises
         ------
@@ -95,7 +95,7 @@ class Names:
         return self._add(Name(symbol, printed, low=lower, high=upper, text=text))
 
     def derived(self, name: str, latex: str, meaning: Expr, *, positive: bool = False, text: str = "") -> sp.Symbol:
-        """Add a name with a derived meaning; `text` is its plain spelling if that differs from `name`."""
+        """Add a name with a derived meaning; `text` is its spelling in plain text, by default `name`."""
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         return self._add(Name(symbol, latex, sp.sympify(meaning), text=text))
 
@@ -104,12 +104,12 @@ class Names:
         return self._add(Name(sp.MatrixSymbol(name, *meaning.shape), latex, frozen(meaning), text=text))
 
     def family(self, name: str, latex: str, *, positive: bool = False, text: str = "") -> sp.Symbol:
-        """Add an indexed name such as l_i, whose meaning depends on the case of a relation."""
+        """Add an indexed name such as l_i; each case of a relation gives it a meaning."""
         symbol = sp.Symbol(name, positive=True) if positive else sp.Symbol(name, real=True)
         return self._add(Name(symbol, latex, member=True, text=text))
 
     def matrix_family(self, name: str, latex: str, rows: int, columns: int = 1) -> sp.MatrixSymbol:
-        """Add an indexed matrix or column such as x_i, whose meaning depends on the case of a relation."""
+        """Add an indexed matrix or column such as x_i; each case of a relation gives it a meaning."""
         return self._add(Name(sp.MatrixSymbol(name, rows, columns), latex, member=True))
 
     def meaning(self, symbol: Expr) -> Side:
@@ -155,7 +155,7 @@ class _PrintedInverse(sp.MatrixExpr):  # type: ignore[misc]
 
 
 def _printable(side: Side) -> Side:
-    """Return a side without inverses of known matrices, since SymPy would invert them to determine signs."""
+    """Return a side in which inverses of known matrices stay unevaluated; SymPy would compute them to find signs."""
     if not isinstance(side, sp.Basic):
         return side
     return side.replace(sp.Inverse, lambda matrix, *_: _PrintedInverse(matrix))
@@ -182,7 +182,7 @@ class Cross(sp.MatrixExpr):  # type: ignore[misc]
 
     @property
     def shape(self) -> tuple[sp.Expr, sp.Expr]:
-        """Shape: 3 x 1, or 1 x 1 in the plane."""
+        """Shape of the product: 3 x 1, or 1 x 1 in the plane."""
         rows = self.args[0].shape[0]
         return (rows, sp.S.One) if rows == 3 else (sp.S.One, sp.S.One)
 
@@ -228,26 +228,26 @@ def frozen(side: Side) -> Side:
 
 
 def symbols_of(side: Side) -> set[Expr]:
-    """Return the symbols and matrix symbols in a side, without dummies of integrals and limits."""
+    """Return the symbols and matrix symbols of a side, except bound variables of integrals and limits."""
     return {symbol for symbol in sp.sympify(side).free_symbols if isinstance(symbol, sp.Symbol | sp.MatrixSymbol)}
 
 
 def follow(expr: Expr, definitions: Mapping[sp.Symbol, Expr], cut: Case | None = None) -> Expr:
-    """Replace definitions in a derived expression until only names of the paper are left.
+    """Replace definitions in a derived expression until only names of the paper remain.
 
     Parameters
     ----------
     expr : Expr
-        Made of symbols of the derivation.
+        In symbols of the derivation.
     definitions : mapping
         `system.definitions`, or those of a `Derivation` made on the spot.
     cut : mapping, optional
-        Symbols that are replaced instead of followed: our quantities, by the paper's names.
+        Symbols of the model and the paper's names that replace them.
 
     Returns
     -------
     Expr
-        Free of defined symbols.
+        Without defined symbols.
     """
     cut = cut or {}
     meanings = {symbol: cut[symbol] for symbol in expr.free_symbols if symbol in cut}

@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vocabulary of a ledger: printed equations, and derived meanings of their symbols.
+"""Vocabulary of a ledger: printed equations and the derived meanings of their symbols.
 
 The folder papers/MODEL, beside models/, has a module `ledger` (or a package) with a function
 
     def paper(system: System) -> Paper
 
-which `mehvar diff --paper` judges. It says two things and keeps them apart:
+which `mehvar diff --paper` judges. A ledger states two things separately:
 
 * **what is printed**, misprints included, as SymPy expressions in the paper's own symbols (`Relation.left`, `.right`);
-* **what those symbols mean**, in one table of names for the whole paper (`Names`). A name is either *free* (a
-  coordinate, a rate, a parameter: it may take any value within bounds) or *derived*: its meaning is an expression that
-  comes from the system's derivation (`follow`), or that is derived on the spot, by differentiating, integrating,
-  inserting. A meaning is never a retyped copy of what is printed: that would make the check vacuous.
+* **what those symbols mean**, in one table of names for the whole paper (`Names`). A *free* name (a coordinate, a
+* rate, a parameter) may take any value within bounds. The meaning of a *derived* name is an expression from the
+* system's derivation (`follow`), or one that the ledger derives by differentiation, integration or substitution. A
+* meaning never copies the printed formula, because then the check would be vacuous.
 
-A relation then holds when both sides are the same function of the free names once every meaning is put in. No verdict
-is written down here; the machine computes it. What a person adds is the corrected side of a relation that is known to
-be misprinted (tested too: a wrong correction is never shown), the readings of what cannot be read in one way only, and
-notes.
+A relation holds if both sides are the same function of the free names after all meanings are substituted. mehvar
+computes every verdict; a ledger states none. An author adds corrections of misprinted relations (tested too: a wrong
+correction is never shown), the readings of ambiguous print, and notes.
 
 How to write an entry
 ---------------------
@@ -101,13 +100,12 @@ __all__ = [
 
 Op: TypeAlias = Literal["=", "<", "<=", ">", ">="]
 Kind: TypeAlias = Literal["equation", "definition", "condition", "statement", "data"]
-"""Kinds of entries. equation: follows from earlier ones. definition, condition, data: the author's choice.
-statement: words."""
+"""Kinds of entries: a derived equation; a definition, condition or datum chosen by the author; a statement in words."""
 
 
 @dataclass(frozen=True)
 class Relation:
-    """A printed relation between two sides; a chain a = b = c is two relations.
+    """A printed relation between two sides; a chain a = b = c gives two relations.
 
     Parameters
     ----------
@@ -147,7 +145,7 @@ class Relation:
 
     @property
     def sides(self) -> tuple[Side, ...]:
-        """All compared sides."""
+        """All sides that are compared."""
         sides = (self.left, self.right, self.corrected, self.corrected_left, self.against)
         return tuple(side for side in sides if side is not None)
 
@@ -155,11 +153,11 @@ class Relation:
 class Slip(StrEnum):
     """Kinds of errors in printed statements, by origin.
 
-    scan: in the copy that was read. A dot, a bar, a stroke, a bracket or an exponent is lost, a letter is taken for one
-    that looks like it, a line of a right-to-left text is turned round; what was meant is told by the formulas around.
-    notation: in the paper's signs. One letter for two things, two for one, none that is explained, an unusual sense.
-    misprint: in the paper's typing. The authors had the right formula: others that follow from it have it.
-    physics: in the derivation or in a number. It would be wrong in any print, and what rests on it changes.
+    scan: in the scanned copy. A dot, a bar, a bracket or an exponent is lost, similar letters are confused, or a
+    right-to-left line is reversed; the surrounding formulas show the intended one. notation: in the paper's symbols:
+    one letter for two things, two letters for one, an unexplained letter, an unusual convention. misprint: in
+    typesetting. The authors used the right formula, as later formulas show. physics: in the derivation or in a
+    number. Results that depend on it change.
     """
 
     SCAN = "damage of the scan"
@@ -175,11 +173,11 @@ class Erratum:
     Parameters
     ----------
     kind : Slip
-        Where the error came about.
+        Origin of the error.
     cause : str
-        How, in one sentence.
+        Cause in one sentence.
     assumption : bool
-        Whether the correction is one: nothing in the paper contradicts it, and nothing shows it.
+        True if the correction is an assumption that the paper neither supports nor contradicts.
 
     Raises
     ------
@@ -203,13 +201,13 @@ class Reading:
     Parameters
     ----------
     relations : tuple of Relation
-        What it says; all must hold. Empty for words or names that nothing can be compared with.
+        All must hold. Empty for words or names without a comparison.
     text : str
-        What distinguishes this reading; empty when there is only one.
+        Difference from other readings; empty for a single reading.
     used : bool
-        Whether this is the one the model follows.
+        True for the reading that the model follows.
     why : str
-        Why it is, or is not.
+        Reason for this choice.
     """
 
     relations: tuple[Relation, ...] = ()
@@ -220,20 +218,20 @@ class Reading:
 
 @dataclass(frozen=True)
 class Printed:
-    """An entry of the ledger: a numbered equation, table row or sentence that can be checked.
+    """An entry of the ledger: a numbered equation, a table row or a checkable sentence.
 
     Parameters
     ----------
     number : str
-        "22", or where it stands: "Table 1, row 2", "text after (9)".
+        Number or place, such as "22", "Table 1, row 2" or "text after (9)".
     title : str
-        What it is about, in a few words.
+        Its subject, in a few words.
     kind : str
         equation, definition, condition, statement or data.
     readings : tuple of Reading
-        As many as there are ways to read it; `Paper` wants exactly one that is `used`.
+        One for each possible reading; exactly one must be `used`.
     note : str
-        Said with the verdict: what a correction rests on, what was left out, slips that no formula can show.
+        Printed with the verdict: reasons for a correction, omissions, errors that no formula can show.
     """
 
     number: str
@@ -248,7 +246,7 @@ class Printed:
 
 
 def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str = "") -> Printed:
-    """Return an entry with one reading, all of whose relations must hold, or a start for several readings.
+    """Return an entry whose relations must all hold, or without relations an entry to which `reading` adds readings.
 
     Parameters
     ----------
@@ -266,7 +264,7 @@ def printed(number: str, title: str, kind: Kind, *relations: Relation, note: str
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper's ledger before the verdicts.
+    """Ledger of a paper, before the verdicts.
 
     Parameters
     ----------
@@ -279,9 +277,9 @@ class Paper:
     entries : tuple of Printed
         In the order of the paper.
     note : str
-        Said once for all entries, such as what text was at hand.
+        Note on all entries, such as the source of the text.
     errata : mapping of str to Erratum
-        What kind of error the entries have that are not as they should be, by their numbers.
+        Errata by the numbers of their entries.
 
     Raises
     ------
@@ -323,9 +321,9 @@ class Paper:
                     )
 
     def _refuse_unnamed(self, sides: Iterable[Side], case: Case, where: str, members: bool = False) -> None:
-        """Refuse unknown symbols and, unless `members`, indexed names that the case does not define.
+        """Refuse unknown symbols and, unless `members` is true, indexed names that the case does not define.
 
-        Meanings are followed: one may be about a member of a family itself.
+        The check includes meanings, which may themselves contain members of a family.
         """
         seen: set[Expr] = set()
         waiting = [symbol for side in sides for symbol in symbols_of(side)]

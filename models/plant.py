@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plant without its laws, or with other laws."""
+"""Plants without laws or with other laws."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .system import Controller, Metric, Scenario, System
 def without_laws(system: System) -> System:
     """Return the plant of a system without laws and without everything that only laws use.
 
-    Laws command the plant's own input: a regular chart, in which the laws of that system command, becomes definitions.
+    Laws command the plant's own input. The inputs of a regular chart become definitions.
     """
     plant = replace(
         system,
@@ -39,7 +39,7 @@ def _without_laws(scenario: Scenario) -> Scenario:
 
 
 def _without_reports(system: System) -> Iterable[Metric]:
-    """Yield the metrics of the plant, without those of a law's memory and reports."""
+    """Yield the metrics of plant variables, without those of a law's memory and reports."""
     reports = {q.name for law in system.controllers for q in law.memory}
     reports |= {output.quantity.name for law in system.controllers for output in law.outputs}
     for metric in system.metrics:
@@ -59,7 +59,7 @@ def _chart(system: System) -> Iterable[Definition]:
 
 
 def _steps_of(plant: System) -> Iterable[Definition | Equation]:
-    """Yield the steps of the plant's vectors and the shown equations of its symbols."""
+    """Yield the steps that the plant's vectors use, and the shown equations in the plant's symbols."""
     entries = [entry for vector in vectors(plant) for entry in vector.entries]
     entries += [*plant.residual, *(s for condition in plant.limits for s in condition.shown)]
     definitions, needed = plant.definitions, set()

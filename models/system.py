@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vocabulary of a model: parts of a system, control laws, scenarios.
+"""Vocabulary for models: parts of a system, control laws, scenarios.
 
-Everything here is a small frozen dataclass. A model builds one `System`; code generation reads it and knows nothing
-else about the model. Quantities and derivations have their own modules, and classes that the runtime reads unchanged
-belong to its schema. All of them can be imported from here.
+All classes here are small frozen dataclasses. A model builds one `System`, which is all that code generation reads.
+Quantities and derivations have their own modules, and the runtime's schema defines classes that the runtime reads
+unchanged. This module exports them all.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Function(Located):
     name : str
         Name in C and Python.
     arguments : tuple of Group
-        Groups of one quantity are scalars.
+        A group of one quantity is a scalar argument.
     results : tuple of (Quantity, Expr)
         Its results, in order.
     vector : str
@@ -108,12 +108,12 @@ class Function(Located):
 
 @dataclass(frozen=True)
 class Coordinates(Located):
-    """Chart without the singularities of the state's chart, for the integration of continuous loops.
+    """Regular chart for the integration of continuous loops, without the singularities of the state's chart.
 
     Parameters
     ----------
     states, inputs : Group
-        The regular coordinates q and the inputs n that go with them.
+        The regular coordinates q and their inputs n.
     rhs : tuple of Expr
         q' as a function of q, n and the plant's parameters.
     from_state, from_input : tuple of Expr
@@ -152,7 +152,7 @@ class Condition(Located):
 
 @dataclass(frozen=True)
 class Output:
-    """Quantity that a law reports along a run, computed from recorded samples.
+    """Quantity that a law reports in a run, computed from recorded samples.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ class Output:
     value : Expr
         A function of state, reference, p, c and the law's memory before the update.
     at_least, at_most : float
-        Limits: the result reports when and by how much the run exceeds them.
+        Limits; the result reports time and size of violations.
     """
 
     quantity: Quantity
@@ -174,7 +174,7 @@ class Output:
 class Controller(Located):
     """Control law as a symbolic function (measurement, reference) -> input.
 
-    If the sensor has its own quantities, commands and updates are functions of those instead of the state.
+    If the sensor declares its own quantities, commands and updates are functions of these instead of the state.
 
     Parameters
     ----------
@@ -190,15 +190,15 @@ class Controller(Located):
     period : str
         Plant parameter that holds the sampling period; empty for a continuous law.
     delay : str
-        The law's own parameter that holds the samples between computing and applying a command, for a law that is
-        designed for them; a run sets it to the delay of its loop unless the user does.
+        For a law designed for a delay, its parameter with the samples between computing and applying a command. By
+        default a run sets it to the delay of its loop.
     applied : Group
         Symbols of the input that was actually applied over the last sample, for a sampled law.
     every : str
         The law's own parameter that holds the number of samples between commands of a sampled law; its memory is
         updated at every sample. Empty for a law that commands at each sample.
     memory : Group
-        Values that a sampled law keeps from one sample to the next; of a continuous law, its own integrated states.
+        Values that a sampled law keeps between samples; for a continuous law, its integrated states.
     start, update : tuple of Expr
         The memory before the first sample (a function of state, reference, p and c) and after each one.
     rates : tuple of Expr
@@ -210,8 +210,8 @@ class Controller(Located):
     tolerates_loss : bool
         True if a sampled law accepts measurements that are not finite: it keeps its memory finite and commands zero.
     in_numbers : bool
-        True if the law computes with the numbers of its quantities in SI units, as an estimator does whose covariance
-        mixes units: the dimensions of its expressions are not checked.
+        True if the dimensions of the law's expressions are not checked, as for an estimator whose covariance mixes
+        units.
     """
 
     name: str
@@ -240,7 +240,7 @@ class Controller(Located):
 
 @dataclass(frozen=True)
 class Actuator(Located):
-    """Actuator: a map from commanded to acting inputs, with limits, gimbals, wheels.
+    """Map from commanded to acting inputs, such as limits, gimbals or wheels.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ class Actuator(Located):
 
 @dataclass(frozen=True)
 class Sensor(Located):
-    """Sensor: the measurements of the state that a law receives.
+    """Measurements that a law receives in place of the state.
 
     Parameters
     ----------
@@ -265,8 +265,8 @@ class Sensor(Located):
     measured : tuple of Expr
         The measurements, as a function of state, noise and p: a row for each state, or for each of `seen`.
     seen : Group
-        The measured quantities, if they are not the states; laws receive them in place of the state. Without it a
-        sampled law receives the measured states, and a continuous law the states themselves.
+        Measured quantities that laws receive in place of the state. By default a sampled law receives measured
+        states, and a continuous law the states themselves.
     """
 
     noise: Group
@@ -309,7 +309,7 @@ class RandomStep(Located):
 
 @dataclass(frozen=True)
 class Variant(Located):
-    """Variant of a system for choices that are not defaults.
+    """Variant of a system for non-default choices.
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ class Variant(Located):
     rhs : tuple of Expr
         x' as a function of x, u, p.
     loops : mapping of str to tuple of Expr
-        By law, closed loops other than `rhs` under the law.
+        For a law by name, a closed loop that differs from `rhs` under that law.
     """
 
     values: tuple[str, ...]
@@ -327,14 +327,14 @@ class Variant(Located):
 
 
 _DEFAULT = Scenario("default", "from the defaults", 100.0, 0.1)
-"""Scenario of a system that declares none: some rotations of a craft at typical rates."""
+"""Default scenario of a system that declares none, long enough for some rotations at typical rates."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class System(Located):
-    """Mechanical system with laws and scenarios, from which code is generated.
+    """Mechanical system with laws and scenarios; input of code generation.
 
-    Name, states and their rates are required, all else is empty by default. Numbers may replace expressions.
+    Only name, states and rates are required. Numbers may replace expressions.
 
     Parameters
     ----------
@@ -365,7 +365,7 @@ class System(Located):
     controllers : tuple of Controller
         The control laws.
     scenarios, metrics : tuple of Scenario and of Metric
-        Described runs, 100 s when empty, and the numbers that sum a run up.
+        Scenarios of runs (default: 100 s) and the numbers that summarise a run.
     coordinates : Coordinates, optional
         Regular chart for continuous loops.
     actuator : Actuator, optional
@@ -385,12 +385,12 @@ class System(Located):
     rates : mapping of str to sympy.Symbol
         For each state of the derived equations of motion, the symbol of its rate in `residual`.
     residual : tuple of Expr
-        These equations, zero for the true rates, one per state in `rates`. Given if `rhs` is another form that is
-        faster to evaluate. Generation fails unless both agree.
+        These equations, zero for the true rates, one per state in `rates`. Give it if `rhs` is a faster form;
+        generation fails unless both agree.
     events : tuple of Event
         Actions where a guard crosses zero; simultaneous ones occur in this order.
     geometry : tuple of Shape
-        Shapes in a picture of the system, such as the animation of a run; without them there is none.
+        Shapes in the picture and animation of the system.
     mass : sympy.Matrix, optional
         A row and a column for each state, a function of x and p: mass x' = `rhs`. A state whose column and row are zero
         is algebraic: its row of `rhs` is zero along a run, and determines it.

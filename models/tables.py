@@ -23,7 +23,7 @@ from .arrays import INCREASING, Table, Tensor, array_of, elements
 from .quantities import REALS, Group, Interval, ModelError, Parameter, place, wrong
 
 OF_COUNTS = ("sign_changes",)
-"""Kinds of metrics that use the band; those with seconds require one."""
+"""Kinds of metrics that use the band; kinds in seconds require it."""
 
 
 class _Strict(BaseModel):
@@ -188,7 +188,7 @@ def check_names(names: Iterable[str], allowed: Collection[str], what: str) -> No
 
 
 def check_values(values: Mapping[str, float], allowed: Mapping[str, Parameter], where: str) -> None:
-    """Refuse a value that is out of bounds or not of a parameter."""
+    """Refuse a value that is out of bounds, or whose name is no parameter."""
     check_names(values, allowed, f"{where}: parameter")
     for name, value in values.items():
         if value not in allowed[name].bounds:
@@ -203,7 +203,7 @@ def place_in(path: Path, *keys: str) -> str:
     path : Path
         The file.
     *keys : str
-        Of the tables from the outermost one on, and of the entry.
+        Names of the tables, outermost first, and of the entry.
     """
     table: tuple[str, ...] = ()
     best, depth = 1, 0
@@ -219,14 +219,14 @@ def place_in(path: Path, *keys: str) -> str:
 
 
 def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
-    """Return the origin of a scenario or metric: a table of the model's folder, or the code that makes the system.
+    """Return the origin of a scenario or metric: a table in the model's folder, or the code of the system.
 
     Parameters
     ----------
     folder : Path or None
-        Of the model, where that is known.
+        Folder of the model, if known.
     kind, name : str
-        "scenarios" or "metrics", and which.
+        "scenarios" or "metrics", and the name.
     otherwise : str
         File and line of the system.
     """

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From CasADi to code: one list of instructions, printed as C and Python."""
+"""Printers of CasADi graphs: one list of instructions, printed as C and Python."""

@@ -15,9 +15,9 @@ from ..functions.function import FunctionGraph
 def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
     """Print the graphs with CasADi, under names that begin with the model's.
 
-    `casadi.external` asks a library for derivatives by the names `jac_NAME`, `fwd1_NAME`, `adj1_NAME` and
-    `fwd1_adj1_NAME`: those of the right-hand side are added, so that an optimiser has exact first and second ones. The
-    Jacobian of `adj1_NAME` would be six to thirty times as long.
+    `casadi.external` looks up derivatives by the names `jac_NAME`, `fwd1_NAME`, `adj1_NAME` and `fwd1_adj1_NAME`.
+    Those of the right-hand side are included, so that an optimiser gets exact first and second derivatives. The
+    Jacobian of `adj1_NAME` is not included, because it would be six to thirty times as long.
 
     Returns
     -------

@@ -25,7 +25,7 @@ from .tape import Tape, arranged, tape
 
 Signature = tuple[tuple[str, int | None], ...]
 Families = Mapping[str, tuple[tuple[Hashable, int], ...]]
-"""For each vector: the equal part, such as a pendulum, that each element belongs to, and its name there."""
+"""For each vector, the part (such as a pendulum) of each element, and the element's name in that part."""
 _TEMPLATES = Path(__file__).parent / "templates"
 _TITLES: dict[Part, str] = {
     "": "",
@@ -99,7 +99,7 @@ class PrintedFunction:
 
     @property
     def python_unpack(self) -> str:
-        """Names on the left side of the assignment of converted arguments."""
+        """Names to which the Python function assigns its converted arguments."""
         return self.python_arguments + ("," if len(self.arguments) == 1 else "")
 
     @property
@@ -136,7 +136,7 @@ class PrintedFunction:
         return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
 
     def result_families(self, result: int) -> tuple[tuple[Hashable, int], ...]:
-        """Return kind and number of the equal part, such as a pendulum, for each element of a result."""
+        """Return for each element of a result the kind and number of its part, such as a pendulum."""
         found = members(self.tape, self.tags)
         if found is None:
             return ()
@@ -145,14 +145,14 @@ class PrintedFunction:
         )
 
     def names_of(self, result: int) -> tuple[str, ...]:
-        """Return the names of a result's elements in the code, with or without their own statements."""
+        """Return the names of a result's elements in the code."""
         values = self.tape.results[result]
         names = names_of(self.tape, self.arguments, self.labels, [name for name, _ in self.results], values)
         return tuple(names.values[k] for k in values)
 
 
 def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
-    """Convert graphs to lists of instructions; split functions are printed in two parts as well."""
+    """Print each graph as C and Python; a split function is also printed in two parts."""
     whole = [
         PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, _tape(f), _labels(f), f.families)
         for f in functions
@@ -162,7 +162,7 @@ def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
 
 
 def _tape(f: FunctionGraph) -> Tape:
-    """Read a graph; order sums over many equal parts, such as pendulums, so that a loop can compute them."""
+    """Convert a graph to a list of instructions, with sums over equal parts in an order that a loop can compute."""
     plain, tags = tape(f.graph, f.parameters, f.derivation), tags_of(f.arguments, f.families)
     ordered = in_order(plain, tags, f.parameters)
     return plain if ordered is plain else arranged(ordered, f.derivation)
@@ -183,7 +183,7 @@ def _labels(f: FunctionGraph) -> Labels:
 
 
 def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[int]) -> list[PrintedFunction]:
-    """Split off the values computed once per run and once per sample; empty without any."""
+    """Return the parts of a function that a run computes once per run and once per sample; empty if there are none."""
     rest, constant, parts = f, {f.arguments[k][0] for k in parameters}, list[PrintedFunction]()
     steps: tuple[tuple[str, str, str, set[str]], ...] = (
         ("prepare", "h", "once per run", set()),
@@ -222,7 +222,7 @@ def _with_part(labels: Labels, prefix: str, vector: str, names: tuple[str, ...])
 
 
 def _placed(f: PrintedFunction, manifest: Manifest) -> PrintedFunction:
-    """Rename a function's vector positions as the header names them."""
+    """Rename a function's vector positions to the names of the header."""
     named = {vector.prefix: vector.names for vector in vectors(manifest)}
     laws = [identifier(law) for law in manifest.controllers]
     own = [law for law in laws if f.name == law or f.name.startswith(f"{law}_")]
@@ -253,8 +253,7 @@ def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str,
     Returns
     -------
     dict of str to str
-        File name to text: MODEL.h; a file in C for each part of the functions, and one in Python unless they are parts
-        of others.
+        File names with contents: MODEL.h, a C file for each group of functions, and Python files.
     """
     environment = text_environment(_TEMPLATES)
     environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names of values in generated code: from the model if it names them, otherwise from a hash of their contents.
+"""Names of values in generated code, taken from the model or from a hash of the value's contents.
 
-The names of a function depend on that function alone, and not on the number of values before one. So an edit of a model
-keeps the names of everything that it does not affect. See decision 0022.
+A name depends only on its function, and not on the number of preceding values. An edit of a model therefore keeps the
+names of unaffected values. See decision 0022.
 """
 
 from __future__ import annotations
@@ -22,18 +22,19 @@ Element = tuple[int, int]
 """Position of an argument, and of an element in it."""
 LEAVES = 8
 """Largest number of operands in a statement. Longer expressions are split into statements of about a hundred
-characters, long sums into one line per term. Half gives more statements, twice longer lines; results do not change."""
+characters, long sums into one line per term. Half the limit gives more statements, twice gives longer lines; results
+do not change."""
 _DEPTH = 2
-"""Levels of used statements that determine a value's name. For eight edits of the satellite, the median ratio of
-changed lines to necessary ones was 2.8 with 1 level, 2.1 with 2, 3 or 8; with 0 it was 2.4, but more names needed
+"""Number of levels of operands that determine a value's name. For eight edits of the satellite, the median ratio of
+changed to necessary lines was 2.8 with 1 level and 2.1 with 2, 3 or 8; with 0 it was 2.4, but more names needed
 numbers."""
 _LETTERS = 5
-"""Letters of a name, 25 bits. Among two hundred random names, two coincide in one function of 1700; with one letter
-less, in one of 50. Coinciding names get numbers. This is an estimate."""
+"""Number of letters in a name, 25 bits. An estimate: two of two hundred random names coincide in one of 1700 functions;
+with one letter less, in one of 50. Coinciding names get numbers."""
 _LONGEST = 200
-"""Letters of a description above which its digest of 64 letters replaces it; any larger limit is unique too."""
+"""Length of a description above which its digest of 64 letters replaces it; any larger limit is unique too."""
 _SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
-"""Operations that names ignore or merge: signs, truth values used as numbers, differences and sums."""
+"""Operations that names ignore (signs, conversions of truth values) or merge (differences and sums)."""
 _RESERVED = frozenset("""
     auto break case char const continue default do double else enum extern float for goto if inline int long register
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while linux unix
@@ -50,11 +51,11 @@ class Labels:
     Attributes
     ----------
     elements : mapping of str to tuple of str
-        Names of the elements of vectors that it receives; elements of others are called by their place.
+        Names of the elements of its vectors; elements of other vectors are named by position.
     constants : mapping of str to tuple of str
-        For vectors that it receives or returns, what C calls the places of the elements.
+        C names of element positions, for vectors that it receives or returns.
     parts : set of str
-        Vectors that only its other parts make, whose elements are taken one after the other.
+        Vectors that other parts of the function compute, read element by element.
     numbers : mapping of str to str
         Equation numbers of definitions.
     """
@@ -76,11 +77,11 @@ class Names:
     Attributes
     ----------
     elements : mapping of (int, int) to str
-        Of the elements of its arguments.
+        Names of the elements of its arguments.
     lined : set of int
-        The values that get a statement of their own.
+        The values with their own statements.
     values : mapping of int to str
-        Names of those.
+        Names of these values.
     """
 
     elements: Mapping[Element, str]
@@ -108,7 +109,7 @@ def names_of(
     results : sequence of str
         Names of the results, which no value may have.
     more : iterable of int
-        Values that are named as if each had a statement.
+        Further values to name, although they have no statement.
     """
     elements, lined = element_names(arguments, results, labels), lines_of(tape) | set(more)
     return Names(elements, lined, value_names(tape, lined, elements, {*(name for name, _ in arguments), *results}))
@@ -117,8 +118,8 @@ def names_of(
 def lines_of(tape: Tape) -> set[int]:
     """Return the values that have their own statements.
 
-    Those are what is used more than once or defined in the model, truth values, sines with their cosines, and what
-    would make a statement longer than LEAVES operands, unless it is the beginning of a sum.
+    These are values that are used more than once or defined in the model, truth values, sines paired with cosines,
+    and values that would make a statement longer than LEAVES operands, except the beginning of a sum.
     """
     uses, users = tape.uses(), _users(tape)
     paired = sincos_pairs(tape)
@@ -135,7 +136,7 @@ def lines_of(tape: Tape) -> set[int]:
 
 
 def long_sums(tape: Tape, lined: set[int]) -> set[int]:
-    """Return the additions that begin a new line, in sums with more than LEAVES operands."""
+    """Return the additions that start a new line in sums with more than LEAVES operands."""
     weight: list[int] = []
     for i in tape.instructions:
         weight.append(sum(1 if a in lined else weight[a] for a in i.operands) or 1)
@@ -155,7 +156,7 @@ def _users(tape: Tape) -> dict[int, int]:
 
 
 def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
-    """Return True if a value used once needs its own statement because it has many operands."""
+    """Return True if a value that is used once has too many operands to stay inside another statement."""
     if size <= LEAVES or k not in users:
         return False
     user = tape.instructions[users[k]]
@@ -163,7 +164,7 @@ def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
 
 
 def sincos_pairs(tape: Tape) -> dict[int, int]:
-    """Return for each sine the cosine of the same angle, and the reverse, if both occur."""
+    """Return pairs of sine and cosine of the same angle, as a mapping in both directions."""
     places: dict[tuple[str, int], int] = {}
     for k, i in enumerate(tape.instructions):
         if i.op in ("sin", "cos"):
@@ -194,7 +195,7 @@ def value_names(tape: Tape, lined: set[int], elements: Mapping[Element, str], ta
     tape : Tape
         The function.
     lined : set of int
-        Those values.
+        Values with statements.
     elements : mapping of (int, int) to str
         Names of the elements of arguments.
     taken : set of str
@@ -239,10 +240,10 @@ def _hashed(kind: str, content: str) -> str:
 
 
 def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> list[str]:
-    """Describe values by their own statement and the statements it uses, without coefficients and signs.
+    """Describe each value by its statement and the statements of its operands, without coefficients and signs.
 
-    Definitions count by the elements that they name, so that neither a new name of one nor an edit within it that takes
-    the same elements changes another name.
+    A definition is described by the elements it depends on. Neither its name nor an edit with the same elements then
+    changes other names.
     """
     leaves, contents = _leaves(tape, elements), _kinds(tape)
     for _ in range(_DEPTH + 1):
@@ -269,7 +270,7 @@ def _described(
     leaves: Mapping[int, str],
     operands: Sequence[str],
 ) -> list[str]:
-    """Describe each value by its statement, with `operands` in place of the statements that it uses."""
+    """Describe each value by its statement, with `operands` as the descriptions of its operands."""
     own: list[str] = []
     shown: list[str] = []
     parts: list[tuple[str, tuple[str, ...]]] = []
@@ -304,9 +305,9 @@ def _is_multiple(instruction: Instruction) -> bool:
 
 
 def _leaves(tape: Tape, elements: Mapping[Element, str]) -> dict[int, str]:
-    """Return the arguments' elements in each definition, without those inside of other definitions.
+    """Return the elements of arguments in each definition, except those inside of other definitions.
 
-    A set of elements is a number with a bit for each, as there are as many sets as values.
+    Sets are stored as bits of integers, because there is one set per value.
     """
     bits = {"=": 1}
     sets: list[int] = []

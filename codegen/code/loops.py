@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loops over equal parts, such as pendulums, with equal instructions, and the statements between loops."""
+"""Loops over equal parts, such as pendulums, that share instructions, and the statements between the loops."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .tape import Tape
 
 @dataclass(frozen=True)
 class Sum:
-    """A sum over equal parts; each turn of the loop adds the terms of one part.
+    """A sum over equal parts; each pass of the loop adds the terms of one part.
 
     Attributes
     ----------
     root, base : int
-        The sum, and what it starts from.
+        The sum, and its start value.
     terms : list of (bool, int)
-        Of the first member: whether subtracted, and the value.
+        Terms of the first member: True if subtracted, and the value.
     """
 
     root: int
@@ -35,11 +35,11 @@ class Store:
     Attributes
     ----------
     result : int
-        Which result.
+        Number of the result.
     elements : list of int
-        Of each member.
+        Element of each member.
     value : int
-        The first member's.
+        Value of the first member.
     """
 
     result: int
@@ -54,11 +54,11 @@ class Block:
     Attributes
     ----------
     values : list of int
-        What all members share, one after the other.
+        Values that all members share, in order.
     own : list of int
-        The first member's values, which stand for every member's.
+        Values of the first member, which represent those of every member.
     sums : list of Sum
-        Over what the loop computes.
+        Sums of values that the loop computes.
     """
 
     values: list[int]
@@ -68,22 +68,22 @@ class Block:
 
 @dataclass(frozen=True)
 class Loops:
-    """A list of instructions as statements and loops.
+    """A function as statements and loops.
 
     Attributes
     ----------
     members : Members
-        Whose values the loops compute.
+        Equal parts whose values the loops compute.
     blocks : list of Block
         In order.
     stores : list of list of Store
-        What the loop of each block gives as results.
+        Results that the loop of each block computes.
     apart : list of (int, int)
-        Results and their elements that no loop gives.
+        Elements of results that no loop computes.
     kept : set of int
-        The first member's values that another block needs, or a statement behind all: arrays.
+        Values of the first member that later code needs; they are stored in arrays.
     read : set of int
-        The inputs that a text names.
+        The inputs that the code names.
     """
 
     members: Members

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values that exist once per equal part, such as once per pendulum.
+"""Values that each of several equal parts, such as pendulums, has.
 
-A value that follows from the quantities of one member, and from shared ones, belongs to that member. Values of two
-members are of one kind if the same operations make them. Sums over all members are put in the order of the members, so
-that a member's values can be dropped once its terms are added.
+A value belongs to a member if it follows from that member's quantities and shared ones. Values of two members have
+the same kind if the same operations compute them. Sums over all members are ordered by member, so that a member's
+values are no longer needed once its terms are added.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from .tape import COMMUTATIVE, Builder, Instruction, Tape, early, is_sum
 
 Tags = Mapping[tuple[int, int], tuple[Hashable, int]]
-"""For each element of an equal part: its name in the part, and the part's number."""
+"""For each element that belongs to an equal part, its name in the part and the part's number."""
 LEAST = 8
 """Smallest number of equal parts for a loop."""
 
@@ -26,17 +26,17 @@ class Members:
     Attributes
     ----------
     numbers : tuple of int
-        Of the members.
+        Numbers of the members.
     owner : list of int
-        Of each value the number of its member, or zero.
+        For each value, the number of its member, or zero.
     kinds : mapping of int to list of int
-        The values of one kind, one for each member.
+        Values of a kind, one per member.
     kind : mapping of int to int
-        Kind of each of those values.
+        Kind of each of these values.
     sums : mapping of int to list of (bool, int)
-        Sums over all members, by their root: what they add up, and whether it is subtracted.
+        Terms of each sum over all members, by the sum's root, with True for subtracted terms.
     inside : set of int
-        The partial sums of those.
+        Partial sums of these sums.
     """
 
     numbers: tuple[int, ...]
@@ -86,7 +86,7 @@ def members(tape: Tape, tags: Tags) -> Members | None:
 
 
 def _numbers(tags: Tags) -> tuple[int, ...]:
-    """Return the numbers of the largest group of equal parts; groups with the same numbers join it."""
+    """Return the numbers of the largest group of equal parts, and of groups with the same numbers."""
     families: dict[Hashable, set[int]] = {}
     for name, number in tags.values():
         families.setdefault(name, set()).add(number)
@@ -94,7 +94,7 @@ def _numbers(tags: Tags) -> tuple[int, ...]:
 
 
 def _partial(tape: Tape) -> set[int]:
-    """Return the sums that are only used in another sum."""
+    """Return the sums that only another sum uses."""
     uses = tape.uses()
     return {
         a
@@ -157,7 +157,7 @@ def _leaves(tape: Tape, root: int, inside: set[int]) -> list[tuple[bool, int]]:
 
 
 def in_order(tape: Tape, tags: Tags, parameters: frozenset[int]) -> Tape:
-    """Reorder sums over equal parts by part, with terms of parameters only first.
+    """Reorder sums over equal parts by part, after the terms that depend only on parameters.
 
     Reordering a sum changes its last bits, equally in every language that the tape is printed in. Values that only the
     old sums needed stay in the tape, unused.
@@ -200,10 +200,9 @@ def _merged(tape: Tape) -> Tape:
 def _runs(
     found: Members, terms: Sequence[tuple[bool, int]], constant: Sequence[bool], deep: Sequence[bool]
 ) -> list[list[tuple[bool, int]]] | None:
-    """Split a sum's terms into common ones and one sequence per equal part; None if the parts differ.
+    """Split a sum's terms into shared ones and one sequence per part; None if the parts' sequences differ.
 
-    Shared terms that follow from members' values, such as another sum over them, come last, so that no loop waits for
-    them.
+    Shared terms that depend on members, such as another sum over them, come last, so that no loop waits for them.
     """
     runs = []
     for now in ([term for term in terms if constant[term[1]]], [term for term in terms if not constant[term[1]]]):
@@ -227,7 +226,7 @@ def _deep(tape: Tape, found: Members) -> list[bool]:
 def _chain(
     builder: Builder, runs: Sequence[Sequence[tuple[bool, int]]], shared: bool, known: dict[Hashable, int]
 ) -> int:
-    """Append a sum's terms in order; sums with a common beginning share it."""
+    """Append a sum's terms in order; sums that start with the same terms share these additions."""
     if shared and not runs[0][0][0]:
         (_, total), *first = runs[0]
     else:

@@ -27,13 +27,13 @@ def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loo
     labels : Labels
         Names of elements and of definitions.
     loops : Loops
-        Those of the tape.
+        Loops of the tape.
     """
     return _Rolled(tape, arguments, results, labels, loops).body()
 
 
 class _Rolled(Printer):
-    """Printer of loops: inside a loop, names of the first equal part stand for those of all equal parts."""
+    """Printer of loops, in which names of the first part stand for those of all equal parts."""
 
     def __init__(self, tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> None:
         alone = loops.kept | {s.root for block in loops.blocks for s in block.sums}
@@ -61,7 +61,7 @@ class _Rolled(Printer):
         return [*self._lines, *self._declared, *lines]
 
     def _strides(self) -> None:
-        """Write the inputs of equal parts as elements indexed by the loop."""
+        """Replace inputs of equal parts by elements with the loop's index."""
         for values in self._loops.members.kinds.values():
             if self._tape.instructions[values[0]].op == "input":
                 elements = [self._tape.instructions[k].args[1] for k in values]
@@ -70,7 +70,7 @@ class _Rolled(Printer):
                 self._without[values[0]] = self._text[values[0]]
 
     def _along(self, start: str, elements: Sequence[int]) -> str:
-        """Write the element of a vector at the loop's index; `start` is the first one, without its bracket."""
+        """Return the element of a vector at the loop's index; `start` is the first element without its bracket."""
         step = elements[1] - elements[0]
         if all(b - a == step for a, b in itertools.pairwise(elements)):
             return f"{start} + {step} * {_INDEX}]" if step != 1 else f"{start} + {_INDEX}]"
@@ -137,6 +137,6 @@ class _Rolled(Printer):
         self._without |= {value: f"{self._names[k]}[{n}]" for n, value in enumerate(values)}
 
     def _read(self) -> set[Element]:
-        """Return the elements with a text outside of loops, or at the start of a loop."""
+        """Return the elements that are read outside of loops or at the start of a loop."""
         read = (self._tape.instructions[k].args for k in self._loops.read)
         return {(argument, element) for argument, element in read}

@@ -13,9 +13,9 @@ _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _PRECEDENCE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 3}
 _ATOM = 4
 _WIDTH = 110
-"""Characters of a line of element names: 120 minus indentation."""
+"""Largest number of characters in a line of element names: 120 minus indentation."""
 _BESIDE = 4
-"""Elements named on one line, grouped by position, so that a new element changes one line only."""
+"""Number of elements named on one line, grouped by position, so that a new element changes only one line."""
 _Load = tuple[str, object, int]
 
 
@@ -36,13 +36,13 @@ class Language:
     sincos : str
         Format of the fused sine and cosine, with {angle}, {sine} and {cosine}.
     splat : str
-        Format that makes a constant a value of full width, where a result is a plain number.
+        Format that broadcasts a constant result to all lanes.
     load : callable
-        Statement that gives some elements of a vector their names; of each it receives the name, place and index.
+        Function that returns the statement that names elements of a vector, given their names, places and indices.
     named : str
-        Format of an element that has one.
+        Format of an element with a name.
     comment : str
-        Format of a remark behind a statement.
+        Format of a comment after a statement.
     broken : str
         Format of a value that takes several lines.
     """
@@ -170,7 +170,7 @@ def statements(
     Parameters
     ----------
     tape : Tape
-        What to print.
+        Instructions to print.
     arguments : sequence of (name, size)
         Names of the arguments; size None for a scalar.
     language : Language
@@ -178,14 +178,14 @@ def statements(
     labels : Labels
         Names of elements and of definitions.
     names : Names, optional
-        What elements and values are called, where that is known already.
+        Names of elements and values, if already computed.
 
     Returns
     -------
     lines : list of str
-        Assignments; values used once stand inside the one that uses them, long sums have a line for each term.
+        Assignments. Values that are used once are inserted at their use; long sums have one line per term.
     results : list of list of str
-        An expression for each element of each result, of several lines if it is a long sum.
+        An expression for each element of each result; a long sum has several lines.
     """
     return Printer(tape, arguments, language, labels, names or names_of(tape, arguments, labels)).print()
 
@@ -284,7 +284,7 @@ class Printer:
         self._add(self._language.declare.format(kind=kind, name=self._text[k], value=value) + self._remark(instruction))
 
     def _remark(self, instruction: Instruction) -> str:
-        """Return the equation number of a definition as a comment."""
+        """Return a comment with the equation number of a definition."""
         number = self._labels.numbers.get(instruction.name, "")
         return self._language.comment.format(number) if number else ""
 
@@ -301,7 +301,7 @@ class Printer:
         )
 
     def _operand(self, k: int, least: int) -> str:
-        """Return an operand, in brackets if it binds too weakly; rounding follows the order of instructions."""
+        """Return an operand, in parentheses if needed to preserve the order of operations and thus the rounding."""
         return self._text[k] if self._precedence.get(k, _ATOM) >= least else f"({self._text[k]})"
 
     def _argument(self, op: str, k: int) -> str:

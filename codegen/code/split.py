@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Split of a function: values that depend on parameters only, computed once per run, and the rest."""
+"""Split of a function into a part that depends only on parameters, computed once per run, and the rest."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Split:
     Attributes
     ----------
     prepare, prepared : Tape
-        The first returns a vector; the second receives it as its last argument.
+        The first part returns a vector, which is the last argument of the second part.
     first, second : Signature
-        Their arguments, those of the function that each still reads; the second keeps all that are not parameters.
+        Arguments of both parts: those that each reads; the second part keeps all that are not parameters.
     """
 
     prepare: Tape
@@ -44,9 +44,9 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
     arguments : sequence of (name, size)
         Its arguments.
     parameters : set of int
-        Which of them stay the same from call to call.
+        Numbers of the arguments that do not change between calls.
     name : str
-        Of the vector between the two.
+        Name of the vector between the parts.
     """
     constant = early(tape, parameters)
     hoisted = _frontier(tape, constant)
@@ -69,7 +69,7 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
 
 
 def _frontier(tape: Tape, constant: Sequence[bool]) -> list[int]:
-    """Return the values of parameters only that the rest needs; values without cost are not moved."""
+    """Return the values that depend only on parameters and that the rest needs, except values without cost."""
     stack, seen, frontier = [v for result in tape.results for v in result], set[int](), set[int]()
     while stack:
         k = stack.pop()

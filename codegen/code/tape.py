@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CasADi's instructions in static single assignment form, from which C and Python are printed.
+"""CasADi's instructions in static single assignment form, the source of printed C and Python.
 
 Registers are renamed so that every value has one definition; divisions by a shared denominator become products with
 its reciprocal; sine and cosine of one angle are fused; CasADi's pair of `if_else_zero` becomes one select.
@@ -22,7 +22,7 @@ MASKS = frozenset({"lt", "le", "eq", "ne", "not", "and", "or", "truth"})
 """Operations whose result is a truth value per lane."""
 
 COMMUTATIVE = frozenset({"add", "mul", "min", "max", "eq", "ne", "and", "or", "hypot"})
-"""Operations whose operands may be exchanged without a change of the result."""
+"""Commutative operations."""
 
 _NAMES = {
     ca.OP_ADD: "add", ca.OP_SUB: "sub", ca.OP_MUL: "mul", ca.OP_DIV: "div", ca.OP_NEG: "neg",
@@ -41,7 +41,7 @@ _CALLS = frozenset({
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "log1p", "expm1", "pow", "fmod", "hypot",
     "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "erf",
 })  # fmt: skip
-"""Functions that C calls lane by lane. Values needed after such a call go through memory (decision 0022)."""
+"""Functions that C calls lane by lane. Values that later code needs are then stored in memory (decision 0022)."""
 
 
 class TapeError(MehvarError, ValueError):
@@ -49,9 +49,9 @@ class TapeError(MehvarError, ValueError):
 
 
 class Instruction(NamedTuple):
-    """A value: an operation on earlier values.
+    """A value, computed by an operation on earlier values.
 
-    A tuple and not a dataclass: a model has a million of them, and deriving one makes them four times as fast.
+    It is a tuple, because a model has up to a million of them and tuples are created four times as fast as dataclasses.
 
     Attributes
     ----------
@@ -60,9 +60,9 @@ class Instruction(NamedTuple):
     args : tuple of int
         Positions of the operands in the tape; for "input" the argument and the element.
     value : float
-        Of a constant.
+        Value of a constant.
     name : str
-        The definition that it is the value of.
+        Name of the definition with this value.
     """
 
     op: str
@@ -72,7 +72,7 @@ class Instruction(NamedTuple):
 
     @property
     def operands(self) -> tuple[int, ...]:
-        """Values that the operation uses."""
+        """Positions of the operation's operands."""
         return () if self.op in ("input", "const") else self.args
 
 
@@ -85,7 +85,7 @@ class Tape:
     instructions : tuple of Instruction
         In order of evaluation.
     results : tuple of tuple of int
-        Positions of the values that each result is made of.
+        For each result, the positions of its values.
     """
 
     instructions: tuple[Instruction, ...]
@@ -109,12 +109,12 @@ def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), deriva
     Parameters
     ----------
     function : casadi.Function
-        What to read.
+        The function to convert.
     parameters : set of int
-        Arguments that stay the same from call to call: divisors that depend on these alone are inverted, so that the
-        inverse can be computed once.
+        Numbers of the arguments that do not change between calls. Divisors that depend only on them become
+        reciprocals, which are computed once.
     derivation : NamedSteps, optional
-        Definitions, whose names their values get.
+        Definitions that give their names to values.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), deriva
 
 
 class Builder:
-    """Appends instructions; equal ones only once."""
+    """Builder of a tape, which adds equal instructions only once."""
 
     def __init__(self) -> None:
         self.instructions: list[Instruction] = []
@@ -157,7 +157,7 @@ class Builder:
         return self.add("num", position) if self.instructions[position].op in MASKS else position
 
     def is_flag(self, bound: int, position: int) -> bool:
-        """Return True if a number exceeds the bound exactly when its truth value is true."""
+        """Return True if a number exceeds a bound exactly when its truth value is true."""
         low, flag = self.instructions[bound], self.instructions[position]
         if low.op != "const" or flag.op != "select0":
             return False
@@ -206,7 +206,7 @@ def _operation(builder: Builder, op: int, operands: list[int], function: ca.Func
 
 
 def _named(tape_: Tape, derivation: NamedSteps) -> Tape:
-    """Mark the values of definitions, found by equal operations on equal values."""
+    """Name the values of definitions, which are identified by equal operations on equal values."""
     known: dict[tuple[object, ...], int] = {}
     steps = _read(derivation.graph)
     own, others = _identities(tape_, known), _identities(steps, known)
@@ -221,7 +221,7 @@ def _named(tape_: Tape, derivation: NamedSteps) -> Tape:
 
 
 def _identities(tape_: Tape, known: dict[tuple[object, ...], int]) -> list[int]:
-    """Return numbers of the values of several functions; values of equal operations have equal numbers."""
+    """Return numbers for the values of several functions; values with equal operations and operands share a number."""
     numbers: list[int] = []
     for i in tape_.instructions:
         if i.op == "input":
@@ -270,12 +270,12 @@ def is_sum(instruction: Instruction) -> bool:
 
 
 def keeps_place(instruction: Instruction) -> bool:
-    """Return True if a value is as cheap to recompute as to store, or is not a number."""
+    """Return True if storing a value saves nothing, or if it is not a number."""
     return instruction.op in _FREE or instruction.op in MASKS
 
 
 def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
-    """Divide only once by a denominator that is used repeatedly or never changes from call to call."""
+    """Replace repeated divisions, and those by constant denominators, by products with one reciprocal."""
     constant = early(tape_, parameters)
     quotients = [i.args for i in tape_.instructions if i.op == "div"]
     divisors = Counter(below for _, below in quotients)
@@ -307,8 +307,8 @@ def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
 def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
     """Move each value before its first use, and drop unused ones.
 
-    Calls come first, in the order in which what follows takes them, then definitions in that of the derivation, then
-    results. So the place of a value depends on what uses it, not on how many values there are elsewhere.
+    Function calls come first, in the order of their use, then definitions in derivation order, then results. The
+    position of a value thus depends on its uses, not on the number of other values.
     """
     results = [v for result in tape_.results for v in result]
     place = {tape_.instructions[k].name: k for k in _needed(tape_)}

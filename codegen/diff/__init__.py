@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mathematical comparison of two versions of derived equations; needs neither SymPy nor CasADi.
+"""Mathematical comparison of two versions of derived equations, without SymPy and CasADi.
 
 `Document.read` reads an equations.json with the manifest beside it; `compare` compares two of them.
 """

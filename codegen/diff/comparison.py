@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Comparison of two documents: a verdict on each row, and edits of rows with changed text."""
+"""Comparison of two documents: a verdict on each row, and edits of changed rows."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class _Verdicts:
         self.versions = versions
         self.verdict: dict[Key, tuple[Fate, Verdict]] = {}
         self.sources: dict[Key, dict[Key, None]] = {}
-        """For each row with a different value, the rows that cause it."""
+        """For each row with a different value, the rows that cause the difference."""
         self.names = {item.key: item.name for item in versions.news}
         self._overruled: dict[Key, Verdict] = {}
         self._modes = Modes(versions)
@@ -94,7 +94,7 @@ class _Verdicts:
                 self.verdict[item.key] = self._at_modes(partner, item, *self._judge(partner, item))
 
     def _at_modes(self, old: Item, new: Item, fate: Fate, verdict: Verdict) -> tuple[Fate, Verdict]:
-        """Return the verdict on a row, or "different" if the sides differ at some value of a mode."""
+        """Return the verdict on a row; "different" if the sides differ for some value of a mode."""
         if fate not in _EQUAL or verdict.how in _PROOFS:
             return fate, verdict
         sides = (self.versions.before, old.root), (self.versions.after, new.root)
@@ -112,7 +112,7 @@ class _Verdicts:
         return (Fate.INHERITED if causes else Fate.CHANGED), other
 
     def _ask_again(self) -> None:
-        """Test verdicts "equal" again with another method, and judge again if that method disagrees."""
+        """Check verdicts "equal" with a second method, and judge again if the methods disagree."""
         tested = [item for item in self.versions.news if self._is_tested(item)]
         if not tested:
             return
@@ -188,7 +188,7 @@ class _Verdicts:
         return judge.decide(*pair)
 
     def _follower(self, unequal: list[Item], whole: Verdict) -> tuple[Fate, Verdict]:
-        """Return the verdict on a row that differs only because of its definitions."""
+        """Return the verdict on a row whose own text is equal and whose definitions differ."""
         undecided = [child.name for child in unequal if self.verdict[child.key][0] is Fate.UNDECIDED]
         if len(undecided) == len(unequal):
             return Fate.UNDECIDED, Verdict(None, f"{', '.join(undecided)} may be equal")
@@ -214,7 +214,7 @@ class _Verdicts:
         return self.verdict[item.key][0] in _UNEQUAL
 
     def _recombined(self) -> None:
-        """Mark implicit equations that were combined and describe the same motion."""
+        """Mark implicit equations that were combined but describe the same motion."""
         motions = [item for item in self.versions.news if item.row.kind == "motion"]
         if any(self._differs(item) for item in motions) and recombined(self.versions):
             for item in motions:
@@ -231,7 +231,7 @@ class _Verdicts:
         return {item.key for item in changed if extended(partner[item.key], item)}
 
     def _lost(self) -> None:
-        """Attribute the change of a removed definition to the definition, not to the rows that use it."""
+        """Attribute a change to a removed definition instead of the rows that use it."""
         changed = [
             item
             for item in self.versions.news
@@ -301,7 +301,7 @@ class _Verdicts:
         return users
 
     def _mattering(self) -> set[Key]:
-        """Return the definitions that no row uses, and those that a changed equation or result depends on."""
+        """Return unused definitions, and definitions on which a changed equation or result depends."""
         versions = self.versions
         used = {child.key for item in versions.news for child in versions.children(item)}
         mattering: set[Key] = set()
@@ -359,7 +359,7 @@ class _Verdicts:
         )
 
     def _of_member(self, item: Item) -> str:
-        """Return a note for a row of an equal part, such as a pendulum, that the other side lacks; else empty."""
+        """Return a note for a row that belongs to an added or removed part, such as a pendulum; else an empty text."""
         alone = item.key not in self.versions.partner and self.extension is not None
         return MEMBER if alone and self.extension and self.extension.holds(item.name) else ""
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Search for a single edit that gives an expression the required values.
 
-The required value is pushed down the old expression: for each part, the value that would make the whole equal the new
-one. In sums and products this takes one subtraction or division per part. Comparing the required value with the actual
-one identifies the edit: a factor of minus one is a flipped sign, a symbol times it a factor, the value of another
-symbol a wrong name. The form of the new side does not matter. All values are elements of a finite field, so every
-comparison is exact.
+For each part of the old expression, the search computes the value that would make the whole equal the new one. In
+sums and products this takes one subtraction or division. The ratio of required to actual value identifies the edit:
+minus one is a flipped sign, a symbol is an added factor. A required value that equals another symbol's is a wrong
+name. The form of the new side does not matter. All values are elements of a finite field, so every comparison is
+exact.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ class Edits:
     Parameters
     ----------
     pool : Pool
-        Holds both.
+        Pool of both expressions.
     olds, news : sequence of FieldWorld
-        The same points for the names of the old and of the new expression.
+        Evaluations of old and new expressions at the same points.
     """
 
     def __init__(self, pool: Pool, olds: Sequence[FieldWorld], news: Sequence[FieldWorld]) -> None:
@@ -71,7 +71,7 @@ class Edits:
         return parts
 
     def _atoms_of(self, old: int, new: int) -> dict[Values, int]:
-        """Return the symbols of both expressions, and the sines and cosines that occur, by value."""
+        """Return the symbols, sines and cosines of both expressions by value."""
         atoms: dict[Values, int] = {}
         for worlds, root in ((self._olds, old), (self._news, new)):
             for node in reached(self.pool.nodes, [root]):
@@ -110,12 +110,12 @@ class Edits:
         return changes
 
     def _doubt(self, change: Change, value: Values) -> float:
-        """Return the cost of an edit; lower if it removes a part that only the old side has and adds one of the new."""
+        """Return the cost of an edit; lower if it replaces a part unique to the old side by one unique to the new."""
         stays, written = value in self._parts, change.with_ in self._written
         return (costs.STAYS if stays else 0.0) - (costs.WRITTEN if written else 0.0)
 
     def _below(self, node: int, value: Values, needed: Values, path: Path) -> Iterator[tuple[int, Values, Path, bool]]:
-        """Yield the operands of a node with their required values; True for terms of a sum."""
+        """Yield the operands of a node with their required values, and True for terms of a sum."""
         operation, *operands = self.pool.nodes[node]
         for k, operand in enumerate(operands):
             if not isinstance(operand, int):
@@ -274,7 +274,7 @@ class Edits:
             yield Change(Kind.TERM_ADDED, path, None, term, term, "term added", costs.ADDED_NUMBER)
 
     def _inside(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
-        """Yield single edits in the operands of a function without known inverse, by trial."""
+        """Yield single edits inside a function without known inverse, found by trial."""
         if self._size(node) > _LARGEST:
             return
         for change in mutations(self.pool, node, path, tuple(self._atoms.values())):

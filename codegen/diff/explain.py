@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of a changed row in words, checked by applying them, and a simple point where both sides differ."""
+"""Explanation of a changed row: edits, verified by applying them, and a simple point where both sides differ."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
-"""Number of points of the field. An edit fits both by chance with probability 2^-178; it is checked at more points."""
+"""Number of field points of the search. A wrong edit fits all with probability 2^-178; further points check it."""
 _ROOTED = 16
-"""Number of points of the field for expressions with even roots; roots have random signs there. An edit that flips a
-sign on half of the space passes two points in one of four cases, and all of these points in one of 65 000."""
+"""Number of field points for expressions with even roots, whose signs are random in the field. An edit that is wrong
+for half of the signs passes two points in one of four cases, and all of these points in one of 65 000.
+"""
 _TRIED = 60
-"""Largest number of points that are tried to find valid ones. Further points would hardly succeed."""
+"""Largest number of points that are tried to find valid ones; further points would hardly succeed."""
 _VISITED = 20_000
-"""Largest number of places searched for marks in a written expression; shared nodes can multiply their number
-without bound."""
+"""Largest number of positions that are searched for marks; shared nodes can occur at very many positions."""
 _LARGEST_CONE = 400
-"""Largest number of nodes for which a counterexample is simplified: each name costs several evaluations."""
+"""Largest expression, in nodes, whose counterexample is simplified; each name costs several evaluations."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Explanation:
 
 
 class Explainer:
-    """Explanations of changed rows of two versions."""
+    """Explainer of the changed rows of two versions."""
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
@@ -72,14 +72,14 @@ class Explainer:
         )
 
     def changes(self, old: Item, new: Item) -> tuple[list[Change], bool]:
-        """Return the edits of a row with equal children, and True if they reproduce the new text."""
+        """Return the edits of a row whose children are equal, and True if the edits reproduce the new text."""
         key = (old.root, new.root)
         if key not in self._changes:
             self._changes[key] = self.account((self.versions.before, old.root), (self.versions.across, new.root))
         return self._changes[key]
 
     def account(self, old: Expression, new: Expression) -> tuple[list[Change], bool]:
-        """Return edits, and True if they reproduce the new expression."""
+        """Return edits, and True if the edits reproduce the new expression."""
         pool = self.versions.pool
         olds, news = self._worlds(old, new)
         account = Account(pool, olds, news)
@@ -109,7 +109,7 @@ class Explainer:
     # Words
 
     def edit(self, change: Change, old: int, new: int | None = None) -> Edit:
-        """Return an edit of an old expression in words, with the places of its new part in the new expression."""
+        """Return an edit in words, with the positions of its new part in the new expression."""
         return Edit(
             change.kind,
             tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
@@ -126,7 +126,7 @@ class Explainer:
         return None if node is None else Part(self._text.text(node), self._latex.text(node), places)
 
     def _way(self, root: int, change: Change) -> Iterator[int]:
-        """Yield the terms that contain the edited part, from outside to inside, then the part."""
+        """Yield the terms around the edited part, from outside to inside, then the part itself."""
         pool, node = self.versions.pool, root
         for k in change.path:
             parent, node = node, int(pool.nodes[node][1 + k])
@@ -138,7 +138,7 @@ class Explainer:
             yield node
 
     def _places(self, root: int, part: int | None) -> Iterator[Path]:
-        """Yield the places of a part in the new expression as written."""
+        """Yield the positions of a part in the new expression."""
         if part is None:
             return
         stack: list[tuple[int, Path]] = [(root, ())]
@@ -157,7 +157,7 @@ class Explainer:
     def _counterexample(
         self, old: Expression, new: Expression, known: Point | None, anywhere: bool
     ) -> Counterexample | None:
-        """Return a simple point where both sides differ; if possible, one that the conditions of a version allow."""
+        """Return a simple point where both sides differ, which if possible fulfils the conditions of a version."""
         allowed = (lambda _: True) if anywhere else self._allowed.test(old, new)
         mine = () if known is None else (self.judge.real(known),)
         points = chain(self.judge.real_points([old, new], 40), mine, self.judge.extreme_points(old, new))
@@ -184,7 +184,7 @@ class Explainer:
         return (simple for simple in self.judge.sampler.simple(name, value) if self.versions.may_be(name, simple))
 
     def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
-        """Return True if only one side has a value at a point; a point with a zero coordinate may end a domain."""
+        """Return True if only one side has a value at a point. At coordinates of zero a domain may end."""
         return 0 not in point.values() and self.judge.one_exists(self.judge.real(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:

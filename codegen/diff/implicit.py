@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Implicit equations 0 = ...: detection of multiples and of combined systems."""
+"""Detection of multiplied or combined implicit equations 0 = ..."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .changes import Values, rational
 from .versions import Item, Versions
 
 _POINTS = 3
-"""Number of points of the field, as for any equality; see `codegen.equal.judge`."""
+"""Number of field points, as in `codegen.equal.judge`."""
 _PARTS = {"add": "sum", "exp": "factor", "cosh": "factor", "pow": "factor"}
 """Operations whose values are never zero, in words."""
 
@@ -22,8 +22,7 @@ _PARTS = {"add": "sum", "exp": "factor", "cosh": "factor", "pow": "factor"}
 def scale(versions: Versions, old: Item, new: Item) -> str:
     """Return the factor of a multiplied implicit equation in words; empty if it was not multiplied.
 
-    A number, or a power of a positive name times a number, adds no zeros. Neither does an expression that is never zero
-    where it has a value.
+    A factor adds no zeros if it is a number times a power of a positive name, or an expression without zeros.
     """
     words = _scale(versions, old, new)
     sides = (versions.before, old.root), (versions.across, new.root)
@@ -90,7 +89,7 @@ def _common(pool: Pool, root: int) -> Sequence[int]:
 
 
 def recombined(versions: Versions) -> bool:
-    """Return True if both sides' equations of motion have the same solution for the rates in the field."""
+    """Return True if the equations of motion of both sides have the same solution for the rates."""
     rates = sorted(versions.new.rates.values())
     olds = [item.root for item in versions.olds if item.row.kind == "motion"]
     news = [item.root for item in versions.news if item.row.kind == "motion"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions that were changed and inlined in one edit, so the new side lacks them."""
+"""Definitions that were changed and inlined at once, so that the new side lacks them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .terms import Account
 from .versions import Item, Versions
 
 _POINTS = 2
-"""Number of points of the field, as in the search for edits; see `explain`."""
+"""Number of field points, as in `explain`."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def _explains(versions: Versions, meaning: Meaning, user: Item) -> bool:
 
 
 def _with(versions: Versions, removed: Item, root: int | None) -> Meaning:
-    """Return the old meanings with one name redefined, or free."""
+    """Return the old meanings with one name redefined or free."""
 
     def targets(name: str) -> Expression | None:
         if name == removed.name:
@@ -77,7 +77,7 @@ def _with(versions: Versions, removed: Item, root: int | None) -> Meaning:
 
 
 def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
-    """Return the value of a definition that gives a row its new value, if the row is affine in the definition."""
+    """Return the value of a definition that gives a row its new value; the row must be affine in the definition."""
     free = _with(versions, removed, None)
     old = versions.partner[user.key]
     try:

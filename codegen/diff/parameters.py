@@ -25,7 +25,7 @@ from ..equations.document import Document, Symbol
 from .report import ParameterChange
 
 _QUIET = frozenset(("rate", "shown", "time", "argument"))
-"""Roles of names that occur only in equations, where their changes are shown."""
+"""Roles of names that occur only in equations, which show their changes."""
 EXEMPT = {
     "Manifest.schema": "of the file, not of the model",
     "Manifest.model": "the models that are compared have one name",
@@ -75,7 +75,7 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
     Parameters
     ----------
     old, new : Document
-        With the manifests beside them, if there are any.
+        With their manifests, if there are any.
     renamed : mapping
         Old names by new ones.
     """
@@ -121,14 +121,14 @@ def _symbol_changes(old: Document, new: Document, renamed: Mapping[str, str]) ->
 
 
 def event_of(guard: str) -> tuple[str, dict[str, str]]:
-    """Return the event of a guard with its law, and the properties in the guard's name."""
+    """Return the event and law of a guard, and the properties that the guard's name encodes."""
     event, _, text = guard.rpartition(": ")
     direction, _, ends = text.partition(" ends ")
     return event, {"direction": direction, "ends": ends}
 
 
 def _event_changes(old: Document, new: Document) -> Iterator[ParameterChange]:
-    """Compare directions and ends of both sides' events, once per event."""
+    """Compare direction and effect of each event of both sides."""
     before, after = (dict(event_of(row.name) for row in side.results if row.kind == "guard") for side in (old, new))
     for name in [name for name in after if name in before]:
         law, _, event = name.rpartition(": ")
@@ -166,8 +166,8 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
 def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
     """Yield the names whose order matters, by kind.
 
-    Elements of a vector have places, in C and in arrays. The first scenario is the default of a run. Simultaneous
-    events act in order, each on the result of the one before it.
+    Order matters for elements of vectors (positions in C and in arrays), for scenarios (the first is the default of a
+    run) and for simultaneous events (each acts on the result of the previous one).
     """
     yield "events", [event.name for event in manifest.events if event.resets or event.ends]
     yield "scenarios", list(manifest.scenarios)
@@ -183,7 +183,7 @@ def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
 def _order_changes(
     old: Mapping[str, list[str]], new: Mapping[str, list[str]], renamed: Mapping[str, str]
 ) -> Iterator[ParameterChange]:
-    """Compare the order of common names."""
+    """Compare the order of names that both sides have."""
     for what in [what for what in new if what in old]:
         before = old[what]
         origin = {renamed.get(name, name): name for name in new[what]}

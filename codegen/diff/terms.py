@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of an expression term by term: a single edit if one explains the change, else pairs of parts."""
+"""Edits of an expression: a single edit if one explains the change, else edits of paired terms."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .edits import Edits
 from .report import Kind, Path
 
 _MOST = 40
-"""Largest number of unmatched terms that are paired: each with each, 1600 searches."""
+"""Largest number of unmatched terms that are paired with each other; 40 on each side give 1600 searches."""
 
 
 class Account(Edits):

@@ -39,7 +39,7 @@ class Item:
 
 
 class Versions:
-    """Rows of both sides, and the meanings of names on each.
+    """Rows of two versions, and the meanings of their names.
 
     Attributes
     ----------
@@ -48,9 +48,9 @@ class Versions:
     before, after : Meaning
         Meanings of names on the old and on the new side.
     across : Meaning
-        Names of the new side, with definitions replaced by their partners on the old side: the same children.
+        Names of the new side, with definitions replaced by their partners on the old side, for equal children.
     free : tuple of Meaning
-        The same for old and new texts, with partners as free names.
+        Meanings of old and new texts in which partners are free names.
     """
 
     def __init__(self, old: Document, new: Document) -> None:
@@ -98,7 +98,7 @@ class Versions:
         return None if partner.name == name else (self.free_old, self.pool.intern("sym", partner.name))
 
     def children(self, item: Item, side: str = "new") -> list[Item]:
-        """Return the definitions that a text uses directly, and those used by children without partner."""
+        """Return the definitions that a text uses directly or through definitions without partner."""
         named = self._new_named if side == "new" else self._old_named
         children: dict[Key, Item] = {}
         stack = [item]
@@ -150,7 +150,7 @@ class Versions:
         return self._values[key]
 
     def _match_values(self, left: dict[Key, Item]) -> None:
-        """Match rows of equal meaning and different names."""
+        """Match rows with equal meanings and different names."""
         by_value: dict[Any, list[Item]] = defaultdict(list)
         for item in left.values():
             if item.row.kind in _RENAMED:
@@ -166,14 +166,14 @@ class Versions:
                 self.partner[item.key] = left.pop(best.key)
 
     def _may_be_renamed(self, old: Item, new: Item, left: Mapping[Key, Item]) -> bool:
-        """Return True if a name is missing on the other side, or two rows exchanged their positions."""
+        """Return True if the other side lacks a name, or if two rows exchanged positions."""
         back, there = self._new_keys.get(old.key), left.get(new.key)
         if back is None or there is None:
             return True
         return bool(self._value(True, back) == self._value(False, there))
 
     def _match_local(self, left: dict[Key, Item]) -> None:
-        """Match rows with different names and values whose texts are equal after matching their children."""
+        """Match rows with different names and values whose texts are equal once their children are matched."""
         for item in self.news:
             if item.key in self.partner or item.row.kind != "definition":
                 continue
@@ -198,7 +198,7 @@ class Versions:
                     break
 
     def _is_in_place(self, new: Item, old: Item, user: Item) -> bool:
-        """Return True if a user's text equals the old one with one name replaced."""
+        """Return True if one replaced name turns a user's old text into its new one."""
         partner = self.partner[user.key]
         if old.name not in self._names(partner.root):
             return False
@@ -227,7 +227,7 @@ def _items(document: Document, numbers: Sequence[int]) -> tuple[Item, ...]:
 
 
 def _label(row: Row) -> str:
-    """Return the label that identifies a row; for a guard, its event without direction and end."""
+    """Return the label that identifies a row; the label of a guard is its event without direction and effect."""
     if row.kind == "equation":
         return f"{row.name} {row.number} {row.title}"
     return event_of(row.name)[0] if row.kind == "guard" else row.name
@@ -236,8 +236,8 @@ def _label(row: Row) -> str:
 def renamed_symbols(old: Document, new: Document) -> dict[str, str]:
     """Return old names by new ones, for quantities that were only renamed.
 
-    A removed and an added quantity count as the same if role, unit and sign agree and they have the same LaTeX or
-    description. Without that, they do if no other pair fits.
+    A removed and an added quantity count as the same if role, unit and sign agree, and LaTeX or description agrees or
+    no other pair fits.
     """
     removed = [s for s in old.declared.values() if s.name not in new.declared and s.name not in new.named]
     come = [s for s in new.declared.values() if s.name not in old.declared and s.name not in old.named]
@@ -257,7 +257,7 @@ def _alike(old: Symbol, new: Symbol) -> bool:
 
 
 def _declared(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[tuple[str, Symbol]]:
-    """Yield the declarations of both sides by old name; a name may have several, as in two laws."""
+    """Yield the declarations of both sides by old name; a name that two laws declare has several."""
     yield from ((symbol.name, symbol) for symbol in old.symbols)
     yield from ((renamed.get(symbol.name, symbol.name), symbol) for symbol in new.symbols)
 

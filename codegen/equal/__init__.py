@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equality of expressions: the engine behind comparisons of versions and ledgers."""
+"""Engine that decides equality of expressions, for comparisons of versions and for ledgers."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Branches of expressions: possible branches of a node, the smooth form in each, and their conditions.
+"""Branches of expressions: the branches of a node, their conditions, and the smooth form in each.
 
-A *way* is one choice of a node that branches: the sign under an absolute value, the operand that is a maximum, the
-piece of a case distinction, the truth of a comparison. Where all ways are fixed, an expression is smooth.
+A *way* is one branch of a node: the sign under an absolute value, the operand that is the maximum, the selected case,
+or the truth of a comparison. If all ways are fixed, an expression is smooth.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .pool import Pool, live, ways
 
 COMPARISONS = frozenset(("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality"))
 STEPS = frozenset(("floor", "ceiling", "mod"))
-"""Operations with infinitely many branches, numbered by whole numbers."""
+"""Operations with infinitely many branches, one per integer."""
 BRANCHING = COMPARISONS | STEPS | {"abs", "sign", "max", "min", "piecewise"}
 Atom = tuple[int, int]
 """A node and its sign: 1, -1 or 0."""
@@ -32,7 +32,7 @@ def branching(pool: Pool, roots: Iterable[int]) -> list[int]:
 
 
 def ways_of(pool: Pool, node: int) -> list[Way]:
-    """Return all branches of a node; none if it has infinitely many."""
+    """Return all branches of a node, or none if it has infinitely many."""
     count = 2 if pool.nodes[node][0] in COMPARISONS else ways(pool, node)
     return [(node, way) for way in range(count)]
 
@@ -81,7 +81,7 @@ def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
 
 
 def _open(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
-    """Return the operands that may affect a value; for a case distinction, those that its conditions allow."""
+    """Return the operands that may affect a value; for a case distinction, those of possible cases."""
     operands = pool.operands(node)
     if pool.nodes[node][0] != "piecewise":
         return operands
@@ -95,7 +95,7 @@ def _open(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
 
 
 def _known(pool: Pool, node: int, taken: Mapping[int, Any]) -> bool | None:
-    """Return the truth of a condition for given branches of its comparisons; None if others decide it."""
+    """Return the truth of a condition for given branches; None if other comparisons decide it."""
     operation, *operands = pool.nodes[node]
     if operation == "const":
         return bool(operands[0] == "True")
@@ -111,7 +111,7 @@ def _known(pool: Pool, node: int, taken: Mapping[int, Any]) -> bool | None:
 
 
 def _taken(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
-    """Return the operands that remain in an expression."""
+    """Return the operands of an expression that remain for given branches."""
     operation = pool.nodes[node][0]
     way = taken.get(node)
     if operation == "piecewise" and way is not None:
@@ -142,7 +142,7 @@ def _fixed(pool: Pool, node: int, taken: Mapping[int, Any], numbers: Mapping[int
 
 
 def difference(pool: Pool, a: int, b: int) -> int:
-    """Return the node a - b; for two exponentials, the difference of the exponents, which has the same sign."""
+    """Return the node a - b or, for two exponentials, the difference of exponents, which has the same sign."""
     if pool.nodes[a][0] == pool.nodes[b][0] == "exp":
         a, b = pool.operands(a)[0], pool.operands(b)[0]
     return pool.many("add", [a, pool.many("mul", [b, pool.number(-1)])])
@@ -160,7 +160,7 @@ def atoms(pool: Pool, node: int) -> list[int]:
 
 
 def implied(pool: Pool, way: Way) -> dict[int, int]:
-    """Return the branches of comparisons implied by a node's branch, itself included."""
+    """Return the branches that a node's branch implies, including itself."""
     node, number = way
     if pool.nodes[node][0] != "piecewise":
         return {node: number}

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Equality of expressions with branches, decided for each cell of constant branches.
 
-A cell is a region in which every branching node goes one way. Both sides are smooth there, and the field decides
-exactly whether they are equal. The remaining task is to find the cells. Lines through ordinary points are searched for
-every place where a condition changes. Points on either side of each place, and between neighbouring places, are
-visited. So points lie between the old and the new place of a threshold, however little it was moved. Ways, and pairs of
-ways, that no point reached are searched for, or proved impossible by intervals. If neither succeeds, the answer is
-"undecided". Some cells the field cannot decide, for example where arcs undo their functions. These are decided by many
-points on lines through their inside.
+A cell is a region in which each branching node has one branch. Both sides are smooth there, and the finite field
+decides exactly if they are equal. The remaining task is to find the cells. Lines through ordinary points are searched
+for all places where a condition changes. Points beside each place and between neighbouring places are visited, so
+that even a slightly moved threshold has a point between its old and new place. Branches, and pairs of branches, that
+no point reached are searched for or proved impossible by intervals. If neither succeeds, the answer is "undecided".
+The field cannot decide some cells, for example where inverse trigonometric functions cancel. Many points on lines
+through such a cell decide it.
 """
 
 from __future__ import annotations
@@ -52,9 +52,10 @@ from .slopes import slope
 Point = dict[str, float]
 State = frozenset[Way]
 _LINES = 3
-"""Number of lines through the space for each name. A line starts at the end of the previous one; every third line
-starts at an ordinary point. So joint states of two names are reached. With fewer lines, more branches must be searched
-for; more lines cost time."""
+"""Number of lines for each name. A line starts at the end of the previous one, and every third line at an ordinary
+point, so that lines reach joint states of two names. With fewer lines, more branches must be searched for; more lines
+cost time.
+"""
 _MOST_LINES = 60
 """Largest number of lines over all names; with more names, a random selection is used."""
 _TRIES = 40
@@ -63,20 +64,22 @@ _MOST_MISSING = 400
 """Largest number of branches and pairs that are searched for or proved impossible. With more, the answer is
 "undecided"."""
 _WORK = 180_000_000
-"""Limit on node evaluations in double per question, about three seconds. A third leaves some windows undecided
-(products of two windows inside arcs); twice as many double the time of hopeless searches."""
+"""Limit on node evaluations in double precision per question, about three seconds. A third of it leaves some products
+of two narrow windows undecided; twice the limit doubles the time of hopeless searches.
+"""
 _MOST_JOINT = 300_000
-"""Limit on nodes of all joint states that are compared in the field: about ten seconds. With half the limit, a product
-or sum of rearranged saturations may have one factor or term less."""
+"""Limit on nodes of all joint states that are compared in the field, about ten seconds. Half the limit allows one
+rearranged saturation less.
+"""
 _SIXTEENTHS = 16
 """Number of parts into which a bracket is divided at each step. 13 steps give the 52 bits of a double."""
 _CUTS = 14
 _MOST_PLACES = 64
-"""Largest number of places on one line: more than a table has. A floor has infinitely many places, and these are
-sampled."""
+"""Largest number of places on one line, more than a table has. A floor has infinitely many, which are sampled."""
 _BESIDE = 1e-12
-"""Relative distance of test points from a place where a condition changes: above double rounding, and between the
-old and the new place after any larger shift."""
+"""Relative distance of test points from a place where a condition changes. It is above rounding, and after any larger
+shift points lie between the old and new place.
+"""
 _GRID = tuple(
     sign * digit * 10.0**decade for sign in (-1, 1) for decade in range(-9, 40, 1) for digit in (1.0, 2.0, 5.0)
 )
@@ -86,51 +89,50 @@ _PROOFS = (linear.impossible, intervals.impossible)
 _MOST_PROVED = 60_000
 """Limit on nodes of joint states compared in the field before the search for points: one or two seconds."""
 _MOST_OPEN = 24
-"""Largest number of remaining joint states after that; with more, branches and pairs are searched for."""
+"""Largest number of joint states that may remain open; with more, branches and pairs are searched for."""
 _MOST_CASES = 3
-"""Largest number of case distinctions inside conditions that a proof expands: eight of two cases."""
+"""Largest number of combined cases inside conditions that a proof expands: eight distinctions of two cases."""
 _MOST_PATTERNS = 4000
 """Largest number of branch combinations evaluated with 50 digits."""
 _MOST_STEPS = 128
-"""Largest number of combinations that differ only in the whole numbers of steps; infinitely many exist. It is twice the
-number of ordinary points; each combination costs a comparison in the field."""
+"""Largest number of combinations that differ only in the integers of steps; infinitely many exist. It is twice the
+number of ordinary points, and each costs a comparison in the field.
+"""
 _FAR = 1e9
-"""Size of a coordinate beyond which no line starts if possible: a thousand times the drawn sizes."""
+"""Size of a coordinate above which a line starts only if no smaller one exists: a thousand times the drawn sizes."""
 _WIDEST = 60
-"""Characters of an expression in a message: two of them fit into three lines of a terminal."""
+"""Largest number of characters of an expression in a message; two of them fit into three lines."""
 _TOLD = 64
-"""Number of agreeing points with 50 digits that decide a cell if the field cannot. It equals the number of ordinary
-points; see `_BRANCHED` in `judge`."""
+"""Number of agreeing points with 50 digits that decide a cell if the field cannot; see `_BRANCHED` in `judge`."""
 _OF_A_LINE = 4
 """Largest number of these points per line, so that they lie on at least sixteen lines."""
 _MOST_INSIDE = 12
-"""Number of lines that are tried for each needed one. After a change of another name, only some lines reach the cell
-again."""
+"""Number of lines that are tried for each needed one, because only some lines reach the cell."""
 _INNER = 3
-"""Points between two places of a line inside of a cell."""
+"""Number of points between two places on a line inside a cell."""
 _BURNT = 3
-"""Largest number of points of one branch combination evaluated with 50 digits to find each node's branch."""
+"""Largest number of points per branch combination that are evaluated with 50 digits to find branches."""
 _ARCS = frozenset(("asin", "acos", "atan2"))
 _NARROW = frozenset(
     ("exp", "tanh", "sinh", "cosh", "atan", "asinh", "log", "sin", "cos", "tan", "acos", "asin", "atan2")
 )
-"""Functions that may change within a narrow region only, near a zero or extremum of their operand."""
+"""Functions that may change only in a narrow region, near a zero or extremum of their operand."""
 _BROAD = 3
 """Largest exponent of a power whose change is as wide as that of its base."""
 _MOST_CENTRES = 24
 """Largest number of centres around which narrow features are searched for; each costs one line per name."""
 _JUMPS = COMPARISONS - {"equality", "unequality"} | {"sign"}
 _LIT = Fraction(1, 10**30)
-"""Relative size above which a sign counts: 30 of 50 digits. The square of a window of 1e-9 needs 18 digits. An inverse
-sine or cosine near one keeps half of the 90 computed digits."""
+"""Relative size above which a sign counts: 30 of 50 digits. The square of a window of 1e-9 needs 18 digits. An
+inverse sine or cosine near one keeps half of the 90 computed digits.
+"""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Answer: equal, different or undecided (None), with its reason and, for a difference, a point in its cell.
+    """Answer of the cells: equal, different or undecided (None), with a reason and, for a difference, a point.
 
-    `points` is the smallest number of agreeing points among the cells that only points show to be equal; zero if there
-    is no such cell.
+    `points` is the smallest number of agreeing points in a cell that only points decide; zero without such a cell.
     """
 
     equal: bool | None
@@ -149,12 +151,12 @@ class _Inside:
 
 
 class Cells:
-    """Decides equality of two expressions with free names.
+    """Search for cells in which two expressions with free names differ.
 
     Parameters
     ----------
     pool : Pool
-        Holds both.
+        Pool of both expressions.
     sampler : PointSampler
         Draws ordinary points.
     bounds : mapping
@@ -162,13 +164,13 @@ class Cells:
     world : callable
         Makes the real world at a point.
     same : callable
-        Compares two smooth expressions: True, False, or None where only real points can decide.
+        Compares two smooth expressions: True, False, or None if only real points can decide.
     never_has : callable
-        True where it is proved that an expression never has a sign.
+        True if an expression provably never has a given sign.
     roots : (int, int)
         Nodes of both expressions.
     inside : sequence of atoms
-        Signs that hold where both have a value.
+        Signs that hold if both have a value.
     """
 
     def __init__(
@@ -218,7 +220,7 @@ class Cells:
         self._draw = random.Random(1)
 
     def decide(self, doubtful: Sequence[tuple[Way, ...]] = (), complete: bool = False) -> Outcome:
-        """Search for all branches, pairs of branches and doubtful joint states; call after `walk`.
+        """Search for the remaining branches, pairs of branches and doubtful joint states; call it after `walk`.
 
         Parameters
         ----------
@@ -231,7 +233,7 @@ class Cells:
         return self._look_inside() or self._missing() or (None if complete else self._joint()) or self._equal()
 
     def open_states(self) -> list[tuple[Way, ...]] | None:
-        """Return the joint states neither equal in the field nor excluded; None if there are too many."""
+        """Return the joint states that are neither equal in the field nor impossible; None if there are too many."""
         found: list[tuple[Way, ...]] = []
         stack: list[dict[int, int]] = [{}]
         left, proofs = _MOST_PROVED, _MOST_MISSING
@@ -255,7 +257,7 @@ class Cells:
         return found
 
     def settle(self, states: Sequence[tuple[Way, ...]]) -> Outcome:
-        """Search for the given joint states. Both sides are equal in all others. Call after `walk`."""
+        """Search for the given joint states, given that both sides are equal in all others; call it after `walk`."""
         if not states:
             return Outcome(
                 True, f"each joint state of {len(self._units)} branching nodes is equal in the field or excluded"
@@ -264,11 +266,11 @@ class Cells:
 
     @property
     def points(self) -> str:
-        """Number of points visited, in words."""
+        """Number of visited points, as text."""
         return f"{self._points} points beside every change of {len(self._units)} branching nodes"
 
     def _factors(self) -> list[int]:
-        """Return the factors that may decide a root's sign: with even roots, the factors on one side only."""
+        """Return the factors that may decide the sign of an expression: with even roots, those on one side only."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
         rooted = any(self._is_root(node) for node in first | second)
         kinds = ("add", "sin", "cos", "tan", "sym")
@@ -298,7 +300,7 @@ class Cells:
     # Lines
 
     def walk(self) -> Outcome | None:
-        """Visit ordinary points, and points beside all changes along lines; return None if both sides agree there."""
+        """Visit ordinary points and points beside all changes along lines; return None if both sides agree."""
         starts = doubles.draw(self._names, self.sampler, 256, seed=7)
         if outcome := self._visit(starts):
             return outcome
@@ -321,14 +323,14 @@ class Cells:
         return self._draw.choice(self._near(columns, among))
 
     def _near(self, columns: Mapping[str, Array], among: Sequence[int]) -> Sequence[int]:
-        """Return the points with coordinates small enough to avoid rounding; all points if there are none."""
+        """Return the points with coordinates small enough to avoid rounding, or all points if there are none."""
         far = np.max(np.abs([*columns.values()]), axis=0, initial=0.0)
         return [k for k in among if far[k] <= _FAR] or among
 
     def _line(self, base: Point, name: str, inner: int = 0) -> dict[str, Array]:
-        """Return points along a name: beside every place where a condition changes, and in between.
+        """Return points along a name: beside each place where a condition changes, and between places.
 
-        With `inner`, that many more points between two places, and more beyond the last one.
+        `inner` is the number of further points between two places.
         """
         grid = self._grid(base, name)
         signs = self._signs(base, name, grid)
@@ -386,7 +388,7 @@ class Cells:
         return doubles.values(self.pool, self._nodes, point)
 
     def _narrowed(self, base: Point, name: str, rows: NDArray[np.intp], low: Array, high: Array) -> Array:
-        """Return the places of condition changes between pairs of points, to the last bit but two."""
+        """Return the places between pairs of points where conditions change, precise to two bits."""
         return self._cut_down(lambda cuts: self._signs(base, name, cuts), rows, low, high)
 
     @staticmethod
@@ -404,9 +406,9 @@ class Cells:
     # Points
 
     def _visit(self, point: Mapping[str, Array], inside: State | None = None) -> Outcome | None:
-        """Compare both sides at points, and as smooth expressions in each new cell.
+        """Compare both sides at points, and in each new cell as smooth expressions.
 
-        With `inside`, some of the points in this joint state are evaluated with 50 digits.
+        With `inside`, some points in this joint state are evaluated with 50 digits.
         """
         count = len(next(iter(point.values()))) if point else 1
         if not count:
@@ -434,7 +436,7 @@ class Cells:
     def _look_at(
         self, point: Mapping[str, Array], defined: NDArray[np.bool_], table: Array, inside: State | None
     ) -> Outcome | None:
-        """Judge points with a new branch combination, and some points inside of joint states."""
+        """Judge points with a new branch combination, and some points inside joint states."""
         members = []
         for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
@@ -462,11 +464,11 @@ class Cells:
         return True
 
     def _signs_of(self, pattern: bytes) -> bytes:
-        """Return a branch combination without the whole numbers of steps, which joint states omit."""
+        """Return a branch combination without the integers of steps, which joint states ignore."""
         return pattern[8 * len(self._steps) :]
 
     def _judge(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
-        """Compare both sides at a point with 50 digits, and exactly within its cell."""
+        """Compare both sides at a point with 50 digits, and exactly in its cell."""
         point = {name: Fraction(value) for name, value in here.items()}
         world = self._world(point)
         worlds = iter((world, self._world(point)))
@@ -512,10 +514,10 @@ class Cells:
         return max(_TOLD // _OF_A_LINE, min(2 * len(self._names), _MOST_LINES)) if self._names else 1
 
     def _look_inside(self) -> Outcome | None:
-        """Compare the inside of joint states that the field cannot decide, along lines through their points.
+        """Compare joint states that the field cannot decide, along lines through their points.
 
-        Every other line starts with one name drawn anew. This leaves the cell, and lines along other names lead back to
-        it.
+        Every other line starts with a new value of one name. This leaves the cell, and lines along other names return
+        to it.
         """
         if self._insides and not self._walked and (outcome := self._visit_centres()):
             return outcome
@@ -531,8 +533,8 @@ class Cells:
     def _visit_centres(self) -> Outcome | None:
         """Visit the centres of possible narrow features, first one by one, then together.
 
-        A bump such as exp(-s^2 (f - c)^2), or a difference of two steep slopes, lies where f - c is zero. An expression
-        without a zero, such as an expanded square, has its extremum there.
+        A bump such as exp(-s^2 (f - c)^2), or a difference of two steep slopes, is at a zero of f - c. Its operand
+        may have an extremum there instead of a zero, such as an expanded square.
         """
         centres = self._centres()
         names = {k: self._names_of(k) for k in centres}
@@ -561,7 +563,7 @@ class Cells:
         return next((outcome for outcome in map(self._visit, lines) if outcome), None)
 
     def _centre(self, node: int, base: Point, names: Sequence[str]) -> tuple[Point | None, str]:
-        """Return a zero of a node on a line through a point, and the name of the line."""
+        """Return a zero of a node on a line through a point, and the name along which the line runs."""
         for name in names:
             grid = self._grid(base, name)
             signs = self._sign_at(node, base, name, grid)[0]
@@ -585,7 +587,7 @@ class Cells:
         return sorted({name for operation, name, *_ in nodes if operation == "sym"})
 
     def _centres(self) -> list[int]:
-        """Return the nodes that are zero at the centre of a narrow feature, first those of one side only."""
+        """Return the nodes that are zero at the centre of a narrow feature; nodes of only one side come first."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
         centres: dict[int, None] = {}
         for node in (*sorted(first ^ second), *sorted(first & second)):
@@ -642,11 +644,11 @@ class Cells:
         return self._forms[forms]
 
     def _is_thin(self, node: int, way: int) -> bool:
-        """Return True for a branch that is taken only on a surface; different forms may have equal values there."""
+        """Return True for a branch that is taken only on a surface, where different forms may have equal values."""
         return (self.pool.nodes[node][0], way) in (("equality", 1), ("unequality", 0))
 
     def _is_edge(self, world: RealWorld) -> bool:
-        """Return True at a point on a step, where values show no difference although equations may differ."""
+        """Return True at a point on a step, where equal values do not prove equal equations."""
         steps = (k for k in self._units if self.pool.nodes[k][0] in _JUMPS and world.memo.get(k) is not None)
         cuts = (self.pool.operands(k)[0] for k in self._nodes if self.pool.nodes[k][0] == "atan2")
         edges = itertools.chain((atom for k in steps for atom in atoms(self.pool, k)), cuts)
@@ -665,7 +667,7 @@ class Cells:
         return True
 
     def _is_between(self, world: RealWorld, node: int) -> bool:
-        """Return True if a rounded operand is not a whole number; on a step, its side is unknown."""
+        """Return True if the operand of a rounding function is clearly not an integer."""
         operands = [world.value(operand) for operand in self.pool.operands(node)]
         whole = operands[0] / operands[1] if len(operands) == 2 else operands[0]
         return bool(abs(whole - reals.floor(whole + 0.5)) > reals.real(_LIT) * 2 ** max(world.size(node), 0))
@@ -684,10 +686,10 @@ class Cells:
         return next((outcome for outcome in outcomes if outcome), None)
 
     def _joint(self) -> Outcome | None:
-        """Compare both sides in all joint states of branches that occur in pairs; None if no reachable one differs.
+        """Compare both sides in all joint states whose branches occur in pairs; None if no reachable one differs.
 
-        Outer nodes get their ways first, so that nodes they exclude need none. Where both sides are equal whatever the
-        other nodes do, the ways of these are not enumerated.
+        Outer nodes get their branches first, so that excluded nodes need none. If both sides are equal for all
+        branches of the remaining nodes, these are not enumerated.
         """
         stack: list[dict[int, int]] = [{}]
         left = _MOST_JOINT
@@ -708,32 +710,32 @@ class Cells:
         return None
 
     def _free(self, taken: Mapping[int, int]) -> set[int]:
-        """Return the undetermined branching nodes, without comparisons, that matter under given branches."""
+        """Return the open branching nodes, except comparisons, that matter for given branches."""
         counting = (k for root in self._roots for k in counted(self.pool, root, taken) if ways_of(self.pool, k))
         return {k for k in counting if k not in taken and self.pool.nodes[k][0] not in COMPARISONS}
 
     def _are_equal(self, taken: Mapping[int, int]) -> bool:
-        """Return True if both sides are equal for given branches, whatever the other nodes do."""
+        """Return True if both sides are equal for given branches, for all branches of other nodes."""
         return self._same(*(smooth(self.pool, root, taken) for root in self._roots)) is True
 
     def _goes_with(self, way: Way, taken: Mapping[int, int]) -> bool:
-        """Return True if a branch occurred together with each of the others; other pairs exclude each other."""
+        """Return True if a branch occurred together with each of the others."""
         return way in self._ways and all(tuple(sorted((way, other))) in self._pairs for other in taken.items())
 
     def _sought(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Search for a joint state with a possible difference; None if both sides are equal or it is excluded."""
+        """Search for a joint state in which both sides may differ; None if they are equal or it is impossible."""
         if self._is_met(ways) or self._is_out(ways):
             return None
         return self._look(ways) or (None if self._is_met(ways) else self._undecided(ways))
 
     def _is_apart(self, ways: tuple[Way, ...]) -> bool:
-        """Return True if one node's branch makes the other node irrelevant or changes its branch."""
+        """Return True if the branch of one node excludes or determines the other node."""
         return len(ways) == 2 and any(
             b[0] not in self._beside(a) or self._follows[a].get(b[0], b[1]) != b[1] for a, b in (ways, ways[::-1])
         )
 
     def _beside(self, way: Way) -> frozenset[int]:
-        """Return the branching nodes that may matter for a given branch of a node."""
+        """Return the branching nodes that may matter together with a branch of a node."""
         if way not in self._company:
             self._follows[way] = implied(self.pool, way)
             counting = (counted(self.pool, root, self._follows[way]) for root in self._roots)
@@ -746,9 +748,9 @@ class Cells:
         return any(state.issuperset(ways) for state in self._states)
 
     def _is_out(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> bool:
-        """Return True if branches are proved to exclude each other under given branches of other nodes.
+        """Return True if branches provably exclude each other for given branches of other nodes.
 
-        The sign of a sum of case distinctions proves little before each case is taken separately.
+        A sum of case distinctions is examined case by case, because the sign of the sum proves little.
         """
         alternatives, taken = self._alternatives(ways, others), dict((*ways, *others))
         if alternatives is None:
@@ -765,11 +767,11 @@ class Cells:
         return self._is_impossible(required) or all(map(self._is_impossible, splits(self._split, required)))
 
     def _where(self, taken: Mapping[int, int], required: tuple[Atom, ...]) -> tuple[Atom, ...]:
-        """Return required signs of the smooth forms of nodes under given branches."""
+        """Return the required signs of nodes, in their smooth forms for given branches."""
         return tuple(dict.fromkeys((smooth(self.pool, node, taken), sign) for node, sign in required))
 
     def _is_impossible(self, required: tuple[Atom, ...]) -> bool:
-        """Return True if signs are proved to exclude each other."""
+        """Return True if signs provably exclude each other."""
         if required not in self._impossible:
             self._impossible[required] = any(proof(self.pool, required, self._bounds) for proof in _PROOFS) or any(
                 sign and self._never_has(node, sign) for node, sign in required
@@ -777,7 +779,7 @@ class Cells:
         return self._impossible[required]
 
     def _alternatives(self, ways: tuple[Way, ...], others: tuple[Way, ...] = ()) -> list[tuple[Atom, ...]] | None:
-        """Return the alternative conditions under which nodes matter and take these branches."""
+        """Return the alternative conditions for nodes to matter and to take these branches."""
         product = every([*(requirements(self.pool, way) for way in (*ways, *others)), [self._inside]])
         for node in dict.fromkeys(node for node, _ in ways) if product else ():
             for needed in self._needs(node):
@@ -785,7 +787,7 @@ class Cells:
         return product
 
     def _needs(self, node: int) -> list[list[tuple[Atom, ...]] | None]:
-        """Return the conditions under which a node matters, one entry per node whose branches can exclude it."""
+        """Return the conditions for a node to matter, one entry per node whose branches can exclude it."""
         if node not in self._needed:
             choices = [(k, [way for way in ways_of(self.pool, k) if node in self._beside(way)]) for k in self._units]
             self._needed[node] = [
@@ -803,7 +805,7 @@ class Cells:
         )
 
     def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
-        """Search along straight lines for a point at which nodes take required branches."""
+        """Search along straight lines for a point at which nodes have required branches."""
         possible = [
             required
             for alternative in self._alternatives(ways) or []
@@ -865,5 +867,5 @@ class Cells:
 
 
 def _row(columns: Mapping[str, Array], k: int) -> Point:
-    """Return one of several points."""
+    """Return a single point of several."""
     return {name: float(column[k]) for name, column in columns.items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Domain of an expression, as an expression that is one where it has a real value and zero elsewhere.
+"""Domain of an expression, represented by an expression that is one inside the domain and zero outside.
 
 Roots, logarithms, arc functions and case distinctions without a last case have no value on open sets of points. A
 quotient has none only on a set of measure zero, which is ignored. Domains are expressions with branches, so two of them
@@ -16,7 +16,7 @@ from .branches import Atom, difference
 from .pool import Pool
 
 Factors = frozenset[int]
-"""Nodes that are one or zero; the domain is where all are one."""
+"""Nodes with values one or zero; the domain is the set where all are one."""
 
 
 class Domains:
@@ -25,13 +25,13 @@ class Domains:
     Parameters
     ----------
     pool : Pool
-        Holds them.
+        Pool of the expressions.
     is_positive : callable
-        True where an expression is proved to be positive.
+        True if an expression is provably positive.
     never_has : callable
-        True where it is proved that an expression never has a sign.
+        True if an expression provably never has a given sign.
     shortest : bool
-        Leave out parts that are proved to be positive almost everywhere; this costs time.
+        Omit parts that are provably positive almost everywhere; this costs time.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Domains:
         return frozenset(own).union(*(self._memo[operand] for operand in operands))
 
     def _parts(self, node: int, operands: Sequence[int]) -> list[int]:
-        """Return the expressions that must be positive for an operation on valid operands to have a value."""
+        """Return the expressions that must be positive so that an operation on valid operands has a value."""
         operation = self.pool.nodes[node][0]
         if operation == "pow":
             exponent = self.pool.constant(operands[1])
@@ -96,10 +96,9 @@ class Domains:
         return factor
 
     def _signed(self, part: int) -> int:
-        """Return a simpler expression of equal sign for a sum with a root, or a positive multiple of one.
+        """Return a simpler expression of equal sign for a sum with a root, or for a positive multiple of such a sum.
 
-        P + c sqrt(Q) with c > 0 is positive where c^2 Q - P^2 is positive. Where that is negative, it has the sign of
-        P.
+        P + c sqrt(Q) with c > 0 is positive if c^2 Q - P^2 is positive; otherwise it has the sign of P.
         """
         if self.pool.nodes[part][0] == "mul":
             rest = [factor for factor in self.pool.operands(part) if not self._is_positive(factor)]
@@ -139,7 +138,7 @@ class Domains:
         return self.pool.intern("piecewise", *pairs)
 
     def _cases(self, pairs: Sequence[int]) -> Factors:
-        """Return the domain of a case distinction: of each condition up to the true one, and of its value."""
+        """Return the domain of a case distinction: of its conditions up to the true one, and of the selected value."""
         rest = frozenset([self.pool.number(Fraction(0))])
         for pair in reversed(pairs):
             value, condition = self.pool.operands(pair)

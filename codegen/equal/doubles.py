@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluation at a hundred thousand points in double, to find possible differences."""
+"""Evaluation at a hundred thousand points in double precision, to find possible differences."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from .reals import PointSampler
 
 Array = NDArray[np.float64]
 TURNS = 4
-"""Number of turns in each direction over which angles are drawn. A lost wrap shows at seven of eight points; in a half
-angle, at every second point."""
+"""Number of turns in each direction over which angles are drawn: seven of eight points show a missing wrap."""
 _DECADES = (0.5, 3.0, 6.0)
-"""Decades around one from which numbers are drawn if they have no default and no two bounds. The first decade reaches a
-table that starts at Mach 1, the second a table that ends at 300."""
+"""Decades around one from which numbers are drawn if they lack a default and two bounds. The first decade reaches a
+table that starts at Mach 1, the second a table that ends at 300.
+"""
 _CHUNK = 2048
-"""Points per pass, so that values of some thousand nodes stay in the processor's cache."""
+"""Number of points per pass, so that values of a few thousand nodes stay in the processor's cache."""
 _APART = 1e-9
-"""Relative difference of doubles above which 50 digits are used. A tenth would examine more rounding, ten times
-would miss smaller differences; both matter little, as another engine decides."""
+"""Relative difference of doubles above which 50 digits decide. A tenth would check more rounding, ten times would
+miss smaller differences.
+"""
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
@@ -99,7 +100,7 @@ def _piecewise(pairs: Sequence[Any]) -> Any:
 
 
 def draw(names: Iterable[str], sampler: PointSampler, count: int, seed: int) -> dict[str, Array]:
-    """Draw values of names: angles over several turns, others over decades, around defaults, within bounds."""
+    """Draw values of names within bounds: angles over several turns, others over decades or around defaults."""
     generator = np.random.default_rng(seed)
     return {name: _drawn(generator, sampler, name, count) for name in sorted(names)}
 
@@ -125,7 +126,7 @@ def _inside(drawn: Array, low: float, high: float) -> Array:
 
 
 def apart(a: Any, b: Any) -> tuple[Array, int]:
-    """Return the relative differences of values, zero for rounding, and the number of defined pairs."""
+    """Return the relative differences of values, with zero for rounding, and the number of pairs with values."""
     with np.errstate(all="ignore"):
         gap = np.abs(np.atleast_1d(a) - b)
         size = np.abs(a) + np.abs(b)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A finite field with sine, cosine, exponential and roots that fulfil their identities exactly.
+"""Finite field with sine, cosine, exponential and roots that fulfil their identities exactly.
 
 Equal expressions have equal values there, without rounding, so that values can be looked up in dictionaries. Different
 expressions agree at a random point with a probability of about degree / 2^89.
@@ -126,7 +126,7 @@ def sign(a: Element) -> int:
 
 
 def sqrt(a: Element) -> Element:
-    """Return the root that is a square; without a root in F_P, i times the root of the negative."""
+    """Return the root that is itself a square or, without a root in F_P, i times the root of the negative."""
     if isinstance(a, Complex):
         return _complex_root(a)
     root = pow(a, (P + 1) // 4, P)
@@ -151,12 +151,12 @@ def _complex_root(a: Complex) -> Element:
 
 
 class Roots:
-    """Square roots at one point, some with reversed sign; equal squares have equal roots.
+    """Square roots at one point, some of them with reversed sign; equal squares have equal roots.
 
     Parameters
     ----------
     turned : sequence of bool
-        True for each root, in the order of use, that has the opposite sign; later roots are those of `sqrt`.
+        True for each root with reversed sign, in the order of use; later roots are those of `sqrt`.
     """
 
     def __init__(self, turned: Sequence[bool] = ()) -> None:
@@ -172,7 +172,7 @@ class Roots:
         return self.known[a]
 
     def others(self) -> Iterator[Roots]:
-        """Yield copies with one more root reversed, for each root used after the given ones."""
+        """Yield copies with one further root reversed, for each root used after the given ones."""
         given = len(self.turned)
         for number in range(given, len(self.known)):
             yield Roots((*self.turned, *(False for _ in range(given, number)), True))
@@ -196,19 +196,19 @@ def hashed(*parts: object) -> int:
 
 
 def turn(a: Circle, b: Circle) -> Circle:
-    """Return the element of a sum of two angles."""
+    """Return the circle element of the sum of two angles."""
     return sub(mul(a[0], b[0]), mul(a[1], b[1])), add(mul(a[1], b[0]), mul(a[0], b[1]))
 
 
 def turned(a: Circle, n: int) -> Circle:
-    """Return the element of n times an angle."""
+    """Return the circle element of n times an angle."""
     if n < 0:
         return turned((a[0], sub(0, a[1])), -n)
     return _repeated(turn, ONE, a, n)
 
 
 def halved(a: Circle, roots: Callable[[Element], Element] = sqrt) -> Circle:
-    """Return the element of half an angle between -pi and pi."""
+    """Return the circle element of half an angle between -pi and pi."""
     half = number(Fraction(1, 2))
     cosine = roots(mul(half, add(1, a[0])))
     return cosine, mul(half, mul(a[1], inverse(cosine)))
@@ -216,7 +216,7 @@ def halved(a: Circle, roots: Callable[[Element], Element] = sqrt) -> Circle:
 
 @functools.cache
 def _generators() -> tuple[Circle, Circle, int]:
-    """Return circle elements of order Q and, turned by pi/12, of order 24, and one of order R."""
+    """Return circle elements of order Q and of order 24 (a rotation by pi/12), and a field element of order R."""
     for k in range(2, 100):
         norm = (1 + k * k) % P
         unit = turn((1, k), (1, k))
@@ -232,7 +232,7 @@ def _generators() -> tuple[Circle, Circle, int]:
 
 @functools.lru_cache(maxsize=4096)
 def circle(exponent: int, twelfths: int) -> Circle:
-    """Return the element of an angle, given as an exponent and a multiple of pi/12."""
+    """Return the circle element of an angle, given as an exponent and a multiple of pi/12."""
     angle, twelfth, _ = _generators()
     return turn(turned(angle, exponent % Q), turned(twelfth, twelfths % 24))
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equality of two expressions with a reason and, if they differ, a point.
+"""Decision if two expressions are equal, with a reason and, if they differ, a point.
 
-Methods are tried from cheap and certain to expensive: the same node; the same value in the finite field, with arbitrary
-functions in place of maxima, absolute values and the like; ordinary points of the reals; the cells in which branches
-are fixed. Without branches, different values in the field prove that expressions differ. With branches, expressions are
-called equal only after every way, and every pair of ways, was reached or excluded. Where the field cannot prove
-equality in a cell, both sides are compared at as many points inside it as any expression is.
+Methods are tried from cheap to expensive: the same node; the same value in the finite field, with arbitrary functions
+in place of maxima, absolute values and the like; ordinary real points; cells with fixed branches. Without branches,
+different values in the field prove that expressions differ. With branches, expressions count as equal only after
+every branch, and every pair of branches, was reached or excluded. If the field cannot prove equality in a cell, real
+points inside the cell decide.
 """
 
 from __future__ import annotations
@@ -34,46 +34,49 @@ from .values import FieldWorld, Lookup, World
 SEED = 5
 """Seed of the field's points: arbitrary but fixed, so that a question always has the same answer."""
 _POINTS = 3
-"""Points of the field. Different functions agree at one by chance with probability degree / 2^89, so one would
-suffice. Three check the arithmetic; matching by value needs two."""
+"""Number of field points. Different functions agree at one by chance with probability degree / 2^89. Three also check
+the arithmetic; matching by value needs two.
+"""
 _ROOTED = 32
-"""Points of the field for even roots of expressions. A root of a square has a random sign: for (a + b)^2 it is a + b
-at every second point. All of 3 points have this sign in one of 8 cases, all of 32 in one of 2^32."""
+"""Number of field points for expressions with even roots. A root of a square has a random sign, for (a + b)^2 that of
+a + b at every second point. Three points have this sign in one of 8 cases, 32 points in one of 2^32.
+"""
 _BRANCHED = 64
-"""Number of points of the reals, and of the field with signs, for two branching nodes. Each of their four joint
-branches is then missed in one of 10^8 cases. Each further node doubles branches and points."""
+"""Number of real points, and of field points with signs, for two branching nodes. They miss one of the four joint
+branches in one of 10^8 cases. Each further node doubles branches and points.
+"""
 _MOST_SIGNED = 512
-"""Largest number of points of the field with signs: enough for all joint branches of five nodes. With more nodes the
-reals decide. Twice as many cost seconds per law and add one node."""
+"""Largest number of field points with signs: enough for all joint branches of five nodes. With more nodes real points
+decide. Twice as many points cost seconds per law and add one node.
+"""
 _SIGNS = 64
-"""Number of sign choices of roots that are compared at a point of the field: all choices of six roots."""
+"""Number of sign choices of roots that are compared at a field point: all choices of six roots."""
 _ARCS = frozenset(("asin", "acos", "atan", "atan2"))
 """Functions whose angle the field represents by a root: acos(cos(a)) is a or -a at random."""
 _LOOKS, _LOOK_DIGITS = 8, 12
-"""Numbers of points and of digits by which equal parts of two sides are paired before the comparison. With fewer
-points, unequal parts are paired, which costs comparisons. With more digits, rounding separates equal parts."""
+"""Numbers of points and digits with which presumably equal parts of both sides are paired before the comparison.
+Fewer points pair unequal parts; with more digits, rounding separates equal parts.
+"""
 _MOST_DOUBTFUL = 24
-"""Largest number of branch combinations searched for among the reals; further ones are similar."""
+"""Largest number of branch combinations for which real points are searched; further ones are similar."""
 _FEW = 16
-"""Points with values on both sides from which agreement counts: fewer may not reach branches."""
+"""Number of points with values on both sides from which agreement counts; fewer may not reach all branches."""
 _DRAWS = 4
-"""Number of points of the field that are tried for each needed one: nested roots exist at every second or fourth
-point."""
+"""Number of field points that are tried for each needed one; nested roots exist at every second or fourth point."""
 _HOPELESS = 48
-"""Points without a value after which the search stops: a probability of 0.1 would have shown in 99 of 100 cases."""
+"""Number of points without a value after which the search stops; 99 of 100 searches find a domain of 0.1 earlier."""
 _MOST_NAMES = 60
-"""Largest number of names that are moved far out in turn; each costs two evaluations of all expressions."""
+"""Largest number of names that are set to extreme values in turn; each costs two evaluations of all expressions."""
 _SQUARES = 64
-"""Number of points of the field at which the values of a square are squares. Values of other functions are all squares
-once in 2^64 cases."""
+"""Number of field points at which all values of a square must be squares; other functions pass once in 2^64 cases."""
 _LEAST = Fraction(1, 10**300)
 """Smallest positive number in proofs with doubles: smaller doubles have fewer digits."""
 VISIBLE = 1e-4
-"""Relative difference that a counterexample must show: two of the six printed digits."""
+"""Relative difference that a counterexample must show, so that at least two of six printed digits differ."""
 _PASSES = 2
-"""Number of passes over all names: a name may allow a simple value only after later names have simple values."""
+"""Number of passes over all names, because some names allow a simple value only after others have one."""
 _TRIES = 6
-"""Points tried for each needed one: enough for domains of a sixth of the drawn points, such as arguments of roots."""
+"""Number of points that are tried for each needed one, enough if a sixth of them is in the domain."""
 
 
 @dataclass(frozen=True)
@@ -83,9 +86,9 @@ class Counterexample:
     Attributes
     ----------
     at : tuple of (str, str)
-        Names and exact values; names that are not listed are zero or do not matter.
+        Names and exact values; all other names are zero or do not matter.
     left, right : str
-        Values of both sides, to six digits or as many as distinguish them; "no value" where a side has none.
+        Values of both sides with at least six digits and as many as distinguish them; "no value" if a side has none.
     """
 
     at: tuple[tuple[str, str], ...]
@@ -95,10 +98,10 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Answer: equal, different or undecided (None), with its reason and a point of difference.
+    """Answer of a judge: equal, different or undecided (None), with its reason and a point of difference.
 
-    `point` lies in a cell in which both sides are different functions, or where one of them does not exist. `points`
-    counts the agreeing points where only points show equality; it is zero where equality is proved.
+    `point` is in a cell in which both sides are different functions, or in which one of them has no value. `points`
+    is the number of agreeing points if only points show equality; it is zero if equality is proved.
     """
 
     equal: bool | None
@@ -109,7 +112,7 @@ class Verdict:
 
 
 class Worlds:
-    """Evaluations of several meanings at one point."""
+    """Evaluations of expressions with several meanings at one point."""
 
     def __init__(self, make: Callable[[Pool, Lookup], World[Any]]) -> None:
         self._make = make
@@ -124,7 +127,7 @@ class Worlds:
         return iter(self._worlds.values())
 
     def again(self) -> Worlds:
-        """Return new evaluations at the same point, without computed values."""
+        """Return empty evaluations at the same point."""
         return Worlds(self._make)
 
     def _lookup(self, meaning: Meaning, name: str) -> tuple[World[Any], int] | None:
@@ -133,12 +136,12 @@ class Worlds:
 
 
 class Judge:
-    """Decides equality of expressions at a fixed sequence of points, whose values are cached.
+    """Judge of equality, which evaluates at a fixed sequence of points and caches the values.
 
     Parameters
     ----------
     pool : Pool
-        Holds all expressions.
+        Pool of all expressions.
     positive : callable
         True for a positive free name.
     sampler : PointSampler
@@ -149,7 +152,7 @@ class Judge:
     Attributes
     ----------
     written_out : Flat
-        Gives the node of an expression in which every name is free.
+        Expands an expression until all names are free.
     """
 
     def __init__(self, pool: Pool, positive: Callable[[str], bool], sampler: PointSampler, seed: int = SEED) -> None:
@@ -169,7 +172,7 @@ class Judge:
         self._needed = Domains(pool, self._is_positive, self._never_has, shortest=True)
 
     def how(self, *sides: Expression) -> str:
-        """Return the reason for equality in the field in words."""
+        """Return the reason for equality in the field as text."""
         return f"{self.count(*sides)} points of a {field.BITS}-bit field, seed {self.seed}"
 
     def is_rooted(self, *sides: Expression) -> bool:
@@ -177,11 +180,11 @@ class Judge:
         return self.count(*sides) == _ROOTED
 
     def count(self, *sides: Expression) -> int:
-        """Return the number of field points that decide equality of expressions."""
+        """Return the number of field points needed to decide equality of expressions."""
         return _ROOTED if any(self._is_rooted(*side) for side in sides) else _POINTS
 
     def _is_rooted(self, meaning: Meaning, root: int) -> bool:
-        """Return True if an expression has an even root of a possible square of a signed value."""
+        """Return True if an expression has an even root whose operand may be the square of a signed value."""
         if (meaning, root) not in self._rooted:
             for node in reached(self.pool.nodes, [root]):
                 if (meaning, node) not in self._rooted:
@@ -229,7 +232,7 @@ class Judge:
         return self.where_defined(self._by_values(old, new), old, new)
 
     def where_defined(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
-        """Return a verdict; "different" if only one of two sides has a value at some point."""
+        """Compare the domains of two sides: the verdict is "different" if only one has a value at some point."""
         roots = self.written_out(old), self.written_out(new)
         if verdict.equal is False or self._domain(roots[0]) == self._domain(roots[1]):
             return verdict
@@ -255,10 +258,10 @@ class Judge:
         return intervals.impossible(self.pool, [(node, -1)], self._bounds())
 
     def _never_has(self, node: int, sign: int) -> bool:
-        """Return True if an expression never has this sign because it, or its negative, is a square.
+        """Return True if an expression never has this sign, because it or its negative is a square.
 
-        An expression with square values at many points of the field is a number times a square. A real point gives the
-        sign of that number.
+        An expression whose values at many field points are squares is a number times a square. A real point gives the
+        sign of the number.
         """
         if node not in self._squares:
             self._squares[node] = self._is_square(node)
@@ -269,7 +272,7 @@ class Judge:
         return value is not None and bool(value * sign < 0)
 
     def _is_square(self, node: int) -> bool:
-        """Return True if an expression, its negative, or its product with a positive inner sum appears square."""
+        """Return True if an expression, its negative, or its product with a positive inner sum is probably a square."""
         sums = (part for part in reached(self.pool.nodes, [node]) if self.pool.nodes[part][0] == "add")
         return any(
             self._has_one_sign(factors) for factors in ([node], *([node, part] for part in sums if part != node))
@@ -285,7 +288,7 @@ class Judge:
         return all(self._is_positive(factor) for factor in factors[1:])
 
     def _by_values(self, old: Expression, new: Expression) -> Verdict:
-        """Decide if two expressions have equal values wherever both have one."""
+        """Decide if two expressions have equal values at all points where both have a value."""
         equal = self.same_in_field(old, new)
         if equal:
             return Verdict(True, self.how(old, new))
@@ -314,7 +317,7 @@ class Judge:
         return None
 
     def _by_branches(self, old: Expression, new: Expression) -> Verdict:
-        """Decide by cells of the branching nodes, if needed with free numbers for common parts."""
+        """Decide by cells, if needed with free numbers in place of common parts."""
         roots = self.written_out(old), self.written_out(new)
         if roots[0] == roots[1]:
             return Verdict(True, "the same text with all names written out")
@@ -328,7 +331,7 @@ class Judge:
         )
 
     def _by_parts(self, old: int, new: int) -> Verdict:
-        """Decide by cells: first by points, then with free numbers for common parts."""
+        """Decide by cells, first by points, then with free numbers in place of common parts."""
         cells = self._cells(old, new)
         if outcome := cells.walk():
             return Verdict(outcome.equal, outcome.how, point=outcome.point)
@@ -345,7 +348,7 @@ class Judge:
         return self._settled(cells, old, new)
 
     def _points_of(self, old: int, new: int) -> int | None:
-        """Return the number of agreeing points, 0 if equality is proved; None if not equal."""
+        """Return the number of agreeing points; 0 if equality is proved, None if the sides are not equal."""
         verdict = self._by_cells(old, new)
         return verdict.points if verdict.equal else None
 
@@ -354,7 +357,7 @@ class Judge:
         return self.values(self._free, node, self.count((self._free, node)))
 
     def _look_of(self, node: int) -> tuple[str, ...]:
-        """Return an expression's values at some real points, which equal parts share."""
+        """Return an expression's values at a few real points, by which equal parts are paired."""
         worlds = self._real[:_LOOKS]
         return tuple(
             mpmath.nstr(value, _LOOK_DIGITS) for w in worlds if (value := w[self._free].defined(node)) is not None
@@ -377,7 +380,7 @@ class Judge:
         )  # fmt: skip
 
     def _settled(self, cells: Any, old: int, new: int) -> Verdict:
-        """Decide after a walk without a difference: by joint states, and by the field with signs for open ones."""
+        """Decide after a walk without a difference: by joint states, and for open ones by the field with signs."""
         states = cells.open_states()
         outcome = None if states is None else cells.settle(states)
         if outcome is None or outcome.equal is None:
@@ -389,7 +392,7 @@ class Judge:
         return Verdict(outcome.equal, outcome.how, point=outcome.point, points=outcome.points)
 
     def never_zero(self, expression: Expression) -> bool:
-        """Return True if form or intervals prove that an expression is never zero within its names' bounds."""
+        """Return True if an expression is provably never zero within the bounds of its names."""
         stack = [self.written_out(expression)]
         while stack:
             operation, *operands = self.pool.nodes[node := stack.pop()]
@@ -416,7 +419,7 @@ class Judge:
         return False if self._are_apart(old, new) or self._have_other_slopes(old, new) else None
 
     def _are_apart(self, old: int, new: int) -> bool:
-        """Return True if the field proves a difference: at some point for all signs of the roots."""
+        """Return True if the field proves a difference, at some point and for all signs of the roots."""
         world = self._plain[0][self._free]
         if not all(world.exact(root, rooted=True) for root in (old, new)):
             return False
@@ -439,7 +442,7 @@ class Judge:
         return False
 
     def _have_other_slopes(self, old: int, new: int) -> bool:
-        """Return True if the field proves different derivatives, which reveals features between points.
+        """Return True if the field proves that derivatives differ, which reveals differences between the test points.
 
         The field does not know logarithms and arcs, but it knows their derivatives.
         """
@@ -452,8 +455,8 @@ class Judge:
     def _doubtful(self, old: int, new: int) -> tuple[list[tuple[Way, ...]], int]:
         """Return the joint branches with a difference in the field with signs, and the number of compared points.
 
-        The signs of the field are random and multiplicative; whether they can occur together is not decided here. The
-        number is zero where there are too few points for all joint ways.
+        Signs in the field are random and multiplicative, so some combinations may be impossible for real numbers. The
+        number is zero if there are too few points for all joint branches.
         """
         units = [node for node in branching(self.pool, [old, new]) if ways_of(self.pool, node)]
         needed = _BRANCHED << max(len(units) - 2, 0)
@@ -495,9 +498,9 @@ class Judge:
         tries: int = _TRIES,
         hopeless: int = _HOPELESS,
     ) -> Iterator[Worlds]:
-        """Yield evaluations at points where all expressions are real and those of the domain positive.
+        """Yield evaluations at points where all expressions are real and those of the domain are positive.
 
-        The points are the same each time. There are fewer than `count` if not enough can be found.
+        The points are reproducible. There may be fewer than `count`.
 
         Parameters
         ----------
@@ -546,7 +549,7 @@ class Judge:
         return self._by_branches(old, new)
 
     def extreme_points(self, old: Expression, new: Expression) -> Iterator[Worlds]:
-        """Yield evaluations with one free name at a time far out, for limits beyond the usual range."""
+        """Yield evaluations with one free name at a time at an extreme value."""
         base = self.sampler.point(0)
         for name in sorted({*old[0].free(old[1]), *new[0].free(new[1])})[:_MOST_NAMES]:
             for value in self.sampler.extremes(name):
@@ -578,7 +581,7 @@ def simplified(
     candidates: Callable[[str, Fraction], Iterable[Fraction]],
     fails: Callable[[Point], bool],
 ) -> dict[str, Fraction]:
-    """Return a point of difference with as many simple coordinates as possible, tried name by name."""
+    """Simplify the coordinates of a point of difference, name by name."""
     simple = dict(point)
     for _ in range(_PASSES):
         for name in (name for name in sorted(point) if simple[name] == point[name]):
@@ -596,7 +599,7 @@ def inside(worlds: Worlds, domain: Sequence[Expression]) -> bool:
 
 
 def shown(worlds: Worlds, old: Expression, new: Expression) -> tuple[str, str]:
-    """Return two values at a real point with as many of six, twelve, ... digits as distinguish them."""
+    """Return two values at a real point with six, twelve, ... digits, until they differ."""
     digits = 6
     while True:
         first, second = (_shown(worlds, expression, digits) for expression in (old, new))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expressions with named definitions, and their form with all definitions inserted."""
+"""Expressions with named definitions, and their expansion."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Meaning:
     Parameters
     ----------
     pool : Pool
-        Holds the expressions.
+        Pool of the expressions.
     targets : callable
-        Returns the expression and the meaning that a name stands for; None for a free name.
+        Returns expression and meaning of a name; None for a free name.
     """
 
     def __init__(self, pool: Pool, targets: Callable[[str], Expression | None]) -> None:
@@ -52,18 +52,18 @@ class Meaning:
 
 
 Expression = tuple[Meaning, int]
-"""An expression together with the meaning of its names."""
+"""An expression with the meanings of its names."""
 
 
 class Flat:
-    """Expands definitions, so that equal parts of two sides become one node of the pool."""
+    """Expander of definitions, after which equal parts of two sides are one node of the pool."""
 
     def __init__(self, pool: Pool) -> None:
         self.pool = pool
         self._memo: dict[Expression, int] = {}
 
     def __call__(self, expression: Expression) -> int:
-        """Return the node of an expression with free names only."""
+        """Expand an expression until only free names remain."""
         stack = [expression]
         while stack:
             place = stack[-1]

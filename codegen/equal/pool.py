@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pool of expressions as shared nodes, and the branches of branching nodes."""
+"""Pool of expressions as shared nodes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def fraction(text: str) -> Fraction:
 
 
 class Pool:
-    """Expressions of both sides as nodes; texts that are equal up to operand order are one node."""
+    """Expressions of both sides as nodes; expressions that differ only in operand order share a node."""
 
     def __init__(self) -> None:
         self.nodes: list[Node] = []
@@ -48,7 +48,7 @@ class Pool:
         names : mapping, optional
             Names that are replaced.
         before : sequence of int
-            Numbers that an earlier call returned for the first nodes.
+            Node numbers that an earlier call returned for the first nodes.
         """
         numbers = list(before)
         for operation, *operands in nodes[len(numbers) :]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluation as real numbers with 50 digits, at suitable points, with the branches taken."""
+"""Evaluation with real numbers of 50 digits, at suitable points, with the branches that occur."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .pool import Pool, fraction
 from .values import Lookup, World
 
 DIGITS = 50
-"""Number of guaranteed digits. Computation uses 90 digits, which leaves 40 for cancellation: enough for parts up to
-2^43 with
-multiplying errors, see `apart`. More digits slow every operation; fewer hide differences in rounding."""
+"""Number of guaranteed digits. Computation uses 90 digits, which leaves 40 for cancellation; see `apart`. More digits
+slow every operation; fewer hide differences in rounding.
+"""
 _WORKING = 90
 _ROUNDING = mpmath.mpf(10) ** -(_WORKING - 5)
 """Relative rounding error of one operation, with five digits reserved for mpmath's functions."""
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = _WORKING
 _LARGEST = 1300
-"""Bits before the point above which a value is undefined: far above 1024, the limit of doubles."""
+"""Binary exponent above which a value counts as undefined, far above that of doubles, 1024."""
 _FAR = Fraction(10) ** 32
 """A number above any limit of a model: the square of a double's sixteen digits."""
 
@@ -63,7 +63,7 @@ OPERATIONS = tuple(
 """All operations with a value."""
 Point = Mapping[str, Fraction]
 Sized = tuple[Any, int]
-"""A value with its size."""
+"""A value with the binary exponent of its largest part."""
 
 
 class RealWorld(World[Any]):
@@ -124,8 +124,7 @@ class RealWorld(World[Any]):
     def _is_on_a_step(self, operation: str, operands: Sequence[int], values: Sequence[Any], size: int) -> bool:
         """Return True if a value lies within rounding of a jump, so that its side is unknown.
 
-        Values of names and numbers are exact. Two computed values may be equal only by rounding, and an equation
-        between them then holds nowhere else.
+        Names and numbers are exact. Two computed values may be equal only because of rounding.
         """
         if operation in _TESTS:
             gap = values[0] - values[1]
@@ -140,7 +139,7 @@ class RealWorld(World[Any]):
         return vanishes(gap, size) and not exact and bool(gap or operation not in ("equality", "unequality", "sign"))
 
     def _on_a_step(self, _operation: str, _values: list[Any]) -> list[Any]:
-        """Return the operands of a jump that are within rounding of it."""
+        """Return the operands that are within rounding of a jump."""
         raise Undefined("within rounding of a step")
 
     def _strict(self, node: int, operation: str, values: list[Any]) -> Any:
@@ -198,7 +197,7 @@ class RealWorld(World[Any]):
 
 
 class SteppedWorld(RealWorld):
-    """Evaluation at a point on a step: values within rounding of the step count as on it."""
+    """Evaluation at a point on a step; values within rounding of the step count as on it."""
 
     def _on_a_step(self, operation: str, values: list[Any]) -> list[Any]:
         if operation in _TESTS:
@@ -218,15 +217,14 @@ def real(value: Fraction) -> Any:
 
 
 def floor(value: Any) -> int:
-    """Return the largest whole number below a value, with all of its digits."""
+    """Return the largest integer below a value with all of its digits."""
     return int(_CONTEXT.floor(value))
 
 
 def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
-    """Return True if two sides differ by a gap that does not shrink with twice the digits.
+    """Return True if two sides differ, and still differ when computed with twice the digits.
 
-    Sizes do not include how a function multiplies errors, such as `atanh` near one. With more digits such errors
-    vanish.
+    Sizes ignore the amplification of errors by functions such as `atanh` near one. More digits remove such errors.
 
     Parameters
     ----------
@@ -247,8 +245,8 @@ def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
 def apart(left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
     """Return True if two values, each with its size, differ by more than rounding and tolerance.
 
-    The error of one large part may have been multiplied by another part as large, in up to 2^30 operations: hence twice
-    the size. The difference itself may be known to 65 digits only.
+    Twice the size is used, because a second large part may have multiplied the error of the first, in up to 2^30
+    operations. The difference itself may be known to 65 digits only.
     """
     (a, size), (b, other) = left, right
     if isinstance(a, bool | tuple) or isinstance(b, bool | tuple):
@@ -288,14 +286,14 @@ class _Drawn(Mapping[str, Fraction]):
 
 
 class PointSampler:
-    """Draws values of free names: within bounds, around defaults, over many decades.
+    """Sampler of values of free names, within bounds, around defaults or over many decades.
 
     Parameters
     ----------
     names : mapping
-        For each name: lower bound, upper bound, default; None where there is none.
+        For each name: lower bound, upper bound, default; None if missing.
     angles : set of str
-        Names that stand for angles.
+        Names of angles.
     """
 
     def __init__(
@@ -330,7 +328,7 @@ class PointSampler:
         return [v for v in (_FAR, -_FAR) if (low is None or v >= low) and (high is None or v <= high)]
 
     def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        """Yield simple values to try in place of a drawn one, simplest first."""
+        """Yield simple replacements of a drawn value, simplest first."""
         low, high, default = self.names.get(name, (None, None, None))
         rounded = Fraction(f"{float(value):.2g}")
         for candidate in (Fraction(0), Fraction(1), Fraction(1, 2), default, rounded):

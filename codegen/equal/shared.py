@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Common parts of two sides in different forms. Each part becomes one node or free number before the comparison.
+"""Common parts of two sides in different forms, each of which becomes one node or free number.
 
 Parts with the same value in the field become one node. Parts with the same values at some real points are compared. If
 they are the same function, such as one arc written in two ways, a free number replaces them on both sides. If the sides
@@ -21,28 +21,28 @@ from .branches import BRANCHING, COMPARISONS, STEPS, difference, replaced_nodes
 from .pool import Pool
 
 INEXACT = STEPS | {"log", "asin", "acos", "atan", "atan2", "asinh", "acosh", "atanh", "erf"}
-"""Functions that the field represents by pseudorandom functions of their operands."""
+"""Functions that the field replaces by pseudorandom functions of their operands."""
 _NO_NUMBER = COMPARISONS | {"and", "or", "not", "exprcondpair", "const"}
 _TWO = 2
 _FEW = 8
-"""Largest number of distinct values of one part: those of three signs."""
+"""Largest number of distinct values of a part that a choice of values can replace."""
 _MOST = 12
-"""Largest number of compared pairs of parts: each may cost as much as a separate question."""
+"""Largest number of compared pairs of parts, each of which may cost as much as a question."""
 
 
 class Shared:
-    """Finds the common parts of two expressions with free names.
+    """Finder of common parts of two expressions with free names.
 
     Parameters
     ----------
     pool : Pool
-        Holds them.
+        Pool of the expressions.
     values : callable
-        Values of an expression in the field, None where it has none; equal ones prove equality.
+        Values of an expression in the field, None for missing ones; equal values prove equality.
     look : callable
         Values of an expression at some real points.
     same : callable
-        Number of points at which two expressions agree, 0 where equality is proved; None where they may differ.
+        Number of points at which two expressions agree; 0 if equality is proved, None if they may differ.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Shared:
         self._same = same
 
     def united(self, *roots: int) -> tuple[int, ...]:
-        """Return expressions with parts of equal value merged, steps as floors and logarithms expanded."""
+        """Return expressions with equal parts merged, steps as floors, and logarithms expanded."""
         numbers: dict[int, int] = {}
         known: dict[tuple[Any, ...], int] = {}
         for node in reached(self.pool.nodes, roots):
@@ -84,7 +84,7 @@ class Shared:
         return pool.intern(operation, *parts)
 
     def _logarithm(self, of: int) -> int:
-        """Return a logarithm as a sum: positive factors separated, exponents of odd powers and roots in front."""
+        """Return a logarithm as a sum of logarithms of positive factors, with exponents as coefficients."""
         pool = self.pool
         factors = pool.operands(of) if pool.nodes[of][0] == "mul" else (of,)
         apart = [k for k in factors if pool.nodes[k][0] == "exp" or (pool.constant(k) or 0) > 0]
@@ -148,7 +148,7 @@ class Shared:
         return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
 
     def _free(self, node: int, values: frozenset[Fraction]) -> int:
-        """Return a free number for a part; a choice between two values if the part has only these."""
+        """Return a free number in place of a part, or a choice between two values if the part has only these."""
         name = self.pool.intern("sym", f"shared part {node}")
         if len(values) != _TWO:
             return name
@@ -158,7 +158,7 @@ class Shared:
         return self.pool.intern("piecewise", *(self.pool.intern("exprcondpair", *pair) for pair in pairs))
 
     def _range(self, root: int) -> frozenset[Fraction]:
-        """Return the possible values of a part if its form limits them to a few; otherwise none."""
+        """Return the possible values of a part if its form limits them to a few, else nothing."""
         ranges: dict[int, frozenset[Fraction]] = {}
         for node in reached(self.pool.nodes, [root]):
             operation, value = self.pool.nodes[node][0], self.pool.constant(node)

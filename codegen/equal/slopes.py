@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derivatives of smooth expressions. Those of logarithms and arcs are algebraic, so the field can compare them."""
+"""Derivatives of smooth expressions; those of logarithms and inverse functions are algebraic, as the field needs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .branches import BRANCHING
 from .pool import Pool
 
 _MOST = 400
-"""Largest number of nodes of a differentiated expression: larger ones are whole laws, which take seconds."""
+"""Largest number of nodes of a differentiated expression; larger ones take seconds."""
 
 
 def names(pool: Pool, root: int) -> set[int]:
@@ -20,7 +20,7 @@ def names(pool: Pool, root: int) -> set[int]:
 
 
 def slope(pool: Pool, root: int, name: int) -> int | None:
-    """Return the derivative of an expression by a name; None if a part has no implemented derivative."""
+    """Return the derivative of an expression with respect to a name; None if a part has no implemented derivative."""
     nodes = reached(pool.nodes, [root])
     if len(nodes) > _MOST:
         return None

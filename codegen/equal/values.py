@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluation of expressions at a point, where names are free or have definitions; the finite field."""
+"""Evaluation of expressions with free and defined names at a point, in particular in the finite field."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ANGLES = frozenset(("atan2", "atan", "asin", "acos"))
 _PERIODIC = frozenset(("sin", "cos", "tan"))
 _EXPONENTIAL = frozenset(("exp", "sinh", "cosh", "tanh"))
 OF_PHASES = _PERIODIC | _EXPONENTIAL | _ANGLES
-"""Functions of angles and exponents, which the field draws separately from other values."""
+"""Functions of angles and exponents, which have separate values in the field."""
 _ORDER = {"strictlessthan": (1, 0), "lessthan": (1, 0), "strictgreaterthan": (0, 1), "greaterthan": (0, 1)}
 _STRICT = frozenset(("strictlessthan", "strictgreaterthan"))
 
@@ -30,7 +30,7 @@ Lookup = Callable[[str], "tuple[World[Any], int] | None"]
 
 
 class World(ABC, Generic[Value]):
-    """Values of nodes at one point; names are free, or stand for expressions of this or another evaluation."""
+    """Values of nodes at one point; a name is free or defined by an expression of this or another evaluation."""
 
     def __init__(self, pool: Pool, lookup: Lookup) -> None:
         self.pool = pool
@@ -93,7 +93,7 @@ class Phase:
     circle : Circle
         Contribution of inverse trigonometric functions, as a point of the circle.
     faithful : bool
-        False where an arbitrary exponent had to be used, so that equal angles may get different ones.
+        False if the exponent is arbitrary, so that equal angles may have different ones.
     """
 
     exponent: int
@@ -113,7 +113,7 @@ class FieldWorld(World[Any]):
         True for a free name with positive values.
     interpreted : bool
         Evaluate absolute values, signs, maxima and conditions by the Legendre symbol. Otherwise they are arbitrary
-        functions of their arguments: expressions that are equal for every such function stay equal.
+        functions of their arguments.
     fixed : mapping
         Given values of free names.
     roots : callable
@@ -140,7 +140,7 @@ class FieldWorld(World[Any]):
         self._exact: dict[tuple[int, bool], bool] = {}
 
     def exact(self, node: int, rooted: bool = False) -> bool:
-        """Return True if different values prove a difference; with `rooted`, for all signs of the roots.
+        """Return True if different values prove a difference; with `rooted`, only for all signs of the roots.
 
         Expressions that are equal over the reals are equal here for one choice of the signs.
         """

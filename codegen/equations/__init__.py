@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The derived equations as a document: written, parsed, and printed for people."""
+"""Writer, parser and printers of the document of derived equations."""
 
 SCHEMA = 3
 """Version of the schema of equations.json."""

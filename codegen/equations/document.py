@@ -17,11 +17,11 @@ from . import SCHEMA
 
 Node = tuple[Any, ...]
 LEAVES = ("sym", "num", "const")
-"""Operations with a text as operand; operands of all others are nodes."""
+"""Operations whose operand is a text; operands of all other operations are nodes."""
 
 
 class DocumentError(MehvarError, ValueError):
-    """Error for a text that is not an equations.json of this schema, or contradicts itself."""
+    """Error for a text that is not a consistent equations.json of this schema."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Row:
 
     @property
     def implicit(self) -> bool:
-        """True for an equation 0 = ..., of which only the zeros matter."""
+        """True for an equation 0 = ..., for which only the zeros of its right side matter."""
         return self.kind == "motion" or (self.kind == "equation" and self.latex == "0")
 
 
@@ -78,15 +78,15 @@ class Document:
     symbols : tuple of Symbol
         Every declared name; a name may have several roles, such as a parameter of two laws.
     definitions, results : tuple of Row
-        What is defined or shown, and what is evaluated, in order.
+        Definitions and shown equations; evaluated results; both in order.
     nodes : tuple of Node
         The graph: an operation and its operands, which come earlier.
     structure : mapping of str to str
         Structural choices.
     rates : mapping of str to str
-        For each state that implicit equations are about, the symbol of its rate.
+        For each state of the implicit equations, the symbol of its rate.
     manifest : Manifest or None
-        The manifest beside it, with the numbers; None if there is none.
+        The manifest in the same folder, with the numbers, or None.
     """
 
     model: str
@@ -100,12 +100,12 @@ class Document:
 
     @classmethod
     def read(cls, path: str | Path) -> Document:
-        """Read a generated folder, or an equations.json with the manifest beside it if any.
+        """Read a generated folder, or an equations.json with the manifest in its folder, if any.
 
         Raises
         ------
         DocumentError, InputError
-            If a file is damaged or of another schema.
+            If a file is damaged or has another schema.
         OSError
             If it cannot be read.
         """
@@ -121,7 +121,7 @@ class Document:
         Raises
         ------
         DocumentError
-            If it is damaged, of another schema, or refers to a name that is not declared.
+            If it is damaged, has another schema, or refers to an undeclared name.
         """
         data = _loaded(text, where)
         if data.get("schema") != SCHEMA:

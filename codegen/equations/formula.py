@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Expression graphs as LaTeX, MathML and plain text, in an order independent of their storage.
+"""Printer of expression graphs as LaTeX, MathML and plain text, in an order independent of storage.
 
-Factors stand in the order: number, parameters, definitions, states, rates, roots and functions; terms in the order of
-their factors, positive ones first where that avoids a leading minus.
+Factors are ordered: number, parameters, definitions, states, rates, roots and functions. Terms are ordered by their
+factors; a positive term comes first if that avoids a leading minus.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SUM, _PRODUCT, _POWER, _ATOM = range(4)
 """Binding strengths of parts, weakest first."""
 _ROLES = ("parameter", "scenario", "law", "definition", "state", "reference", "input", "rate")
 _POWERED = frozenset(("sin", "cos", "tan", "sinh", "cosh", "tanh"))
-"""Functions with the exponent after their name, and without parentheses around a symbol."""
+"""Functions that are printed with the exponent after the name and without parentheses around a symbol."""
 _Key = tuple[tuple[int, str], ...]
 
 
@@ -36,9 +36,9 @@ class SymbolNames:
     Attributes
     ----------
     latex : mapping of str to str
-        LaTeX of a name; a name without one is printed as it is called.
+        LaTeX of names; other names are printed unchanged.
     rank : mapping of str to int
-        Where a name stands in a product; see `rank_of`.
+        Position of a name in a product; see `rank_of`.
     """
 
     latex: Mapping[str, str] = field(default_factory=dict)
@@ -53,7 +53,7 @@ def rank_of(role: str) -> int:
 
 @dataclass(frozen=True)
 class _Factor:
-    """A factor of a product without the sign of its exponent; `alone` is its text as the only factor."""
+    """A factor of a product, with a positive exponent; `alone` is its text as the only factor."""
 
     key: tuple[int, str]
     text: str
@@ -79,13 +79,13 @@ class Printer:
     nodes : sequence
         The graph, as in equations.json.
     names : Names
-        How its names are printed.
+        Printed form of its names.
     spelling : Spelling
         Plain text, LaTeX or MathML.
     marks : set of Path
-        Parts that are marked.
+        Parts to mark.
     line : int
-        Break sums in parentheses and fractions that are wider than this, as `width` measures LaTeX; 0: never.
+        Break sums in parentheses and fractions that are wider than this in the measure of `width`; 0: never.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Printer:
     def parts(self, root: int) -> list[tuple[str, bool]]:
         """Return the summands, each with True if it is marked as a whole.
 
-        A mark within a summand that is not printed, such as on a factor of -1, is one on the whole.
+        If a marked part of a summand is not printed, such as a factor of -1, the whole summand is marked.
         """
         if self.nodes[root][0] != "add":
             text = self._plain(root, ())[0]
@@ -197,7 +197,7 @@ class Printer:
         return _Term(coefficient < 0, text, key, path)
 
     def _fraction(self, size: Fraction, places: Sequence[Path], factors: Sequence[_Factor]) -> str:
-        """Return a product without its sign; `places` has the positions of its number."""
+        """Return a product without its sign; `places` are the positions of its numeric factors."""
         above = [f for f in factors if not f.below]
         below = [f for f in factors if f.below]
         number = decimal(size)
@@ -226,7 +226,7 @@ class Printer:
         return self.spelling.product(texts)
 
     def _factor(self, node: int, path: Path, inner: bool) -> _Factor:
-        """Return a factor; if it is a whole term, its mark is set elsewhere."""
+        """Return a factor, without a mark if it is a whole term, which has its own."""
         operation, *operands = self.nodes[node]
         own = (path,) if inner else ()
         if operation != "pow":
@@ -290,7 +290,7 @@ class Printer:
 
 
 def width(latex: str) -> int:
-    """Return the approximate printed width of a formula in characters; of several lines, the largest."""
+    """Return the approximate printed width of a formula's widest line, in characters."""
     return max(_width(line) for line in latex.split(r"\\"))
 
 
@@ -321,7 +321,7 @@ def aligned(left: str, lines: Sequence[str]) -> str:
 
 
 def decimal(value: Fraction) -> str:
-    """Return a number as a decimal if that is exact, short and customary; else an empty text."""
+    """Return a number as a decimal if that is exact, short and customary, else an empty text."""
     if value.denominator == 1:
         return str(value.numerator) if value < 10**6 else _scientific(value)
     if value.denominator < 20 and value.denominator not in (10,):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""equations.json: the derived equations as a graph of shared nodes, with a unique text for equal physics and names."""
+"""Writer of equations.json: the derived equations as a graph of shared nodes, unique for equal physics and names."""
 
 from __future__ import annotations
 
@@ -23,21 +23,22 @@ from . import SCHEMA
 _COMMUTATIVE = (sp.Add, sp.Mul, sp.Min, sp.Max, sp.And, sp.Or, sp.Equality, sp.Unequality)
 _DOUBLE = 53
 _DIGITS = 10
-"""Digits of a node's name. Among ten thousand nodes, two coincide in one model of 20 000; with half the digits, in
-every model."""
+"""Number of digits in a node's name. Two of ten thousand nodes coincide in one of 20 000 models; with half the
+digits, in every model.
+"""
 
 
 class Outcome(NamedTuple):
-    """An evaluated expression: a rate, output, command or margin.
+    """An expression that the system evaluates: a rate, output, command or margin.
 
     Attributes
     ----------
     name, kind : str
-        What it is called, uniquely within its kind, and what it is for.
+        Its name, unique within its kind, and its kind.
     expr : Expr
         Its expression.
     latex, unit, title : str
-        Its left side, its SI unit, and what it is in words.
+        LaTeX of its left side, SI unit, and a description.
     """
 
     name: str
@@ -126,12 +127,12 @@ def _flat(expr: sp.Basic, kind: type) -> Iterator[sp.Basic]:
 
 
 def exact(number: sp.Rational | sp.Float) -> sp.Rational:
-    """Return a number as a fraction; a double stands for its shortest decimal, which is unique to it.
+    """Return a number as a fraction; a double is read as its shortest decimal, which is unique.
 
     Raises
     ------
     EquationsError
-        If a float is no double, or not finite.
+        If a float is not a double or not finite.
     """
     if isinstance(number, sp.Rational):
         return number
@@ -147,7 +148,7 @@ def equations_json(system: System) -> str:
     Raises
     ------
     EquationsError
-        If a number is not exact, or a symbol stands for two things.
+        If a number is not exact, or a symbol has two meanings.
     """
     graph = Graph()
     steps = [_step(graph, step) for step in system.steps]
@@ -169,7 +170,7 @@ def equations_json(system: System) -> str:
 
 
 def _identified(graph: Graph, rows: Iterable[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Return the nodes in the order of use by rows, named by contents."""
+    """Return the nodes in the order in which rows use them, named by contents."""
     names = graph.names()
     identified: dict[str, list[Any]] = {}
 
@@ -186,7 +187,7 @@ def _identified(graph: Graph, rows: Iterable[dict[str, Any]]) -> dict[str, list[
 
 
 def _rows(value: object) -> str:
-    """Return JSON with one line per entry of lists and tables, so that text diffs are readable."""
+    """Return JSON with one line per entry, so that text diffs are readable."""
     if isinstance(value, list):
         return "[\n" + ",\n".join("  " + json.dumps(v, ensure_ascii=False) for v in value) + "\n]"
     if isinstance(value, dict):
@@ -398,7 +399,7 @@ def _array(parameter: Parameter) -> dict[str, str]:
 
 
 def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:
-    """Describe a symbol that is not a quantity and occurs only in shown or implicit equations."""
+    """Describe a symbol that occurs only in shown or implicit equations and is not a quantity."""
     sign = "positive" if symbol.is_positive else "real"
     latex = symbol.name if "\\" in symbol.name or "^" in symbol.name else sp.latex(symbol)
     return {"name": symbol.name, "role": role, "unit": "", "sign": sign, "latex": latex, "description": ""}
@@ -410,9 +411,9 @@ def quantity_latex(quantity: Quantity) -> str:
 
 
 def _with_families(system: System, steps: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Mark definitions that exist once per equal part, such as once per pendulum.
+    """Mark definitions that each of several equal parts, such as pendulums, has.
 
-    A definition belongs to member i if the indexed quantities it reaches all have the index i and its name carries it.
+    A definition belongs to part i if its name contains i and all its indexed quantities have index i.
     """
     index = {q.symbol: q.index for group in groups(system).values() for q in group if q.family}
     members: dict[str, list[tuple[int, dict[str, Any]]]] = {}

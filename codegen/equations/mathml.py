@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conversion of LaTeX to MathML by latex2mathml; browsers draw it without scripts."""
+"""Conversion of LaTeX to MathML by latex2mathml; browsers display it without scripts."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import functools
 import re
 
 _LETTER = re.compile(r"&#x(0*(?!0)[0-9A-F]{3,});")
-"""Pattern of a character reference beyond Latin-1; escaped signs of markup have smaller numbers."""
+"""Pattern of a character reference beyond Latin-1, which excludes escaped characters of markup."""
 
 
 @functools.cache
 def content(latex: str) -> str:
     """Return the content of a `math` element.
 
-    The library lacks `aligned`, of which it would print the alignment marks; it has `split`, which is the same.
+    The library supports `split` but not the equivalent `aligned`, which is replaced.
     """
     from latex2mathml.converter import convert  # a tenth of a second that comparing equations need not wait
 

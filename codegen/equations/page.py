@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""equations.md: the derived equations as a page with LaTeX that forges display."""
+"""Writer of equations.md: the derived equations as a page with LaTeX for GitHub and GitLab."""
 
 from __future__ import annotations
 
@@ -65,11 +65,11 @@ class Formula:
     label : str
         "(12)", the name of a result, or nothing.
     title, unit : str
-        What it is.
+        Its subject and unit.
     left, right, block : str
-        Its sides in one line, and both over several lines.
+        Its sides on one line, and both together on several lines.
     wide : bool
-        Whether one line is too long for a table.
+        True if one line is too long for a table.
     where : tuple of str
         Names that appear for the first time, with their meaning.
     """
@@ -86,14 +86,14 @@ class Formula:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with formulas, in groups that are printed one by one or as a table."""
+    """A heading and groups of formulas, each printed as a table or one by one."""
 
     title: str
     runs: tuple[tuple[bool, tuple[Formula, ...]], ...]
 
     @property
     def anchor(self) -> str:
-        """Anchor that forges give the heading."""
+        """Anchor of the heading on GitHub and GitLab."""
         return re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
 
 
@@ -114,7 +114,7 @@ def equations_markdown(system: System) -> str:
 
 
 class _Writer:
-    """Converter of a system's expressions to LaTeX that records the names explained so far."""
+    """Converter of a system's expressions to LaTeX, which records the names that it has explained."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -183,7 +183,7 @@ class _Writer:
 
 
 def _runs(formulas: Sequence[Formula]) -> tuple[tuple[bool, tuple[Formula, ...]], ...]:
-    """Group formulas; True for a group that is short and plain enough for a table."""
+    """Group formulas; True for a group that fits a table."""
     runs = [
         (plain, tuple(run))
         for plain, run in groupby(formulas, key=lambda f: not f.wide and not f.label and not f.where)
@@ -192,7 +192,7 @@ def _runs(formulas: Sequence[Formula]) -> tuple[tuple[bool, tuple[Formula, ...]]
 
 
 def _in_cell(latex: str) -> str:
-    """Replace the vertical bar, which would end a table's cell."""
+    """Replace the vertical bar, which would end a table cell."""
     return latex.replace("|", r"\vert ")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Notations for parts of a formula: plain text, LaTeX, MathML."""
+"""Notations of formulas: plain text, LaTeX, MathML."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mehvar.base.names import typeset
 from .mathml import content
 
 Case = tuple[str, str, bool]
-"""A value, its condition, and True for a word such as "otherwise"."""
+"""A value, its condition, and True if the condition is a word such as "otherwise"."""
 _NAMED = {
     "sin": r"\sin", "cos": r"\cos", "tan": r"\tan", "exp": r"\exp", "log": r"\ln", "asin": r"\arcsin",
     "acos": r"\arccos", "atan": r"\arctan", "sinh": r"\sinh", "cosh": r"\cosh", "tanh": r"\tanh", "max": r"\max",
@@ -22,7 +22,7 @@ _NAMED = {
 }  # fmt: skip
 _WORDS = {"True": "otherwise", "False": "never"}
 _MOST_FACTORS = 12
-"""Number of factors above which thin spaces separate a product: without them, LaTeX shows one word."""
+"""Number of factors above which thin spaces separate a product, which LaTeX otherwise shows as one word."""
 
 
 class Spelling(ABC):
@@ -35,9 +35,9 @@ class Spelling(ABC):
     negative : str
         Sign in front of the first term.
     bar : str
-        What is in a part if it has a fraction with a bar, over and under which a sum needs no parentheses.
+        Text by which a fraction with a bar is recognised; sums above and below a bar need no parentheses.
     coefficient : str
-        Template of a fraction of numbers in front of factors; empty if it stands over and under them.
+        Template of a numeric fraction in front of factors; empty if its parts join numerator and denominator.
     relations : dict of str to str
         Signs by operation.
     """
@@ -87,7 +87,7 @@ class Spelling(ABC):
 
     @abstractmethod
     def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
-        """Return a function call, raised to a nonempty exponent; without parentheses if `bare`."""
+        """Return a function call with an optional exponent; without parentheses if `bare` is true."""
 
     @abstractmethod
     def conditional(self, value: str, condition: str) -> str:
@@ -98,11 +98,11 @@ class Spelling(ABC):
         """Return values with their conditions."""
 
     def braced(self, symbol: str) -> str:
-        """Return a symbol in a form that can be raised to a power."""
+        """Return a symbol in braces if needed for an exponent."""
         return symbol
 
     def letters(self, part: str) -> str:
-        """Return the text by which a part is sorted."""
+        """Return the sort key of a part."""
         return part
 
     def mark(self, part: str) -> str:
@@ -164,7 +164,7 @@ class Text(Spelling):
 
 
 class Latex(Spelling):
-    """LaTeX in the subset that forges display."""
+    """LaTeX in the subset that GitHub and GitLab display."""
 
     bar = r"\frac"
     coefficient = r"\tfrac{%s}{%s}"
@@ -231,12 +231,12 @@ class Latex(Spelling):
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def braced(self, symbol: str) -> str:
-        """Enclose a symbol with a dot or superscript, so that an exponent stands beside it."""
+        """Enclose a symbol with dot or superscript in braces, so that an exponent can follow."""
         return f"{{{symbol}}}" if symbol.startswith(r"\dot") or "^" in symbol else symbol
 
 
 class MathML(Spelling):
-    """The content of `math` elements; edited parts have the class `mark`."""
+    """Content of `math` elements; edited parts have the class `mark`."""
 
     plus = '<mo form="infix">+</mo>'
     minus = '<mo form="infix">−</mo>'

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Exact derivatives of the generated functions by CasADi's algorithmic differentiation.
 
-Where a Jacobian is wanted element by element it is generated: of the rates, of the outputs, of the closed loops. Of a
-law the derivative along a direction is, at two to three times the operations of the law: the Jacobian of an estimator's
-memory would have seventeen times as many. Along the unit vectors it gives the same numbers.
+Rates, outputs and closed loops get Jacobians with all elements. Laws get directional derivatives, which cost two to
+three times the law: the Jacobian of an estimator's memory would cost seventeen times. Directional derivatives along
+unit vectors give the same numbers.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[Func
     Parameters
     ----------
     system : System
-        Says which laws there are.
+        System with the laws.
     functions : sequence of FunctionGraph
         Its functions.
     """
@@ -61,11 +61,12 @@ def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) 
     Parameters
     ----------
     function : FunctionGraph
-        What is differentiated.
+        Function to differentiate.
     by : sequence of str
         Names of arguments.
     name : str
-        Of the derivative; one that begins with `jac_` names its argument, and its result is J instead of J_ARGUMENT.
+        Name of the derivative. A name that begins with `jac_` names its argument; its result is J instead of
+        J_ARGUMENT.
     part : str
         The file it goes into.
     """
@@ -99,7 +100,7 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
     Parameters
     ----------
     function : FunctionGraph
-        What is differentiated; its derivative is called `jvp` for the right-hand side, `NAME_jvp` for others.
+        Function to differentiate; the derivative is named `jvp` for the right-hand side and `NAME_jvp` otherwise.
     by : sequence of str
         Names of the arguments that change.
     part : str
@@ -133,7 +134,7 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
 
 
 def _changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return names for the elements of a direction, after those of its arguments."""
+    """Return names for the elements of a direction, derived from the names of its arguments."""
     return {f"along_{name}": tuple(f"along_{e}" for e in function.elements.get(name, ())) for name in names}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated functions: graphs with names for their arguments and results."""
+"""Generated functions as graphs with named arguments and results."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class NamedSteps:
     Attributes
     ----------
     numbers : mapping of str to str
-        Of each name the paper's equation number, which may be empty.
+        Equation number of each name in the paper; may be empty.
     graph : casadi.Function
-        From the first arguments of the function to a vector of their values.
+        Function that computes the values of all definitions from the first arguments.
     """
 
     numbers: Mapping[str, str]
@@ -40,19 +40,19 @@ class FunctionGraph:
     arguments, results : tuple of (name, size)
         Vectors; the size of a scalar is None.
     graph : casadi.Function
-        The SX function that the text is printed from.
+        The SX function to print.
     part : str
-        Which C file of the model it goes into: what a run does not call is compiled on first use.
+        The C file that contains it; files that runs do not need are compiled on first use.
     of : str
-        The function that it is a derivative of.
+        For a derivative, the differentiated function.
     parameters : set of int
-        The arguments that stay the same along a run; empty for a function that a run does not call again and again.
+        Arguments that are constant in a run; empty for a function that a run calls only once.
     held : set of int
-        The arguments that stay the same from one sample of a law to the next.
+        Arguments that are constant between samples of a law.
     elements : mapping of str to tuple of str
-        Names of the elements of each vector that it receives.
+        Names of the elements of each argument.
     families : mapping of str to tuple of (str, int)
-        Of each vector the family of every element and its number there; an empty name where it is of none.
+        For each vector, the family and number of each element; an empty family name for others.
     derivation : NamedSteps, optional
         The named steps between arguments and results.
     """

@@ -38,7 +38,7 @@ def generate_functions(system: System) -> list[FunctionGraph]:
 
 
 def _common_subexpressions(system: System, listing: Sequence[Request]) -> tuple[dict[sp.Symbol, Expr], list[Expr]]:
-    """Share common subexpressions over the whole model as additional definitions."""
+    """Return additional definitions for subexpressions that several functions of the model share."""
     names = list(system.definitions)
     shared = [
         *system.definitions.values(),
@@ -101,9 +101,9 @@ def _numbers(
     results: Sequence[Expr],
     definitions: Mapping[sp.Symbol, Expr],
 ) -> dict[sp.Symbol, str]:
-    """Return the definitions that results depend on, and substitutes for states and inputs that are no arguments.
+    """Return the definitions that results need, and expressions for states and inputs that are no arguments.
 
-    Each with its equation number, in the order of the derivation.
+    Each has its equation number; the order is that of the derivation.
     """
     numbers = {step.symbol: step.number for step in system.definitions_in_order} | dict.fromkeys(bound, "")
     reached = _reached(results, definitions)

@@ -59,7 +59,7 @@ def to_casadi(
     Returns
     -------
     list of casadi.SX
-        One scalar an expression.
+        One scalar per expression.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def to_casadi(
 
 
 def _check_table(name: str, table: object, kind: type | tuple[type, ...]) -> None:
-    """Refuse anything but a mapping from symbols to values of a kind."""
+    """Refuse anything but a mapping from symbols to values of a type."""
     if not isinstance(table, Mapping):
         raise LoweringError(f"{name} = {shown(table)}: must be a mapping of SymPy symbols")
     for symbol, value in table.items():
@@ -99,7 +99,7 @@ def _expression(value: object) -> sp.Basic:
 
 
 def lack(node: sp.Basic) -> str:
-    """Return the reason why a node has no counterpart in CasADi, apart from its operands; else an empty text."""
+    """Return the reason why a node itself has no counterpart in CasADi, or an empty text."""
     if isinstance(node, sp.Piecewise) and node.args[-1].cond is not sp.true:
         return f"Piecewise without a last branch for all other cases: {node}"
     known = isinstance(node, _OTHERS) or type(node) in (*_UNARY, *_BINARY, *_FOLDED)
@@ -110,7 +110,7 @@ def lack(node: sp.Basic) -> str:
 
 
 class _Converter:
-    """Memoised conversion with its own stack, so that deep expressions do not exhaust Python's."""
+    """Memoised conversion with an explicit stack, so that deep expressions do not exceed Python's recursion limit."""
 
     def __init__(self, symbols: Mapping[sp.Symbol, ca.SX], definitions: Mapping[sp.Symbol, sp.Basic]) -> None:
         self._memo: dict[sp.Basic, ca.SX] = dict(symbols)
@@ -195,13 +195,13 @@ class _Converter:
 
 
 def _modulo(dividend: ca.SX, divisor: ca.SX) -> ca.SX:
-    """Return the remainder with the divisor's sign, as SymPy's Mod; fmod has the dividend's sign."""
+    """Return the remainder with the divisor's sign, like SymPy's Mod and unlike fmod."""
     rest = ca.fmod(dividend, divisor)
     return ca.if_else(rest * divisor < 0, rest + divisor, rest)
 
 
 def _integer_power(base: ca.SX, exponent: int) -> ca.SX:
-    """Return a whole power by repeated squaring; a negative one by an additional division."""
+    """Return an integer power by repeated squaring, with a division for negative exponents."""
     result, square, power = None, base, abs(exponent)
     while power:
         if power & 1:

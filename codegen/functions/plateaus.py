@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Roots and arcs of saturated arguments: their derivative is zero in place of 0 * inf.
+"""Derivatives of roots and inverse functions of saturated arguments: zero in place of 0 * inf.
 
-The chain rule multiplies the slope of the outer function, which is infinite at the end of its range, by that of the
-inner one, which is zero where a `Min`, `Max` or `sign` has made it constant: asin(Min(1, v)) from v = 1 on. The
-product is not a number, the derivative is zero.
+For asin(Min(1, v)) with v > 1 the chain rule multiplies the infinite slope of the outer function by the zero slope of
+the inner one. The product is not a number, but the derivative is zero.
 """
 
 from __future__ import annotations
@@ -23,12 +22,12 @@ _STEPS = frozenset({
 
 @dataclass(frozen=True)
 class Plateaus:
-    """Results of a function with symbols for its steep functions of locally constant arguments.
+    """Results of a function in which symbols replace steep functions of locally constant arguments.
 
     Attributes
     ----------
     values : list of SX
-        The results, to be differentiated.
+        Results to differentiate.
     """
 
     values: list[ca.SX]
@@ -36,7 +35,7 @@ class Plateaus:
     _constants: list[ca.SX]
 
     def filled(self, derivatives: list[ca.SX]) -> list[ca.SX]:
-        """Replace the symbols in the derivatives by the functions."""
+        """Replace the symbols in derivatives by their functions."""
         if not self._symbols:
             return derivatives
         constants, symbols = ca.vertcat(*self._constants), ca.vertcat(*self._symbols)
@@ -45,16 +44,16 @@ class Plateaus:
 
 
 def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[int]) -> Plateaus:
-    """Evaluate a function so that its derivatives by some arguments are zero in saturation.
+    """Evaluate a function so that its derivatives are zero in saturation.
 
     Parameters
     ----------
     function : casadi.Function
         An SX function.
     arguments : list of SX
-        What it is evaluated at.
+        Arguments of the evaluation.
     varying : collection of int
-        Places of the arguments that it will be differentiated by.
+        Positions of the arguments of differentiation.
     """
     walk = _Walk()
     values = [ca.SX(function.sparsity_out(k)) for k in range(function.n_out())]
@@ -75,7 +74,7 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
 
 
 class _Walk:
-    """Registers of a function: for each, its value and the condition under which it is locally constant."""
+    """Value of each register of a function, and the condition under which it is locally constant."""
 
     def __init__(self) -> None:
         self.value: dict[int, ca.SX] = {}

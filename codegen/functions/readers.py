@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readers of each parameter: a run refuses parameters that none of its functions reads."""
+"""Functions that read each parameter; a run refuses parameters that none of its functions reads."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ from .requests import Request, bindings, requests
 
 @dataclass(frozen=True)
 class Reader:
-    """A function, or one element of a start or formula, with the symbols that it depends on.
+    """A function, or an element of an initial state or formula, with the symbols that it depends on.
 
-    Its name is that of the function, followed for one element by a dot and what the element is the value of, as in
-    "initial.rho".
+    Its name is the function's; for an element, a dot and the element's name follow, as in "initial.rho".
     """
 
     name: str
@@ -32,7 +31,7 @@ class Reader:
 def readers(system: System) -> list[Reader]:
     """Return all functions that affect a run; a reader of a reference also reads the reference's parameters.
 
-    A run uses no margins except those of its limits, and calls no function that a model has for its users.
+    Runs use no margins except those of limits, and no public functions of the model.
     """
     reference = dict(zip(system.references.symbols, system.reference, strict=True))
     laws = {f"{identifier(law.name)}_defaults": law for law in system.controllers}
@@ -49,13 +48,13 @@ def readers(system: System) -> list[Reader]:
 
 
 def readers_of(group: Group, listing: Iterable[Reader], law: str = "") -> Mapping[str, tuple[str, ...]]:
-    """Return the names of the readers of each parameter of a group; for a law's parameter, of that law only."""
+    """Return the names of the readers of each parameter of a group; a law's parameter has readers of that law only."""
     rows = [reader for reader in listing if not law or reader.law == law]
     return {q.name: tuple(row.name for row in rows if q.symbol in row.symbols) for q in group}
 
 
 def _elements(system: System, request: Request, law: Controller | None) -> list[tuple[str, tuple[Expr, ...]]]:
-    """Return a function as a whole, or as single elements if a user may give them."""
+    """Return a function as a whole, or element by element if a user may set single elements."""
     entries = tuple(entry for _, results in request.results for entry in results)
     names = (
         [q.name for q in system.states] if request.name == "initial" else list(formulas(law.parameters)) if law else []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functions to generate for a system, still in SymPy, with the meanings of their symbols."""
+"""Functions to generate for a system, as SymPy expressions with the meanings of their symbols."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mehvar.models.system import (
 )
 
 ROLES = ("u_cmd", "e", "dw", "v", "z", "q")
-"""Roles of vectors that consist of a system's quantities."""
+"""Roles of vectors of a system's quantities."""
 
 
 @dataclass(frozen=True)
@@ -39,19 +39,19 @@ class Request:
     name, description : str
         Its name in C and Python, and one line for people.
     arguments : tuple of Group
-        What it receives; a group of one quantity with the same name is a scalar.
+        Arguments; a group of one quantity with the same name is a scalar.
     results : tuple of (name, expressions)
-        What it returns.
+        Results by name.
     scalars : bool
-        Whether each result is a scalar instead of a vector.
+        True if each result is a scalar instead of a vector.
     law : Controller, optional
-        The law that gives the input where the function does not receive it.
+        Law that computes the input, if the function does not receive it.
     repeated : bool
-        Whether a run calls it again and again with the same parameters.
+        True if a run calls it many times with the same parameters.
     alone : bool
-        Whether no subexpression is shared with other functions, whose sums would be in another order without it.
+        True to share no subexpression with other functions, because sharing would reorder their sums.
     part : str
-        The file it goes into.
+        The C file that contains it.
     """
 
     name: str
@@ -73,7 +73,7 @@ def requests(system: System) -> list[Request]:
 
 
 def _picture(system: System) -> list[Request]:
-    """Return the function for a picture's points; it does not change the bits of a run."""
+    """Return the function for a picture's points, which does not change the results of a run."""
     if not system.geometry:
         return []
     arguments = (system.states, system.inputs, system.references, system.parameters)
@@ -203,7 +203,7 @@ def _sampled(system: System, law: Controller) -> list[Request]:
 
 
 def _applied(system: System, law: Controller) -> Group:
-    """Return the acting inputs; a law that reads none receives them under unused names."""
+    """Return the acting inputs, under unused names if the law reads none."""
     unread = (replace(q, name=f"{q.name} applied") for q in system.inputs)
     return Group("v", law.applied.quantities or tuple(unread))
 
@@ -256,12 +256,12 @@ def _continuous(system: System, law: Controller) -> list[Request]:
 
 
 def suffix(system: System, values: Iterable[str]) -> str:
-    """Return the suffix of a variant's function names: its values that are not defaults."""
+    """Return the suffix of a variant's function names, which consists of its non-default values."""
     return "_".join(value for choice, value in zip(system.choices, values, strict=True) if value != choice.values[0])
 
 
 def bindings(system: System, request: Request) -> dict[sp.Symbol, Expr]:
-    """Return expressions for symbols that are no arguments of a function: another chart, input, reference."""
+    """Return expressions for symbols that a function does not receive: another chart, the input, the reference."""
     names = {group.name for group in request.arguments}
     bound = _pairs(system.references.symbols, system.reference) if "s" in names else {}
     clock = next((q.symbol for group in request.arguments for q in group if q.name == CLOCK), None)
@@ -322,5 +322,5 @@ def _margins(conditions: Iterable[Condition]) -> tuple[Expr, ...]:
 
 
 def _pairs(symbols: Iterable[sp.Symbol], expressions: Iterable[Expr]) -> dict[sp.Symbol, Expr]:
-    """Return pairs of symbols and expressions; a symbol of both charts is paired with itself."""
+    """Return pairs of symbols and expressions; a symbol that both charts share is paired with itself."""
     return {s: e for s, e in zip(symbols, expressions, strict=True) if s != e}

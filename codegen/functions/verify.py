@@ -16,9 +16,9 @@ from mehvar.models.system import TIME, Group, Parameter, System
 from .lower import LoweringError, lack, to_casadi
 
 POINTS = 40
-"""Number of points: a wrong term shows at each, and forty also reach the branches of a switch."""
+"""Number of points. A wrong term shows at each; forty also reach both branches of a switch."""
 TOLERANCE = 1e-12
-"""Tolerance: rounding is 1e-15 in the largest shipped model, a wrong term has its own size."""
+"""Relative tolerance; rounding is 1e-15 in the largest shipped model."""
 
 
 class VerificationError(MehvarError, ValueError):
@@ -44,16 +44,16 @@ def check_counterparts(system: System) -> None:
 def verify(system: System) -> None:
     """Compare x' of the efficient form with x' of the derived equations at random points.
 
-    Where rounding makes rates differ that solve the equations to 1e-12 of their own terms, as it does under a mass
-    matrix whose entries are of several sizes, they are the same.
+    Rates that differ by rounding count as the same if they solve the equations to 1e-12 of their terms. A mass matrix
+    with entries of very different sizes causes such rounding.
 
     States and inputs are drawn from [-1, 1], parameters within 20 % of their defaults and inside their bounds.
 
     Raises
     ------
     VerificationError
-        If they differ by more than 1e-12 max(1, |x'|_inf) at any point, or the derived equations determine no x' there;
-        the message says where and in what.
+        If they differ by more than 1e-12 max(1, |x'|_inf) at a point, or the derived equations determine no x' there.
+        The message names point and state.
     """
     if not system.residual:
         return
@@ -81,7 +81,7 @@ def verify(system: System) -> None:
 
 
 def _forms(system: System) -> ca.Function:
-    """Return the map (x, u, p) -> rates of the efficient form, its residual, and the residual's slope in the rates."""
+    """Return functions of (x, u, p): the efficient form's rates, their residual, and its derivative by the rates."""
     groups = (system.states, system.inputs, system.parameters)
     vectors = [ca.SX.sym(group.name, len(group)) for group in groups]
     symbols = {

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts on the equations that a paper prints, from the derivation."""
+"""Verdicts on a paper's printed equations, based on the derivation."""

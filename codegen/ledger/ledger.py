@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ledger of a paper: a verdict on all that it prints, from the derivation.
+"""Ledger of a paper: verdicts on its printed equations, tables and sentences, based on the derivation.
 
-`mehvar.models.paper` holds the printed statements and the meanings of their symbols. Here both sides of each relation
-are written out and compared: by their form (proved), otherwise at random points with 50 digits (tested). A relation
-that fails gets a simple counterexample. If the paper's module proposes a correction, the correction is tested in the
-same way.
+`mehvar.models.paper` defines printed statements and the meanings of their symbols. This module expands both sides of
+each relation and compares them by their form (proved) or at random points with 50 digits (tested). A relation that
+fails gets a simple counterexample. If the paper's module proposes a correction, the correction is tested in the same
+way.
 """
 
 from __future__ import annotations
@@ -92,11 +92,11 @@ class Entry:
     title, kind : str
         Its subject; equation, definition, condition, statement or data.
     verdict : Standing
-        Of the entry: *illegible or ambiguous* if its readings disagree.
+        Verdict on the entry: *illegible or ambiguous* if its readings disagree.
     readings : tuple of JudgedReading
-        Each with a verdict of its own.
+        Readings, each with its own verdict.
     erratum : Erratum or None
-        Kind and cause of the error; None if there is no error, or if the paper's module gives neither.
+        Kind and cause of the error; None without an error, or if the paper's module gives none.
     note : str
         Note from the paper's module.
     """
@@ -192,7 +192,7 @@ def judge(paper: Paper, model: str) -> Ledger:
     Parameters
     ----------
     paper : Paper
-        What is printed, and what its symbols mean.
+        Printed statements and meanings of symbols.
     model : str
         Name of the model that it is about.
     """
@@ -253,7 +253,7 @@ def _unchanged(relation: Relation, meanings: Meanings, standing: Standing, how: 
 
 
 def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line:
-    """Return the line of a failed relation, with its correction or with the wrong terms of a residual."""
+    """Return the line of a failed relation, with its correction or the wrong terms of its residual."""
     names = meanings.names
     left = relation.left if relation.corrected_left is None else relation.corrected_left
     right = relation.right if relation.corrected is None else relation.corrected

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meanings of a paper's names as nodes of one pool, and test points of the free names."""
+"""Meanings of a paper's names as nodes of a pool, and test points of its free names."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from ..equal.reals import PointSampler
 from .sides import Sides
 
 _STEPS = 10**6
-"""Number of grid points between two bounds. Values are drawn from the grid, so names get different values, and values
-of counterexamples stay short."""
+"""Number of grid points between two bounds. Grid values keep the numbers of counterexamples short and the values of
+names distinct.
+"""
 
 
 class PaperSampler(PointSampler):
-    """Draws values strictly between the bounds of names, where formulas often end; integers may equal bounds.
+    """Sampler of values strictly between the bounds of names, at which formulas are often undefined.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ class PaperSampler(PointSampler):
 
 
 class Meanings:
-    """Names of a paper in one pool, judged at the same points for every relation.
+    """Names of a paper in one pool, evaluated at the same points for every relation.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ class Meanings:
         self._cases = {frozenset[tuple[Expr, Side]](): self.table}
 
     def case(self, case: Case) -> InCase:
-        """Return the meanings of names in a case, which override those of the table."""
+        """Return the meanings of names in a case, where they override the table's."""
         overrides = {symbol: frozen(meaning) for symbol, meaning in case.items()}
         return self._cases.setdefault(frozenset(overrides.items()), InCase(self, overrides))
 
@@ -96,7 +97,7 @@ class InCase:
     Attributes
     ----------
     overrides, of : mapping
-        The case's meanings; these combined with the table's.
+        The case's meanings, and their combination with the table's.
     """
 
     def __init__(self, meanings: Meanings, overrides: Mapping[Expr, Side]) -> None:
@@ -110,7 +111,7 @@ class InCase:
         self._meaning = Meaning(meanings.pool, self._target)
 
     def expressions(self, side: Side) -> list[Expression]:
-        """Return the entries of a side as expressions of the engine; a number has one entry."""
+        """Return the entries of a side as expressions for comparison; a number has one entry."""
         return [(self._meaning, node) for node in self._all.sides.entries(self._without_matrices(side))]
 
     def symbol(self, name: str) -> Expr:
@@ -118,7 +119,7 @@ class InCase:
         return self._symbols[name]
 
     def written_out(self, side: Side) -> Side:
-        """Replace all names by their meanings, down to free names."""
+        """Replace all names by their meanings until only free names remain."""
         return self._replaced(side, self.of)
 
     def _without_matrices(self, side: Side) -> Side:
@@ -134,7 +135,7 @@ class InCase:
         raise ValueError(f"the meanings of {sorted(map(str, here))} are circular")
 
     def _target(self, name: str) -> Expression | None:
-        """Return the meaning of a name in this case, or that of the table if the case has none."""
+        """Return the meaning of a name in this case, by default that of the table."""
         symbol = self._symbols[name]
         if symbol not in self.of:
             return None

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Misprints in a formula, term by term, from a comparison with its corrected form.
+"""Misprints in a formula, term by term, by comparison with its corrected form.
 
-Both forms are written by hand in the same layout, so a walk down both trees finds the place. If several lists of
-changes lead from one form to the other, the shortest is given: operands are paired so that the changes name as little
-of the formula as possible. The correctness of the corrected form is not decided here: `mehvar.codegen.ledger.relations`
-tests it against the derivation.
+Both forms are written by hand in the same layout, so a parallel walk down both trees finds each change. Of several
+possible lists of changes, the shortest is returned. `mehvar.codegen.ledger.relations` tests the corrected form
+against the derivation.
 """
 
 from __future__ import annotations
@@ -28,19 +27,20 @@ Part: TypeAlias = str | Any
 _SIGNS = (sp.Symbol("-"), sp.Symbol("+"))
 """Formulas of plus and minus signs, for typesetting."""
 _WHOLE = 1
-"""Cost of an additional change, in symbols. With 0, "lost" and "added" would cost as much as "should read"; with 2,
-dissimilar terms would be paired."""
+"""Cost of an additional change, in symbols. With 0, "lost" and "added" cost as much as "should read"; with 2,
+dissimilar terms are paired.
+"""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """A change of a printed formula: alternating words and formulas, and the number of changed symbols."""
+    """A change of a printed formula: words and formulas in turn, and the number of changed symbols."""
 
     parts: tuple[Part, ...]
     size: int
 
     def spelled(self, write: Write) -> str:
-        """Return the change as text; a given function prints its formulas."""
+        """Return the change as text, in which a given function prints formulas."""
         return "".join(part if isinstance(part, str) else write(part) for part in self.parts)
 
 
@@ -116,7 +116,7 @@ def _entries(printed: sp.MatrixBase, corrected: sp.MatrixBase) -> Iterator[Edit]
 
 
 def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
-    """Yield the changes between sums, as written or, if shorter, expanded."""
+    """Yield the changes between sums as written or, if shorter, between expanded sums."""
     extra, missing = _unmatched(_summands(printed), _summands(corrected))
     standing = _paired(extra, missing, "term", _one_term)
     written = _written_out(extra, missing)
@@ -124,10 +124,9 @@ def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
 
 
 def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> list[Edit]:
-    """Return the changes of the products in which expanded sums differ.
+    """Return the changes between the products of expanded sums.
 
-    Only products that differ in their numbers are paired: the others of a shortened equation are unrelated. The list is
-    empty for matrices, and for sums in a denominator.
+    Only products that differ in their numbers are paired. The list is empty for matrices and for sums in a denominator.
     """
     if any(isinstance(term, sp.MatrixExpr) or _divides_by_a_sum(term) for term in (*extra, *missing)):
         return []
@@ -168,7 +167,7 @@ def _unmatched(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[Any], list[
 
 
 def _paired(extra: Sequence[Any], missing: Sequence[Any], kind: str, alike: Callable[[Any, Any], bool]) -> list[Edit]:
-    """Return the shortest list of changes between operands: changed, added, omitted.
+    """Return the shortest list of changed, added and omitted operands.
 
     Operands are paired only if they are alike.
     """
@@ -202,7 +201,7 @@ def _between(old: Any, new: Any) -> tuple[Edit, ...]:
 
 
 def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
-    """Name the product of a sum in which a factor changes, unless the change names it."""
+    """Add to the change of a factor the product that contains it, unless the change names the product."""
     product_of_a_sum = kind == "term" and isinstance(operand, sp.Mul) and not operand.has(sp.Add)
     if not product_of_a_sum or edit.parts[0] in ("sign of ", "number before ", "in "):
         return edit
@@ -210,7 +209,7 @@ def _placed(edit: Edit, operand: Any, kind: str) -> Edit:
 
 
 def _related(old: Any, new: Any) -> bool:
-    """Return True if operands share a symbol, are both numbers or symbols, or are one function of one symbol each."""
+    """Return True if operands share a symbol, are both numbers or symbols, or are the same function of a symbol."""
     if old.is_number and new.is_number:
         return True
     ours, theirs = (side.atoms(sp.Symbol, sp.MatrixSymbol) for side in (old, new))
@@ -224,10 +223,9 @@ def _same_product(old: Any, new: Any) -> bool:
 
 
 def _one_term(old: Any, new: Any) -> bool:
-    """Return True if two products differ in one factor, or in two factors that are less than half of all.
+    """Return True if two products differ in one factor, or in two that are less than half of all.
 
-    Products that differ more are two terms. Otherwise the present and the missing terms of a shortened equation would
-    be paired at random.
+    More different products count as separate terms, so that terms of a shortened equation are not paired at random.
     """
     if not (isinstance(old, sp.Mul | sp.Add) and isinstance(new, sp.Mul | sp.Add)):
         return True

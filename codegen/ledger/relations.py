@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tests of printed relations with the derived meaning of each symbol.
 
-`codegen.equal` tests relations at random points with 50 digits, drawn from the bounds of the names. That finds every
-difference except one confined to a set of measure zero, to a branch that was not visited, or to rounding. A small
-relation that passes is written out. If the forms are equal, or the difference vanishes in normal form, it is proved.
+`codegen.equal` tests relations at random points with 50 digits, drawn from the bounds of the names. This finds every
+difference except on a set of measure zero, in an unvisited branch, or below rounding. A small relation that passes is
+expanded. It is proved if both forms are equal or their difference vanishes in normal form.
 """
 
 from __future__ import annotations
@@ -32,17 +32,16 @@ ten draws is missed by 64 points in 1 of 850 cases, by 32 in 1 of 29. An inequal
 is missed once in 700. Half as many points give the same verdicts on the triangle's paper; one of each misses one of
 27 misprints. Without branches, 16 suffice."""
 _FEW = 4
-"""Number of points that are tested before a proof. The first point nearly always shows a difference, and costs less
-than a proof."""
+"""Number of points that are tested before a proof, because a difference nearly always shows at the first point."""
 _DRAWS = 100
-"""Attempts per point before a domain counts as not found: enough for domains of a few hundredths."""
+"""Number of attempts per point, enough for domains of a few hundredths."""
 _WRITTEN_OUT, _PROVABLE = 750, 250
 """Limits on operations of expanded sides and of the normal form of their difference. Of 258 relations of triangle
 and slosh, 133 are proved (122 with half, 152 with twice the limits) and the others tested. No verdict depends on the
 limits; the time changes by at most a fifth. A normal form's cost has no bound, so the limits stay small."""
 _BRANCHING = (sp.Abs, sp.sign, sp.Max, sp.Min, sp.Piecewise, sp.atan2, sp.acos, sp.asin)
 _ANGLES = frozenset(("atan2", "acos", "asin"))
-"""Functions that jump or end without being piecewise."""
+"""Functions with jumps or a bounded domain that are not piecewise."""
 _UNEVALUATED = (sp.Integral, sp.Derivative, sp.Limit, sp.Sum, sp.UnevaluatedExpr)
 
 
@@ -56,7 +55,7 @@ def compare(relation: Relation, meanings: Meanings, left: Side | None = None, ri
     meanings : Meanings
         Meanings of the names.
     left, right : Expr or Matrix, optional
-        Sides to judge in place of the printed ones.
+        Sides to compare in place of the printed ones.
     """
     left = relation.left if left is None else left
     right = relation.right if right is None else right
@@ -68,7 +67,7 @@ def compare(relation: Relation, meanings: Meanings, left: Side | None = None, ri
 
 
 def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
-    """Expand the printed and the derived residual of an equation of motion into terms, in the first case.
+    """Expand the printed and the derived residual of an equation of motion into terms, for the first case.
 
     Even powers of sines are replaced by cosines, so that equal terms look equal.
     """
@@ -78,13 +77,13 @@ def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
 
 
 def _weakest(hows: Iterable[str]) -> str:
-    """Return the weakest evidence of several cases: it applies to all of them."""
+    """Return the weakest evidence among several cases, which holds for all."""
     distinct = list(dict.fromkeys(hows))
     return next((how for how in distinct if not how.startswith("proved")), distinct[0])
 
 
 def _decide(test: _Test) -> Verdict:
-    """Compare both sides in one case: shapes, random points, forms."""
+    """Compare shape, random points and forms of both sides in one case."""
     shapes = [_shape(side) for side in test.sides]
     if shapes[0] != shapes[1]:
         return Verdict(False, f"proved: {_named(shapes[0])} cannot equal {_named(shapes[1])}")
@@ -108,7 +107,7 @@ def _decide(test: _Test) -> Verdict:
 
 
 class _Test:
-    """A case of a relation: both sides, meanings of names, random points."""
+    """Test of a relation in one case, with both sides, meanings of names and random points."""
 
     def __init__(self, relation: Relation, meanings: Meanings, case: Case, left: Side, right: Side) -> None:
         self.meanings = meanings.case(case)
@@ -139,7 +138,7 @@ class _Test:
         return any(ways(pool, node) or pool.nodes[node][0] in _ANGLES for node in meaning.cone(root))
 
     def proof(self) -> str:
-        """Return the method that proves equality, if any: by form if the relation is small enough to expand."""
+        """Return the method that proves equality, if any, for a relation small enough to expand."""
         sizes: dict[Expr, int] = {}
         if max(self._size(side, sizes) for side in self.sides) > _WRITTEN_OUT:
             return ""
@@ -151,7 +150,7 @@ class _Test:
         return ""
 
     def _size(self, side: Side, sizes: dict[Expr, int]) -> int:
-        """Count the operations of an expanded side; `sizes` has those of names."""
+        """Count the operations of an expanded side; `sizes` holds the counts of names."""
         size = _operations(side)
         for symbol in symbols_of(side):
             if symbol in self.meanings.of:
@@ -166,7 +165,7 @@ class _Test:
         return self._judge.real_points(places, self.count, self._domain, _DRAWS, hopeless=self.count * _DRAWS)
 
     def differ(self, worlds: Worlds, visible: bool = False) -> bool:
-        """Return True if the relation fails at a point; with `visible`, by an amount that a reader can see."""
+        """Return True if the relation fails at a point; with `visible`, only if printed digits show it."""
         return any(self._apart(worlds, left, right, visible) for left, right in self._pairs)
 
     def _apart(self, worlds: Worlds, left: Expression, right: Expression, visible: bool = False) -> bool:
@@ -184,7 +183,7 @@ class _Test:
         return self.differ(worlds, visible=True)
 
     def counterexample(self, worlds: Worlds) -> Counterexample:
-        """Simplify a point of failure to simple numbers with many zeros."""
+        """Return a point of failure with simple numbers and many zeros."""
         drawn = next(iter(worlds)).point
         point = simplified({name: drawn[name] for name in self.free}, self._judge.sampler.simple, self._fails)
         worlds = self._judge.real(point)
@@ -221,7 +220,7 @@ def _entries(side: Side) -> list[Expr]:
 
 
 def _vanishes(difference: Expr) -> bool:
-    """Return True if a difference is zero as a polynomial in cosines, sines and roots with reduced squares."""
+    """Return True if a difference is zero as a polynomial in cosines, sines and roots, with their squares reduced."""
     if difference.has(*_BRANCHING) or sp.count_ops(difference) > _PROVABLE:
         return False
     numerator = sp.fraction(sp.together(sp.expand_trig(difference)))[0]

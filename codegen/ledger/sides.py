@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sides of relations, including matrices, as nodes for `codegen.equal`."""
+"""Sides of relations, also matrices, as nodes for `codegen.equal`."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ class Sides(Graph):
         self._numbers: list[int] = []
 
     def entries(self, side: Side) -> list[int]:
-        """Return the nodes of a side: one for a number, those of a matrix row by row.
+        """Return the nodes of a side: one for a number, all entries row by row for a matrix.
 
         Raises
         ------
         UnknownFunctionError
-            If it has a function without values.
+            If it contains a function that cannot be evaluated.
         """
         matrix = self._matrix(side)
         self._numbers = self.pool.copy(self.nodes, before=self._numbers)
@@ -117,7 +117,7 @@ class Sides(Graph):
         ]
 
     def _inverse(self, matrix: Matrix) -> Matrix:
-        """Return the cofactors divided by the determinant, for matrices of two or three rows."""
+        """Return the inverse of a matrix with two or three rows, by cofactors and determinant."""
         size = range(len(matrix))
         one_over = self._store("pow", [self._determinant(matrix), self.add(sp.S.NegativeOne)])
         return [[self._combined("mul", self._cofactor(matrix, j, i), one_over) for j in size] for i in size]

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mehvar.codegen.equations.mathml import content
+from mehvar.reproduction.paper import load_reproduction
 from mehvar.runtime.model.catalogue import shipped_models
 from mehvar.web.export import export_web
 
@@ -143,8 +144,10 @@ def _live(model: str, config: MkDocsConfig) -> File:
     """Return the page on which a model runs."""
     from mkdocs.structure.files import File
 
+    study = load_reproduction(model).study
     with tempfile.TemporaryDirectory() as folder:
-        text = export_web(model, folder).read_text(encoding="utf-8")
+        page = export_web(model, folder, success=study.success, own_law=study.own_law.strip())
+        text = page.read_text(encoding="utf-8")
     return File.generated(config, f"live/{model}.html", content=text)
 
 

@@ -8,6 +8,7 @@ import gzip
 import json
 import os
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +27,20 @@ from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
 
 from .cases import Case, cases_of
+from .failure import Failure, failure_of
 from .module import compiled_module, zig_toolchain
 
 _TEMPLATES = Path(html.__file__).parent / "templates"
 _UPLOT = "report/uplot"
 
 
-def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str]) -> Path:
+def export_web(
+    model: Model | str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    success: str | None = None,
+    own_law: str | None = None,
+) -> Path:
     """Write a page that simulates a model, with sliders, plots, animation, and a checksum of all numbers.
 
     Parameters
@@ -40,7 +48,13 @@ def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str
     model : Model, str or path
         A loaded or built model, a name or a generated folder.
     out : path
-        The folder of the page, which is called `MODEL.html`; made if necessary.
+        Folder of the page `MODEL.html`.
+    success : str, optional
+        A condition on metrics, as of `batch`; default: reaching the end. If a search finds them, the page offers a run
+        that fails and differs in one parameter from a successful run.
+    own_law : str, optional
+        Initial text of the page's field for the reader's law: a line `INPUT = EXPRESSION` for each input; default: all
+        are zero.
 
     Returns
     -------
@@ -50,8 +64,8 @@ def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str
     Raises
     ------
     InputError
-        For an unknown model, one without a law that runs a scenario, or an `out` that cannot be a folder or
-        has another page of that name.
+        If the model is unknown, no law runs a scenario, or `success` is no condition on its metrics; or if `out` cannot
+        be a folder or has another page of that name.
     MissingError
         Without zig; the message says how to install it.
     BuildError
@@ -60,22 +74,27 @@ def export_web(model: Model | str | os.PathLike[str], out: str | os.PathLike[str
         If the page cannot be written.
     """
     check_arguments("path", "the call", out=out)
+    check_arguments("text", "the call", success=success, own_law=own_law)
     check_folder(out)
     loaded = model if isinstance(model, Model) else load(model)
     refuse(loaded.manifest, Place.PAGE)
     zig_toolchain()  # before the runs, which take longer
     name, maker = f"{loaded.manifest.model}.html", f"mehvar export web {loaded.manifest.model}"
     check_folder(out, maker, [name])
-    text = web_page(loaded.manifest, cases_of(loaded))
+    cases = cases_of(loaded)
+    text = web_page(loaded.manifest, cases, failure_of(loaded, cases, success), own_law)
     with filling(out, maker) as folder:
         (folder / name).write_text(text, encoding="utf-8")
     return Path(out) / name
 
 
-def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
+def web_page(
+    manifest: Manifest, cases: Sequence[Case], failure: Failure | None = None, own_law: str | None = None
+) -> str:
     """Return the page of a model with some runs."""
     drawing = tuple(f"report/{name}.js" for name in ("data", "save", "charts", "view", "geometry"))
-    names = (f"{_UPLOT}/uPlot.iife.min.js", *drawing, "web/simulator.js", "web/motion.js", "web/live.js")
+    names = (f"{_UPLOT}/uPlot.iife.min.js", *drawing, "web/simulator.js")
+    names += ("web/motion.js", "web/formulas.js", "web/live.js")
     return html.page(
         "web/live.html.j2",
         title=f"{manifest.model}: {manifest.title}",
@@ -86,12 +105,15 @@ def web_page(manifest: Manifest, cases: Sequence[Case]) -> str:
         scripts=[_asset(name) for name in names],
         runs=[{"law": case.run.controller.name, "scenario": case.run.scenario.name} for case in cases],
         moves=bool(manifest.geometry),
+        first=cases[0].run.scenario.name,
+        failure=failure,
+        own_law=own_law or "\n".join(f"{q.name} = 0" for q in manifest.inputs),
         licence=_asset(f"{_UPLOT}/LICENSE"),
-        data=Markup(json.dumps(page_data(manifest, cases), separators=(",", ":")).replace("<", "\\u003c")),
+        data=Markup(json.dumps(page_data(manifest, cases, failure), separators=(",", ":")).replace("<", "\\u003c")),
     )
 
 
-def page_data(manifest: Manifest, cases: Sequence[Case]) -> dict[str, Any]:
+def page_data(manifest: Manifest, cases: Sequence[Case], failure: Failure | None = None) -> dict[str, Any]:
     """Return the data for simulator.js and live.js: module, names of the model, runs."""
     options = RunOptions()
     ticks = list({case.t.tobytes(): case.t for case in cases}.values())
@@ -100,6 +122,8 @@ def page_data(manifest: Manifest, cases: Sequence[Case]) -> dict[str, Any]:
         "states": _quantities(manifest.states),
         "inputs": _quantities(manifest.inputs),
         "outputs": _quantities(manifest.outputs),
+        "seen": [q.name for q in manifest.seen],
+        "references": [q.name for q in manifest.references],
         "widths": {
             "x": len(manifest.states),
             "u": len(manifest.inputs),
@@ -119,6 +143,7 @@ def page_data(manifest: Manifest, cases: Sequence[Case]) -> dict[str, Any]:
         "rtol": options.rtol,
         "atol": options.atol,
         "cases": [_case(case, ticks) for case in cases],
+        "failure": None if failure is None else asdict(failure),
         "ticks": [_packed(t.astype("<f8").tobytes()) for t in ticks],
         "module": _packed(compiled_module(manifest, cases)),
     }
@@ -178,5 +203,5 @@ def _asset(name: str) -> Markup:
 
 
 def _packed(content: bytes) -> str:
-    """Return compressed bytes as base64; equal bytes give an equal result."""
+    """Return bytes compressed and as base64; equal bytes give equal results."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")

@@ -19,6 +19,7 @@ from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields
 from mehvar.runtime.run.options import INTEGRATORS, RunOptions, first_integrator
+from mehvar.runtime.run.own.law import describe
 
 from .cases import Case
 
@@ -26,10 +27,10 @@ _UNIT, _MODULE = "unit.c", "module.wasm"
 FLAGS = (
     "-std=gnu11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-sanitize=all", "-s", "-I.",
 )  # fmt: skip
-"""Compiler flags that determine bits, as for native libraries. WebAssembly has no fused multiply-add."""
+"""Compiler flags that affect rounding, as for native libraries; WebAssembly has no fused multiply-add."""
 _BARE = ("-target", "wasm32-freestanding", "-ffreestanding", "-nostdlib", "-Wl,--no-entry")
 _HOSTED = ("-target", "wasm32-wasi", "-mexec-model=reactor")
-"""Flags with a C library, which zig compiles once in a minute and a half; without one, two seconds suffice."""
+"""Flags for a C library, which zig compiles once in a minute and a half; without it, two seconds suffice."""
 
 
 def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
@@ -40,7 +41,7 @@ def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
     manifest : Manifest
         Of the model.
     cases : sequence of Case
-        The runs; the longest decide the amount of memory.
+        The runs, of which the longest determine the amount of memory.
 
     Raises
     ------
@@ -89,7 +90,7 @@ def _compile(folder: Path, sources: Mapping[str, str], zig: Toolchain, options: 
 
 
 def _needs_library(sources: Mapping[str, str]) -> bool:
-    """Return True if a model calls C library functions that we do not supply, such as hyperbolic ones."""
+    """Return True if a model calls functions of the C library that mehvar lacks, such as hyperbolic ones."""
     names = re.findall(r"^MV_DEFINE_LIBM\((\w+)\)", sources["mehvar/private/libm.h"], re.MULTILINE)
     calls = re.compile(rf"\bmv_(?:{'|'.join(names)})\(")
     return any(calls.search(text) for name, text in sources.items() if "/" not in name)
@@ -124,6 +125,7 @@ def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
         "NY": len(manifest.outputs),
         "NZ": max(len(law.memory) for law in laws),
         "NE": len(manifest.noise),
+        "SEEN": len(manifest.seen),
         "CONSTRAINTS": len(manifest.constraints),
         "MARGINS": len(manifest.constraints) + max(len(law.constraints) for law in laws) + len(manifest.limits),
         "TICKS": max(len(case.t) for case in cases),
@@ -138,7 +140,7 @@ def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
     for name, arguments in optional.items():
         body = f"{_symbol(manifest, name)}({arguments})" if name in functions else "(void)0"
         lines.append(f"#define web_{name}({arguments}) {body}")
-    entries = ",\n".join(f"    {{{_law(manifest, law)}}}" for law in laws)
+    entries = ",\n".join(f"    {{{_law(manifest, law)}}}" for law in (*laws, _OWN))
     return "\n".join([*lines, _STRUCTURE, f"static const web_law web_laws[] = {{\n{entries}\n}};", ""])
 
 
@@ -146,6 +148,7 @@ _STRUCTURE = """
 typedef struct {
     mv_model model;
     int32_t charted, count;   /* whether q are coordinates of a chart; constraints of the law */
+    int32_t own;              /* whether the page computes the input, at every sample */
     mv_4_1 *start;            /* x, r, p, c -> z; null without memory */
     mv_1_1 *defaults;         /* c -> what formulas give; null without formulas */
     mv_3_1 *constraints;      /* p, c, s -> margin; null without constraints */
@@ -153,9 +156,13 @@ typedef struct {
 """
 
 
+_OWN = describe("page:own", "computed by the page")
+"""The last law of a module: it is sampled, and the page computes its input."""
+
+
 def _law(manifest: Manifest, law: Controller) -> str:
     """Return the fields of a law's web_law structure."""
-    sampled, name = law.period is not None, identifier(law.name)
+    sampled, name = law.period is not None or law is _OWN, identifier(law.name)
     calls = loop_calls(manifest, law, "", sampled)
     charted = not sampled and "to_coordinates" in calls
     numbers = {
@@ -174,7 +181,7 @@ def _law(manifest: Manifest, law: Controller) -> str:
         "method": INTEGRATORS.index(first_integrator(RunOptions().method)),
     }
     model = {**numbers, **{field: _symbol(manifest, f.name) for field, f in model_fields(calls, manifest, law).items()}}
-    fields: dict[str, object] = {"charted": int(charted), "count": len(law.constraints)}
+    fields: dict[str, object] = {"charted": int(charted), "count": len(law.constraints), "own": int(law is _OWN)}
     for field, present in (
         ("start", law.memory),
         ("defaults", any(q.formula is not None for q in law.parameters)),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Interpolation as an expression, with exact derivatives on every backend.
 
-The piece is found by bisection. All pieces are evaluated and selected from, as lanes must do.
+Bisection finds the piece. Every piece is evaluated before one is selected, because the lanes of a batch run in step.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class Reading:
     Parameters
     ----------
     name : str
-        Of the table.
+        Name of the table.
     over : tuple of str
-        Of the arrays of its points.
+        Names of the arrays with its points, one per axis.
     at : tuple of sequences of Expr
         The points along each axis.
     values : sequence of Expr
@@ -49,7 +49,7 @@ class Reading:
         Raises
         ------
         ModelError
-            For another number of places than the table has axes, or what is no expression.
+            If the number of arguments differs from the number of axes, or an argument is no expression.
         """
         if len(places) != len(self.over):
             raise wrong(f"places of {self.name}", places, f"one for each axis: {', '.join(self.over)}")
@@ -72,9 +72,9 @@ def curve(x: sp.Expr, at: Column, values: Column, form: str, outside: str) -> sp
     at, values : sequence of Expr
         Two points or more, `at` increasing.
     form : {"linear", "cubic"}
-        Straight lines, or cubic polynomials with one slope at each point, monotone where the points are.
+        Straight lines, or cubic polynomials with one slope at each point, which are monotone where the data are.
     outside : {"hold", "line"}
-        Beyond the first and the last point their value, or the tangent there.
+        Beyond the first and last points: their value, or the tangent at them.
     """
     steps = [b - a for a, b in itertools.pairwise(at)]
     rises = [(b - a) / h for (a, b), h in zip(itertools.pairwise(values), steps, strict=True)]
@@ -100,13 +100,13 @@ def _bisected(x: sp.Expr, knots: Column, pieces: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def _cubic(along: sp.Expr, v: sp.Expr, h: sp.Expr, rise: sp.Expr, left: sp.Expr, right: sp.Expr) -> sp.Expr:
-    """Return Hermite's cubic on an interval of length h, with start value v."""
+    """Return the cubic Hermite polynomial on an interval of length h with start value v."""
     bend, twist = (3 * rise - 2 * left - right) / h, (left + right - 2 * rise) / h**2
     return v + along * (left + along * (bend + along * twist))
 
 
 def _slopes(steps: Column, rises: Column) -> list[sp.Expr]:
-    """Return slopes at the points for which the cubics are monotone.
+    """Return the slopes at the points that make the cubics monotone.
 
     Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, as SciPy's `PchipInterpolator` has them.
     """
@@ -123,6 +123,6 @@ def _harmonic(h: sp.Expr, k: sp.Expr, before: sp.Expr, after: sp.Expr) -> sp.Exp
 
 
 def _end(h: sp.Expr, k: sp.Expr, near: sp.Expr, far: sp.Expr) -> sp.Expr:
-    """Return the end slope of the parabola through three points, between zero and three times the rise there."""
+    """Return the end slope of a parabola through three points, limited to 0 to 3 times the end secant."""
     slope = ((2 * h + k) * near - h * far) / (h + k)
     return sp.Piecewise((0, slope * near <= 0), (3 * near, slope * near > 3 * near**2), (slope, True))

@@ -23,7 +23,7 @@ SYMMETRIC = ("symmetric", "positive definite")
 INCREASING = "increasing"
 LINES = ("linear", "cubic")
 OUTSIDE = ("hold", "line")
-"""Words of a parameter table: forms of arrays, interpolation, and the rule outside of the points."""
+"""Keywords of a parameter table: forms of arrays, interpolation, and extrapolation beyond the points."""
 
 
 @dataclass(frozen=True)
@@ -59,16 +59,16 @@ class Tensor(ParameterArray):
 
 @dataclass(frozen=True)
 class Table(ParameterArray):
-    """Values at points with interpolation: `p.thrust(t)`.
+    """Table of values with interpolation, called as in `p.thrust(t)`.
 
     Parameters
     ----------
     form : {"linear", "cubic"}
         See `curves`.
     over : tuple of str
-        For each axis the array of the points along it.
+        For each axis, the array of its points.
     outside : {"hold", "line"}
-        What holds beyond the first and the last point.
+        Extrapolation beyond the first and last points.
     """
 
     form: str
@@ -89,7 +89,7 @@ def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outs
     Raises
     ------
     ModelError
-        For an array without numbers or with rows of several lengths, and a form that does not fit it.
+        If the array has no numbers, its rows differ in length, or its form does not fit it.
     """
     shape = _shape(numbers, where)
     if over:
@@ -139,7 +139,7 @@ def _check_symmetric(numbers: list[list[float]], shape: tuple[int, ...], form: s
 
 
 def _is_positive_definite(numbers: list[list[float]]) -> bool:
-    """Return True if all pivots of an exact elimination are positive; False if one is not a number."""
+    """Return True if every pivot of an exact elimination is a positive number."""
     if not all(math.isfinite(number) for row in numbers for number in row):
         return False
     rows = [[Fraction(number) for number in row] for row in numbers]
@@ -157,9 +157,9 @@ def elements(whole: Parameter, array: ParameterArray, numbers: Sequence[Any]) ->
     Parameters
     ----------
     whole : Parameter
-        What they have in common.
+        The array's entry: description, unit and source are common to all elements.
     array : ParameterArray
-        What they are together.
+        Name and shape of the array.
     numbers : list, or list of lists
         Their defaults.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Refusal of Python branches on symbols during derivation, as the equations would keep only one side."""
+"""Refusal of Python branches on symbols during derivation; the equations would contain only one branch."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ _BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.", "mehvar.models.estimati
 def no_branching() -> Iterator[None]:
     """Make a Python `if` on a symbol an error while a model is derived.
 
-    SymPy already refuses `if x > 0`. It lets `if x:` and `if x == 0:` pass and takes one branch silently, the second
-    because the two differ in form; inside this context both raise `ModelError` when they stand in a model's own text.
+    SymPy itself refuses `if x > 0`. It accepts `if x:` and `if x == 0:` and silently takes one branch, because `==`
+    compares forms. Inside this context both raise `ModelError` if a model's own source contains them.
 
-    Two comparisons with the number zero pass, for no value of a symbol can change what they answer:
+    Two comparisons with zero are accepted, because no value of a symbol can change their result:
 
-    - one that SymPy's assumptions decide, such as `m == 0` for a mass that is positive;
-    - `M[i, j] != 0` and `M[i, j] == 0` of an entry of a matrix, written as such. They ask where a matrix has entries,
-      which is its form: a sum over the entries that are not zero is the same function as the sum over all. The same
-      question of a name or of a formula, `x == 0`, is how one asks for a value, and is refused.
+    - a comparison that SymPy's assumptions decide, such as `m == 0` for a positive mass;
+    - `M[i, j] != 0` and `M[i, j] == 0` for an entry of a matrix, written as such. They test the structure of the
+      matrix: a sum over its nonzero entries equals the sum over all. The same test of a name or a formula, `x == 0`,
+      tests a value and is refused.
     """
     if "__bool__" in sp.Expr.__dict__:  # an outer context is active
         yield
@@ -75,7 +75,7 @@ def _symbolic(value: object) -> bool:
 
 
 def _refuse(expr: Expr | Relational, what: str, other: object = None) -> None:
-    """Refuse a test of a symbolic expression, unless SymPy makes it or its answer holds for all values."""
+    """Refuse a test of a symbolic expression unless SymPy itself makes it or the result is the same for all values."""
     frame = sys._getframe(2)
     while frame.f_globals.get("__name__") == __name__ and frame.f_back:
         frame = frame.f_back
@@ -106,7 +106,7 @@ def _is_entry_with_zero(frame: FrameType) -> bool:
 
 
 def _source(frame: FrameType) -> str:
-    """Return the source text that a frame evaluates. Columns count bytes; the last line is cut first."""
+    """Return the source text that a frame evaluates. Columns count bytes, so the end is cut before the start."""
     positions = list(frame.f_code.co_positions())[frame.f_lasti // 2]
     first, last, start, end = (position or 0 for position in positions)
     lines = [linecache.getline(frame.f_code.co_filename, k).encode() for k in range(first, last + 1)]

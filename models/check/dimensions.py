@@ -33,18 +33,18 @@ _OF_NUMBERS = (
 
 _DEGREE = "deg"
 _ROUNDING = 4e-15
-"""Allowed rounding of pi/180 in a model's text: some units in the last place; no other factor is so close."""
+"""Relative tolerance that recognises pi/180 despite rounding: a few units in the last place."""
 
 
 class MisfitError(Exception):
-    """Mismatch of dimensions, in words; the caller adds the place."""
+    """Mismatch of dimensions; the caller adds file and line to its message."""
 
 
 def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
     """Refuse expressions whose unit differs from their quantity's, and sums of different dimensions.
 
-    A definition whose unit is not stated has that of its expression; a plain number that is a definition of its own
-    has the unit that is stated.
+    A definition without a stated unit has the unit of its expression. A definition that is a plain number has its
+    stated unit.
     """
     _check_units(system, vectors)
     dimensions = _ByScope(system)
@@ -102,7 +102,7 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
 
 @contextlib.contextmanager
 def placed(where: str) -> Iterator[None]:
-    """Put the place before a message about a unit."""
+    """Prefix a message about a unit with file and line."""
     try:
         yield
     except (MisfitError, ValueError) as error:
@@ -144,13 +144,13 @@ class _ByScope:
 class Dimensions:
     """Dimensions of expressions, from those of their symbols.
 
-    Every subexpression is looked at once, however often it occurs: equations of motion are graphs of a few thousand
-    nodes that are trees of millions. Zero and `LARGEST` have any dimension, which is None.
+    Each shared subexpression is visited once: equations of motion are graphs of a few thousand nodes, but trees of
+    millions. Zero and `LARGEST` fit any dimension, written None.
 
     Parameters
     ----------
     symbols : mapping of Symbol to str or Definition
-        Unit of every quantity, and every definition.
+        Unit of each quantity, or its definition.
     """
 
     def __init__(self, symbols: Mapping[sp.Symbol, str | Definition]) -> None:
@@ -165,7 +165,7 @@ class Dimensions:
         Raises
         ------
         MisfitError
-            If summands differ in dimension, or a function of numbers is taken of something else.
+            If summands differ in dimension, or a function of plain numbers gets an argument with a unit.
         """
         stack, entered = [root], set[sp.Basic]()
         while stack:
@@ -223,7 +223,7 @@ class Dimensions:
     def _turned(self, node: sp.Mul, dimension: Dimension) -> Dimension:
         """Return the dimension of a product; the factor pi/180 converts degrees to radians.
 
-        So do its halves and doubles: SymPy gathers the numbers of a product, and quaternions are of half angles.
+        Half and twice this factor convert too: SymPy merges the numbers of a product, and quaternions use half angles.
         """
         power = dimension.get(_DEGREE, Fraction())
         number = sp.Mul(*(factor for factor in node.args if factor.is_number))
@@ -271,4 +271,4 @@ def short(expr: sp.Basic) -> str:
 
 
 _NODES = 40
-"""Largest number of nodes of an expression in a message: one or two lines."""
+"""Largest number of nodes of an expression in a message, which fill one or two lines."""

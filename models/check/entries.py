@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of vectors: the right number of entries, finite, and with allowed symbols only."""
+"""Check of vectors: number of entries, finite values, allowed symbols."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Nodes:
         return self._known[root]
 
     def ends(self, entry: sp.Basic, received: set[sp.Symbol]) -> Iterator[tuple[sp.Symbol, Definition | None]]:
-        """Yield the symbols that an entry depends on, each with the definition that contains it."""
+        """Yield the symbols that an entry depends on, each with the definition in which it occurs."""
         stack: list[tuple[sp.Basic, Definition | None]] = [(node, None) for node in self.of(entry)]
         seen: set[sp.Basic] = set()
         while stack:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of events: unique names, guards that a run can locate, resets of states only."""
+"""Check of events: unique names, guards with a zero crossing, resets of states only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
 def check_events(system: System) -> None:
-    """Refuse events that no run can have, and resets of anything but states."""
+    """Refuse events that cannot occur, and resets of anything but states."""
     for event in system.events:
         _check_reset(system, event)
     for law in system.controllers:

@@ -20,9 +20,9 @@ from ..tables import check_names, suggestion
 from .events import check_events
 
 _OF_SAMPLES = ("delay", "every", "applied", "update", "tolerates_loss")
-"""Fields that only a sampled law may have."""
+"""Fields that only a sampled law may declare."""
 _OF_MEMORY = ("applied", "start", "update", "rates")
-"""Fields that only a law with memory may have."""
+"""Fields that only a law with memory may declare."""
 
 
 def check_features(system: System) -> None:
@@ -48,7 +48,7 @@ def check_features(system: System) -> None:
 
 
 def _check_mass(system: System) -> None:
-    """Refuse a mass matrix without one row and column per state, and one that determines no rate."""
+    """Refuse a mass matrix of the wrong shape, and one that determines no rate."""
     if system.mass is None:
         return
     n = len(system.states)
@@ -71,7 +71,7 @@ def _check_beside(system: System) -> None:
 
 
 def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
-    """Yield features with the declaring part of the system and names for the message."""
+    """Yield each feature with the part of the system that declares it and its names in messages."""
     laws = system.controllers
     events = [*system.events, *(event for law in laws for event in law.events)]
     continuous, integrated = [law.name for law in laws if not law.period], [law for law in laws if law.rates]
@@ -120,7 +120,7 @@ def _check_law(law: Controller) -> None:
 
 
 def _check_times(system: System, law: Controller) -> None:
-    """Refuse a law whose period, delay or multiple of the period is not a parameter."""
+    """Refuse a law whose period, delay or sample count is not a parameter."""
     for what, name, group in (
         ("period", law.period, system.parameters), ("delay", law.delay, law.parameters),
         ("every", law.every, law.parameters),
@@ -146,7 +146,7 @@ def _check_times(system: System, law: Controller) -> None:
 
 
 def _check_noise(system: System) -> None:
-    """Refuse process noise of size zero, and random steps that never occur."""
+    """Refuse process noise that is zero, and random steps that never occur."""
     diffusion, step = system.diffusion, system.random_step
     if diffusion:
         for q in diffusion.wiener:
@@ -167,7 +167,7 @@ def _check_noise(system: System) -> None:
 
 
 def check_sensor(system: System) -> None:
-    """Refuse a continuous law that would receive states although a sensor measures something else."""
+    """Refuse a continuous law of states for a system whose sensor measures other quantities."""
     sensor, continuous = system.sensor, [law.name for law in system.controllers if not law.period]
     if sensor is None or system.seen is not system.states or not continuous:
         return
@@ -181,7 +181,7 @@ def check_sensor(system: System) -> None:
 
 
 def _check_delays(system: System) -> None:
-    """Refuse delays of anything but inputs, and delays that are not a number of samples."""
+    """Refuse delays of anything but inputs, and delays that are not a whole number of samples."""
     parameters = {q.name: q for q in system.parameters}
     check_names(system.delays, [q.name for q in system.inputs], f"{system.origin}: delays: input")
     check_names(system.delays.values(), list(parameters), f"{system.origin}: delays: parameter")

@@ -21,7 +21,7 @@ def formulas(group: Group) -> dict[str, Expr]:
     Raises
     ------
     ModelError
-        If a formula is not an expression in parameters of the group, or is one in terms of itself.
+        If a formula is not an expression in parameters of the group, or refers to itself.
     """
     symbols = {q.name: q.symbol for q in group}
     result = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of the declared types of a system's fields: a list is not a tuple, a text is not a number."""
+"""Check that each field of a system has its declared type; for example, a list is not a tuple."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _check(value: Any, hint: Any, where: str, origin: str) -> None:
 
 
 def _is(value: object, kind: type) -> bool:
-    """Return True if a value has a type. Whole numbers are floats too; booleans are not numbers."""
+    """Return True if a value has a type. An integer counts as a float; a boolean does not count as a number."""
     return isinstance(value, (int, float) if kind is float else kind) and (kind is bool or not isinstance(value, bool))
 
 
@@ -84,4 +84,4 @@ def _wrong(value: object, allowed: str, where: str, origin: str) -> ModelError:
 
 
 _LONGEST = 60
-"""Characters of a value in a message: one line of a terminal together with its place."""
+"""Largest number of characters of a value in a message, so that value and location fit one line."""

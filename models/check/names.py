@@ -24,7 +24,7 @@ _OF_C = frozenset("""
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
     linux unix real np
 """.split())  # fmt: skip  # noqa: SIM905
-"""Reserved words of C, its compilers and generated functions. No argument may have one."""
+"""Words reserved by C, its compilers and generated functions. No argument may have one as its name."""
 _CALLABLE = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", re.ASCII)
 _TAKEN = ("jac", "hess", "null")
 """Names that CasADi refuses for functions."""
@@ -33,7 +33,7 @@ _GENERATED = frozenset("""
     mass_diagonal measure_jvp diffuse jump input_delays guards resets
     jvp jac_x jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
 """.split())  # fmt: skip  # noqa: SIM905
-"""Names of a system's own functions. No law and no other function may have one."""
+"""Names of functions that every system has. No law and no other function may use one."""
 _LOCAL = re.compile(r"[mt]_[a-z2-7]{5}(_\d+)?")
 """Names of local variables in generated functions."""
 
@@ -94,7 +94,7 @@ def check_name(name: str, what: str) -> None:
 
 
 def role(system: System, symbol: sp.Symbol) -> str:
-    """Return the role of a symbol, as in "parameter of law 'pd'"; empty for an unknown one."""
+    """Return the role of a symbol, such as "parameter of law 'pd'", or an empty text."""
     return next((kind for kind, group in _groups(system) if symbol in group.symbols), "")
 
 
@@ -163,7 +163,7 @@ def _check_variables(system: System) -> None:
 
 
 def _check_results(uses: Iterable[_Use], origin: str) -> None:
-    """Refuse a variable named like one of every result or store."""
+    """Refuse a variable with the name of a variable that every result or store contains."""
     for use in uses:
         if use.name in RESULT_NAMES:
             raise ModelError(
@@ -172,7 +172,7 @@ def _check_results(uses: Iterable[_Use], origin: str) -> None:
 
 
 def _check_arguments(system: System) -> None:
-    """Refuse parameters and choices named like arguments of a run; a law's delay may be called delay."""
+    """Refuse parameters and choices with the name of a run's argument, except a law's delay named `delay`."""
     shared = (*system.parameters, *system.scenario_parameters)
     uses = [(f"parameter {q.name!r}", q.name, system.origin) for q in shared]
     uses += [(f"choice {choice.name!r}", choice.name, system.origin) for choice in system.choices]
@@ -187,7 +187,7 @@ def _check_arguments(system: System) -> None:
 
 
 def _check_callables(system: System) -> None:
-    """Refuse names of laws and functions that are invalid in code, and arguments of the same name."""
+    """Refuse names of laws and functions that are invalid in code, and functions with two arguments of one name."""
     _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
     _distinct("functions", (function.name for function in system.functions), system.origin)
     laws = [("law", law.name, law.origin) for law in system.controllers]
@@ -242,13 +242,13 @@ def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
 
 
 def _check_text(text: str, where: str) -> None:
-    """Refuse texts that would end or change the surrounding comment or docstring in generated code."""
+    """Refuse texts that would close or alter the comment or docstring around them in generated code."""
     if not text.isprintable() or any(mark in text for mark in ("*/", '"""', "\\")):
         raise ModelError(f'{where} is {text!r}: must be one line without */, """ and backslashes')
 
 
 def _check_letters(system: System) -> None:
-    """Refuse names of vectors other than the letters that runs use."""
+    """Refuse vectors whose name is not the letter that runs use, such as x or u."""
     groups = [
         ("x", system.states),
         ("u", system.inputs),
@@ -265,7 +265,7 @@ def _check_letters(system: System) -> None:
 
 
 def _check_spelling(kind: str, group: Group, origin: str) -> None:
-    """Refuse names that differ only in case: constants of the generated header are in capitals."""
+    """Refuse names that differ only in case, because constants of the generated header are in capitals."""
     names: dict[str, Quantity] = {}
     for quantity in group:
         check_name(quantity.name, f"{origin}: {kind}")

@@ -17,7 +17,7 @@ from .formulas import formulas
 from .vectors import Vector
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
-"""Form of a scenario's name: it occurs in commands and file names."""
+"""Pattern for names of scenarios, which occur in commands and file names."""
 
 
 def check_scenarios(system: System, vectors: Iterable[Vector], folder: Path | None = None) -> None:

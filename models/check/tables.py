@@ -14,23 +14,22 @@ from ..tables import place_in, read_parameters, read_scenarios, suggestion
 def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[str]]) -> None:
     """Refuse entries of parameters.toml and scenarios.toml that the system lacks, such as an unused group.
 
-    A group that is called CHOICE_VALUE, as in [masses_general], or begins so, as in [masses_general_start], belongs to
-    the structures with that value of that choice, and is looked at in one of these; all else is looked at in the
-    default structure.
+    A group whose name is or begins with CHOICE_VALUE, such as [masses_general] or [masses_general_start], is checked
+    in a structure with that value. All other groups are checked in the default structure.
 
     Parameters
     ----------
     system : System
-        As its text makes it.
+        As derived, before code generation.
     folder : Path
-        Of the model.
+        Folder of the model.
     choices : mapping of str to sequence of str
         Its structural choices and their values, the default first.
 
     Raises
     ------
     ModelError
-        Naming the file and what in it is ignored.
+        With the file and its unused entries.
     """
     groups = [system.parameters, system.scenario_parameters, *(law.parameters for law in system.controllers)]
     parameters, scenarios = folder / "parameters.toml", folder / "scenarios.toml"

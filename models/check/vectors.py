@@ -24,29 +24,29 @@ class Vector:
     Attributes
     ----------
     what : str
-        What a message calls it, as in "rhs" or "command of law 'balance'".
+        Its name in messages, such as "rhs" or "command of law 'balance'".
     entries : tuple of Expr
-        One expression a row.
+        One expression per row.
     rows : tuple of Quantity
-        What each row is; margins have none.
+        The quantity of each row; margins have none.
     receives : tuple of Group
-        What it may be a function of.
+        The groups that it may depend on.
     origin : str
         File and line.
     of_time : bool
-        Whether it may be a function of time.
+        True if it may depend on time.
     rate : bool
-        Whether each row is the rate of its quantity.
+        True if each row is the rate of its quantity.
     group : str
-        What the rows are together, as in "states".
+        Name of the rows together, such as "states".
     margin : bool
-        Whether only the signs of the entries count.
+        True if only the signs of the entries matter.
     in_numbers : bool
-        Whether its units are not to be checked.
+        True if its units are not checked.
     in_balance : bool
-        Whether another vector holds each row to its unit.
+        True if the check of another vector covers the units of its rows.
     more : mapping of Symbol to str
-        Symbols that it receives beside those of groups, with their units.
+        Further symbols that it receives, with their units.
     """
 
     what: str
@@ -142,7 +142,7 @@ def _plant(system: System) -> Iterator[Vector]:
 
 
 def _balance(system: System, receives: tuple[Group, ...]) -> Vector:
-    """Return mass x' - rhs, row by row; all terms of a row have the same unit."""
+    """Return mass x' - rhs row by row, to check that all terms of a row have the same unit."""
     rates = [sp.Dummy(f"rate of {q.name}", real=True) for q in system.states]
     units = {rate: f"{q.unit}/s" for rate, q in zip(rates, system.states, strict=True)}
     rows = zip(mass_rows(system, rates), system.rhs, strict=False)
@@ -305,7 +305,7 @@ def _guard(event: Event, what: str, receives: tuple[Group, ...]) -> Vector:
 
 
 def _alike(what: str, group: Group, inputs: Group, origin: str) -> Vector:
-    """Compare a group of symbols with the inputs that they represent, one by one, with units."""
+    """Check that a group has one symbol for each input that it represents, in the same unit."""
     return Vector(what, group.symbols, inputs.quantities, (group,), origin, group="inputs")
 
 

@@ -20,20 +20,20 @@ from .vectors import vectors
 def check(system: System, folder: Path | None = None) -> None:
     """Refuse a system with contradictory parts.
 
-    Every vector has one expression for each quantity of its group, of symbols that it receives, in the quantity's unit;
-    names are unique; what is declared has an effect; scenarios and metrics name existing quantities.
+    Each vector has one expression per quantity of its group, in allowed symbols and in the quantity's unit. Names are
+    unique, every declaration has an effect, and scenarios and metrics refer to existing quantities.
 
     Parameters
     ----------
     system : System
-        As its text makes it.
+        As derived, before code generation.
     folder : Path, optional
-        Of the model: what is wrong with a scenario or a metric is then placed in its table, if that has it.
+        Folder of the model; errors in scenarios and metrics then name the line of its table.
 
     Raises
     ------
     ModelError
-        Naming file and line, vector, row and symbol, and what would be right.
+        With file and line, vector, row and symbol, and the allowed values.
     """
     check_kinds(system)
     check_features(system)

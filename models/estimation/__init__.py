@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symbolic estimators: factored covariances, and an extended Kalman filter of any system."""
+"""Symbolic estimators for any system: extended Kalman filter, sigma-point filter, factored covariances."""

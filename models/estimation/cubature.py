@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sigma-point filter of any system: means and covariances by 2 n points, without derivatives of the equations.
+"""Sigma-point filter for any system: means and covariances from 2 n points, without derivatives of the equations.
 
 The points are x +- sqrt(n d_i) u_i, with the columns u_i of U and the entries d_i of D of the covariance U D U': the
 cubature rule of third degree (Arasaratnam and Haykin, IEEE Trans. Automatic Control 54 (2009) 1254). Its weights are
-positive, so the covariance stays a sum of squares, and its factors follow by weighted Gram-Schmidt. A measurement y is
-fitted by a line over the points; what the line leaves is noise of the measurement beside its own, so that the update is
-Bierman's. Points are drawn anew for each measurement in turn. Noise acts by its derivatives at the mean.
+positive, so the covariance stays a sum of squares, and its factors follow by weighted Gram-Schmidt. Each measurement
+is fitted by a linear function of the points. The residual of the fit counts as additional measurement noise, so that
+Bierman's update applies. New points are computed for each measurement. Noise enters through derivatives at the mean.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class CubatureFilter(ExtendedFilter):
     """A sigma-point filter under construction in a law."""
 
     def corrected(self) -> tuple[list[Expr], Factors, Expr]:
-        """Return estimates and factors after each measurement in turn, and the normalised innovation squared."""
+        """Return estimates, covariance factors and normalised innovation squared after all measurements."""
         sensor = self.of.sensor
         assert sensor is not None
         errors = self.at("seen", self.prior, sensor.noise).jacobian(sensor.measured, sensor.noise.symbols)
@@ -78,7 +78,7 @@ class CubatureFilter(ExtendedFilter):
         return means, Factors.weighted(self.stage("noise"), rows, weights)
 
     def _points(self, define: Define, x: Sequence[Expr], factors: Factors) -> tuple[list[Expr], list[_Pair]]:
-        """Return the roots of D, and a point on either side of the mean along each column of U."""
+        """Return the square roots of D, and two points on opposite sides of the mean for each column of U."""
         roots = [define(f"r{k + 1}", sp.sqrt(d), "root of an entry of D") for k, d in enumerate(factors.diagonal)]
         points: list[_Pair] = []
         for i, root in enumerate(roots):
@@ -106,7 +106,7 @@ class CubatureFilter(ExtendedFilter):
         return [define(f"x{k + 1}", e + t * r, "a period on") for k, (e, r) in enumerate(zip(x, rates, strict=True))]
 
     def _gathered(self, name: str, pairs: Sequence[Sequence[Sequence[Expr]]]) -> tuple[list[Expr], list[list[Expr]]]:
-        """Return the means of points, and their deviations: one row per state."""
+        """Return the means and deviations of points, one row per state."""
         parts = [
             _parts(self.stage(f"{name}_of{k + 1}"), [[p[k] for p in pair] for pair in pairs]) for k in range(len(pairs))
         ]
@@ -114,11 +114,11 @@ class CubatureFilter(ExtendedFilter):
 
 
 _Pair = Mapping[str, Sequence[Expr]]
-"""Two points, `above` and `below` the mean along a column of U."""
+"""Two sigma points, `above` and `below` the mean along a column of U."""
 
 
 def _parts(define: Define, pairs: Sequence[Sequence[Expr]]) -> tuple[Expr, list[Expr], list[Expr]]:
-    """Return the mean over pairs of points and, for each pair, half the difference and the deviation from that mean."""
+    """Return the mean of all pairs and, for each pair, half its difference and its deviation from the mean."""
     total = sp.Add(*(value for pair in pairs for value in pair))
     mean = define("mean", total / (2 * len(pairs)), "mean over the points")
     odd = [define(f"odd{i + 1}", (a - b) / 2, "half the difference of a pair") for i, (a, b) in enumerate(pairs)]

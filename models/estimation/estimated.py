@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws that compute with estimates: a Kalman filter of any system, built from its equations and noise."""
+"""Laws that use estimates from a Kalman filter, which is built from the equations and noise of any system."""
 
 from __future__ import annotations
 
@@ -21,36 +21,35 @@ _KINDS = {"extended": ExtendedFilter, "sigma-point": CubatureFilter}
 def estimated(
     system: System, law: str, start: Start, noise: Mapping[str, Expr | float] | None = None, kind: Kind = "extended"
 ) -> System:
-    """Return a system whose sampled law computes with state estimates in place of the state.
+    """Return a system whose sampled law uses estimates in place of the state.
 
     Parameters
     ----------
     system : System
-        With a sensor, each of whose measurements has noise of its own.
+        With a sensor whose measurements have independent noise.
     law : str
-        A sampled law, written as a function of the state.
+        A sampled law that is a function of the state.
     start : mapping of str to (mean, deviation)
-        Of each state before the first sample, by name: expressions in the parameters, or numbers, which become
-        parameters of the law, `STATE_est_0` and `STATE_dev_0`.
+        Mean and deviation of each state before the first sample, by name: expressions in the parameters, or numbers,
+        which become the law's parameters `STATE_est_0` and `STATE_dev_0`.
     noise : mapping of str to Expr, optional
-        By states, a density of noise of their rates beside that of the system, in the unit of the state over s^(1/2);
-        a number becomes the parameter `STATE_noise`.
+        Additional noise density of the rate of a state, by name, in the unit of the state over s^(1/2). A number
+        becomes the parameter `STATE_noise`.
     kind : {"extended", "sigma-point"}
-        The filter: by exact derivatives at the estimate, or by points around it, for strongly bent equations.
+        Filter with exact derivatives at the estimate, or with points around it for strongly nonlinear equations.
 
     Returns
     -------
     System
-        With the law's memory longer by the estimates `STATE_est` for the next sample, the factors of their covariance,
-        the inputs of a sample as `INPUT_last`, and `est_nis`, the squared innovation over its variance; a run shows
-        `est_nees`, the squared error over the covariance. A law without a delay of its own gets the parameter
-        `est_delay`, which a run sets.
+        The law's memory also holds the predictions `STATE_est`, their factored covariance, the last inputs
+        `INPUT_last`, and `est_nis`, the normalised innovation squared. A run reports `est_nees`, the normalised
+        estimation error squared. A law without a delay gets the parameter `est_delay`, which a run sets.
 
     Raises
     ------
     ModelError
-        If the law is continuous, a measurement has no noise of its own, a command does not act at once, or a name is
-        none of a state. A run with a delay of more than one sample is refused.
+        If the law is continuous, a measurement has no independent noise, a command is delayed, or a name is not a
+        state. A run refuses a delay of more than one sample.
     """
     instance("system", system, System, "a System")
     instance("law", law, str, "the name of a law")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Extended Kalman filter of any system, built from its equations and noise.
+"""Extended Kalman filter for any system, built from its equations and noise.
 
-The prediction is a step of the midpoint rule of `rhs`, with its exact Jacobian; noise is that of the sensor, of random
-steps and of the diffusion. The covariance is kept as factors U D U'. The prediction is made with the
-input that acts until the next sample: that of this sample, or with a delay of one that of the sample before.
+The prediction is a midpoint step of `rhs` with its exact Jacobian. Noise comes from the sensor, random steps and
+diffusion. The covariance is stored as factors U D U'. The prediction uses the input that acts until the next sample:
+the current command, or with a delay of one sample the previous command.
 """
 
 from __future__ import annotations
@@ -71,14 +71,14 @@ class ExtendedFilter:
         return quantity.symbol
 
     def number(self, name: str, value: Expr | float, unit: str, meaning: str) -> Expr:
-        """Return an expression unchanged; convert a number to a law parameter with that default."""
+        """Return an expression unchanged, or a new law parameter with a number as its default."""
         if isinstance(value, sp.Expr) and not value.is_number:
             return value
         self.parameters.append(Parameter(name, unit, meaning, default=float(value)))
         return self.parameters[-1].symbol
 
     def stage(self, prefix: str) -> Define:
-        """Return the function that names the steps of a stage."""
+        """Return the function that names the expressions of a stage."""
 
         def define(name: str, expr: Expr, title: str) -> Expr:
             if expr.is_Symbol or expr.is_number:
@@ -90,7 +90,7 @@ class ExtendedFilter:
     def at(
         self, prefix: str, x: Sequence[Expr], noise: Group = EMPTY, inputs: Mapping[sp.Symbol, Expr] | None = None
     ) -> Slopes:
-        """Return the system's value at a state without noise, with derivatives by state and noise."""
+        """Return the system's functions at a state without noise, with derivatives with respect to state and noise."""
         values = dict(zip(self.of.states.symbols, x, strict=True)) | dict.fromkeys(noise.symbols, sp.S.Zero)
         values |= inputs or {}
         return Slopes(self.stage(prefix), self.of.definitions, values)
@@ -124,7 +124,7 @@ class ExtendedFilter:
         return acting
 
     def corrected(self) -> tuple[list[Expr], Factors, Expr]:
-        """Return estimates and factors after each measurement in turn, and the normalised innovation squared."""
+        """Return estimates, covariance factors and normalised innovation squared after all measurements."""
         sensor = self.of.sensor
         assert sensor is not None
         at = self.at("seen", self.prior, sensor.noise)
@@ -184,7 +184,7 @@ class ExtendedFilter:
     def driven(
         self, following: list[Expr], acting: Mapping[sp.Symbol, Expr]
     ) -> tuple[list[Expr], sp.Matrix, list[tuple[sp.Matrix, Expr]]]:
-        """Return a prediction after the random step, its derivatives, and columns of noise with their variances."""
+        """Return the state after the random step, its derivatives, and noise columns with their variances."""
         states, t, size = self.of.states.symbols, self.period, len(following)
         turn, columns = sp.eye(size), []
         for k, q in enumerate(self.of.states):
@@ -212,7 +212,7 @@ class ExtendedFilter:
 
 
 class Slopes:
-    """Expressions of a system, with derivatives, at other values of some symbols."""
+    """Expressions of a system and their derivatives, evaluated at given values of some symbols."""
 
     def __init__(self, define: Define, definitions: Mapping[sp.Symbol, Expr], values: Mapping[sp.Symbol, Expr]) -> None:
         self._define, self._definitions = define, definitions
@@ -226,13 +226,13 @@ class Slopes:
         return [sp.sympify(e).xreplace(self._values) for e in exprs]
 
     def jacobian(self, exprs: Sequence[Expr], by: Sequence[sp.Symbol]) -> sp.Matrix:
-        """Return the derivatives of expressions by some of the symbols."""
+        """Return the derivatives of expressions with respect to some of the symbols."""
         self._reach(exprs)
         slopes = [self._slope(sp.sympify(e)) for e in exprs]
         return sp.Matrix(len(exprs), len(by), lambda i, j: slopes[i].get(by[j], sp.S.Zero))
 
     def _reach(self, exprs: Iterable[Expr]) -> None:
-        """Copy the steps that expressions use, in their order."""
+        """Copy the definitions that expressions use, in their order."""
         stack, reached = [s for e in exprs for s in sp.sympify(e).free_symbols], set[sp.Symbol]()
         while stack:
             symbol = stack.pop()
@@ -262,6 +262,6 @@ def product(one: Dimension, other: Dimension, power: int) -> str:
 
 
 def _smooth(slope: Expr) -> Expr:
-    """Return a derivative with the steps of `Min` and `Max` as cases, and zero for jumps."""
+    """Return a derivative in which `Min` and `Max` give cases and jumps give zero."""
     slope = slope.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
     return slope.replace(sp.Heaviside, lambda at, *_: sp.Piecewise((1, at > 0), (0, True)))

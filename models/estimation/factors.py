@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Factored covariance P = U D U', with U unit upper triangular and D diagonal.
 
-D stays positive in single precision too, where an update of P itself loses its sign. Sources: Bierman, Factorization
-Methods for Discrete Sequential Estimation, Academic Press 1977 (a measurement); Thornton and Bierman, in Control and
-Dynamic Systems 16 (1980) 177 (noise, by weighted Gram-Schmidt). Zeros cost nothing.
+D stays positive even in single precision, where an update of P itself can become indefinite. Sources: Bierman,
+Factorization Methods for Discrete Sequential Estimation, Academic Press 1977 (a measurement); Thornton and Bierman,
+in Control and Dynamic Systems 16 (1980) 177 (noise, by weighted Gram-Schmidt). Structural zeros cost no operations.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import sympy as sp
 from ..derivation import Expr
 
 Define = Callable[[str, Expr, str], Expr]
-"""Function that names a step, from name, expression and title."""
+"""Function that names an expression; its arguments are name, expression and title."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Factors:
 
     @property
     def entries(self) -> tuple[Expr, ...]:
-        """Diagonal of D, and the entries of U above its diagonal."""
+        """Diagonal of D, then the entries of U above its diagonal."""
         return (*self.diagonal, *self.above.values())
 
     @classmethod
@@ -53,7 +53,7 @@ class Factors:
         return sp.Add(*(w**2 / d for w, d in zip(white, self.diagonal, strict=True)))
 
     def moved(self, define: Define, transition: sp.Matrix) -> Factors:
-        """Return the factors of F P F' for a unit upper triangular F."""
+        """Return the factors of F P F' for unit upper triangular F."""
         product = transition * self.upper
         entries = {(i, j): define(f"U{i + 1}{j + 1}", product[i, j], "entry of U") for i, j in self.above}
         return Factors.of(entries, self.diagonal)
@@ -68,7 +68,7 @@ class Factors:
         Parameters
         ----------
         define : callable
-            Names the steps.
+            Names the expressions.
         transition, drive : sympy.Matrix
             F and G.
         noise : sequence of Expr
@@ -80,7 +80,7 @@ class Factors:
 
     @staticmethod
     def weighted(define: Define, rows: Sequence[Sequence[Expr]], weights: Sequence[Expr]) -> Factors:
-        """Return the factors of W Q W', where W has the `rows` and Q the diagonal `weights`."""
+        """Return the factors of W Q W' for the rows of W and the diagonal `weights` of Q."""
         size = len(rows)
         rows = [[define(f"w{i + 1}_{k + 1}", e, "row") for k, e in enumerate(row)] for i, row in enumerate(rows)]
         entries: dict[tuple[int, int], Expr] = {}
@@ -107,7 +107,7 @@ class Factors:
         Parameters
         ----------
         define : callable
-            Names the steps.
+            Names the expressions.
         row : sequence of Expr
             h.
         variance : Expr
@@ -136,7 +136,7 @@ class Factors:
         return Factors.of(entries, diagonal), product, over
 
     def chosen(self, define: Define, other: Factors, when: sp.Rel) -> Factors:
-        """Return the factors `other` if a condition holds, else these."""
+        """Return the factors `other` where a condition holds, and these factors elsewhere."""
 
         def choice(name: str, yes: Expr, no: Expr) -> Expr:
             return define(name, sp.Piecewise((yes, when), (no, True)), "entry after the sample")
@@ -147,7 +147,7 @@ class Factors:
 
 
 def above(size: int) -> list[tuple[int, int]]:
-    """Return rows and columns of the entries above the diagonal."""
+    """Return row and column of each entry above the diagonal."""
     return [(i, j) for j in range(size) for i in range(j)]
 
 

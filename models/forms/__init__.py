@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forms in which a system may be declared, and their conversion before generation.
 
-Rates under a matrix, `mass` x' = `rhs`; laws that command once in several samples.
+Mass matrices, `mass` x' = `rhs`, and laws that command once in several samples.
 """
 
 from .mass import algebraic_rows, has_rates, mass_rows, with_mass

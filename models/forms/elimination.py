@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gaussian elimination with named steps, so that expressions stay short.
+"""Gaussian elimination with named entries, so that expressions stay short.
 
-The pivots are chosen from the places of the zeros alone, so that single runs and lanes do the same. Zeros cost nothing.
+Pivots depend only on the positions of structural zeros, so that single runs and lanes compute the same. Structural
+zeros cost no operations.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ Define = Callable[[str, int, int, sp.Expr], sp.Expr]
 
 
 class SingularError(ValueError):
-    """Error for a matrix that is singular by its zeros or plain numbers."""
+    """Error for a matrix whose structural zeros or plain numbers make it singular."""
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,12 @@ class Factors:
 
 
 def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
-    """Return the factors of a regular matrix; those of a symmetric one share quotients.
+    """Return the factors of a regular matrix; the factors of a symmetric matrix share quotients.
 
     Raises
     ------
     SingularError
-        If there is no pivot that is not zero.
+        If no nonzero pivot exists.
     """
     pivots = _order({(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if matrix[i, j] != 0}, matrix.rows)
     symmetric = matrix == matrix.T and all(row == column for row, column in pivots)
@@ -85,8 +86,8 @@ def factors(matrix: sp.MatrixBase, define: Define) -> Factors:
 def _order(full: set[Place], size: int) -> tuple[Place, ...]:
     """Return a pivot order with little fill-in, among the allowed pivots.
 
-    Source: Markowitz, Management Science 3 (1957) 255. Pivots of the diagonal go first: those of an inertia matrix are
-    positive in any order, and so are, with the other sign, those of multipliers once the motion is eliminated.
+    Source: Markowitz, Management Science 3 (1957) 255. Diagonal pivots are preferred. Those of an inertia matrix are
+    positive in any order; those of multipliers are negative once the motion is eliminated.
     """
     full, pivots = set(full), []
     rows, columns = set(range(size)), set(range(size))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mass matrices: `mass` x' = `rhs`.
 
-Where it is regular the rates are solved for, in definitions, and every method, backend and tool has the plain form
-x' = ... (decision 0031). A state whose column is zero is algebraic: its row is an equation 0 = ..., which only a
-linearly implicit method can keep.
+If the matrix is regular, definitions solve for the rates, and every method, backend and tool gets the plain form x' =
+... (decision 0031). A state whose column is zero is algebraic: its row is an equation 0 = ..., which only linearly
+implicit methods fulfil.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from .elimination import SingularError, factors
 
 
 def with_mass(system: System) -> System:
-    """Return a system whose `rhs` has rates and algebraic residuals; the same system without a mass matrix.
+    """Return a system whose `rhs` has rates and algebraic residuals; the same system if it has no mass matrix.
 
-    Of a mass with algebraic states the diagonal stays, ones and zeros. The equations as declared are the residual,
-    which generation holds the solved form against.
+    With algebraic states, a diagonal of ones and zeros remains as the mass matrix. The equations as declared become
+    the residual, against which generation checks the solved form.
     """
     if system.mass is None or has_rates(system):
         return system
@@ -49,7 +49,7 @@ def with_mass(system: System) -> System:
 
 
 class _Steps:
-    """Named steps of the solution, by the states of row and column."""
+    """Named expressions of the solution; names contain the states of row and column."""
 
     def __init__(self, system: System, states: Sequence[Quantity]) -> None:
         self.derivation = Derivation(system.steps)
@@ -95,12 +95,12 @@ _ADVICE = "an algebraic state has a column and a row of zeros"
 
 
 def algebraic_rows(system: System) -> tuple[int, ...]:
-    """Return the indices of algebraic states, whose columns of the mass matrix are zero.
+    """Return the indices of algebraic states, whose columns in the mass matrix are zero.
 
     Raises
     ------
     ModelError
-        If the rows there are not zero too.
+        If the rows of these states are not zero.
     """
     mass = system.mass
     if mass is None:
@@ -123,7 +123,7 @@ def mass_rows(system: System, rates: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
 
 
 def has_rates(system: System) -> bool:
-    """Return True if the mass matrix is diagonal with ones and zeros, so that `rhs` has the rates."""
+    """Return True if the mass matrix is diagonal with ones and zeros, so that `rhs` contains the rates."""
     return bool(system.mass == _ones(system))
 
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities counted in samples: multiples of the period, delays of inputs.
+"""Times counted in samples: intervals between commands, delays of inputs.
 
-Consider a law that commands at some samples only, while its memory is updated at each. It becomes a law whose memory
-also holds the last command and the number of samples since. So every backend, lane, unit and board that runs laws with
-memory runs it, and its equations state its behaviour.
+A law that commands only at every n-th sample, but updates its memory at each, is converted: its memory also stores
+the last command and the samples since then. Every backend and board that runs laws with memory can run the result.
 """
 
 from __future__ import annotations
@@ -19,14 +18,11 @@ from ..system import Condition, Controller, Expr, System
 HELD_FOR = Quantity("held_for", "1", "samples since the last new command")
 _Part = TypeVar("_Part", bound=Located)
 _WHOLE = sp.Rational(1, 10**9)
-"""Tolerance for decimals that stand for whole numbers, as in runtime/run/ticks.py."""
+"""Tolerance for decimals that should be whole numbers, as in runtime/run/ticks.py."""
 
 
 def with_samples(system: System) -> System:
-    """Return a system whose laws command at each sample, with delays in whole samples.
-
-    The same system where they did and there are none.
-    """
+    """Return a system whose laws command at each sample and whose delays must be whole numbers of samples."""
     if system.delays:
         counts = dict.fromkeys(system.delays.values())
         whole = (
@@ -42,7 +38,7 @@ def with_samples(system: System) -> System:
 
 
 def _located(part: _Part, original: _Part) -> _Part:
-    """Give a derived part the place of its source, for messages."""
+    """Return a derived part with the origin of its source, for messages."""
     object.__setattr__(part, "origin", original.origin)
     return part
 

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Accelerations of a hub and its parts: elimination of each part's equations, then solution for the hub.
 
-The coordinates of the parts are eliminated part by part, which changes the six equations of the hub by matrices of rank
-one. What is left is solved in one of two ways, chosen by structure:
+Each part's coordinates are eliminated, which changes the hub's six equations by matrices of rank one. The structure
+decides how the remaining equations are solved:
 
-- Where the matrix of the hub without followers depends on parameters alone, the equations are written about the centre
-  of mass, at which acceleration and rotation part, and the pulls of a few followers are solved for.
-- Otherwise the six equations with the followers' terms are factorised, about O or the centre of mass.
+- If the hub's matrix without followers depends only on parameters, the equations are written about the centre of
+  mass, where acceleration and rotation decouple. The pulls of a few followers are then the unknowns.
+- Otherwise the six equations with the followers' terms are factorised about O or the centre of mass.
 
 The cost is linear in the number of parts.
 """
@@ -44,7 +44,7 @@ class _Pivot:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """Equations of a part after elimination: pivots, and the contribution to the hub's matrix and right side."""
+    """A part after elimination: its pivots, and its contributions to the hub's matrix and right side."""
 
     pivots: tuple[_Pivot, ...]
     matrices: tuple[tuple[sp.Matrix, sp.Matrix], ...]
@@ -60,9 +60,9 @@ class _Sums:
     mass, first, inertia, momentum, angular
         As of `Aggregates`.
     taken : sympy.Matrix
-        Symmetric (6, 6): what the eliminated coordinates take from the matrix of the hub.
+        Symmetric (6, 6): reduction of the hub's matrix by the eliminated coordinates.
     right : sympy.Matrix
-        (6, 1): what they take from its right side.
+        (6, 1): reduction of the right side.
     """
 
     mass: Expr
@@ -82,7 +82,7 @@ def mount(craft: Craft, parts: Iterable[Part], parameters: Parameters | None = N
     craft : Craft
         Receives the parts.
     parts : iterable of Part
-        Where their fields are expressions, these stand as they are.
+        Fields that are expressions are used unchanged.
     parameters : Parameters, optional
         Receives a parameter for each number among the fields.
     """
@@ -114,7 +114,7 @@ class Balance:
     Attributes
     ----------
     centre : sympy.Matrix
-        Point of the hub whose acceleration a is, and about which moments count; from O, m.
+        Point of the hub, from O, m, with acceleration a; reference point of moments.
     matrix, right : sympy.Matrix
         K and b.
     """
@@ -125,7 +125,7 @@ class Balance:
 
 
 def balance(craft: Craft) -> Balance:
-    """Return the equations of the hub of a craft, from which `moved` has its accelerations."""
+    """Return the hub's equations, from which `moved` computes accelerations."""
     frame, names, parts = craft.frame, [part.name for part, _ in craft.parts], contributions(craft)
     frame.derivation.section("Equations of the hub")
     sums = _sums(frame, parts, [_reduced(frame, name, part.rows) for name, part in zip(names, parts, strict=True)])
@@ -135,7 +135,7 @@ def balance(craft: Craft) -> Balance:
 def moved(craft: Craft, loads: Sequence[Load] = (), unknowns: Sequence[int] = range(6)) -> list[Motion]:
     """Solve the equations of a craft for its accelerations.
 
-    With `mount`, it gives a system with symbols, states and charts of its own the rates of what parts describe.
+    With `mount`, a system that declares its own symbols, states and charts can use the accelerations of parts.
 
     Parameters
     ----------
@@ -172,9 +172,9 @@ def accelerations(
     names : sequence of str
         Of the parts.
     parts : sequence of Contribution
-        What each adds.
+        Contribution of each part.
     unknowns : sequence of int
-        Which of a (0 to 2) and W' (3 to 5) are not zero by structure.
+        Indices of the components of a (0 to 2) and W' (3 to 5) that are not structurally zero.
     loads : sequence of Load
         On the hub, besides those of the parts.
 
@@ -198,7 +198,7 @@ def accelerations(
 
 
 def _reduced(frame: Frame, name: str, rows: Sequence[Row]) -> _Reduced:
-    """Eliminate the coordinates of a part, one after the other."""
+    """Eliminate the coordinates of a part one by one."""
     size = len(rows)
     coupling = [list(row.coupling) for row in rows]
     right = [frame.define(f"{name}_Q{i + 1}", row.right, f"{name}: generalised force") for i, row in enumerate(rows)]
@@ -275,7 +275,7 @@ class _Rigid:
     centre : sympy.Matrix
         The point, from O.
     decoupled : bool
-        Whether it is the centre of mass, and fixed in the hub: then translation and rotation decouple.
+        True if the point is a centre of mass fixed in the hub, so that translation and rotation decouple.
     mass : Expr
         kg.
     terms : mapping
@@ -320,7 +320,7 @@ def _about_centre(frame: Frame, names: Sequence[str], parts: Sequence[Contributi
 
 
 def _wrench(frame: Frame, name: str, loads: Sequence[Load], centre: sp.Matrix) -> sp.Matrix:
-    """Return force, and moment about a point of the hub."""
+    """Return force and moment about a point of the hub."""
     result = sp.zeros(6, 1)
     for k, load in enumerate(loads):
         arm = frame.vector(f"{name}_arm{k}_", load.at - centre, f"{name}: arm of a load", "m")
@@ -331,7 +331,7 @@ def _wrench(frame: Frame, name: str, loads: Sequence[Load], centre: sp.Matrix) -
 def _by_pulls(
     frame: Frame, names: Sequence[str], parts: Sequence[Contribution], rigid: _Rigid, unknowns: Sequence[int]
 ) -> tuple[Motion, list[tuple[Expr, ...]]]:
-    """Solve for the pulls of the followers, about the centre of mass of everything else."""
+    """Solve for the followers' pulls, with equations about the centre of mass of all other parts."""
     over = frame.define("over_mass", 1 / rigid.mass, "inverse mass", "1/kg")
     right = rigid.right + rigid.applied
     force, moment = right[:3, :], frame.vector("moment_", right[3:, :], "moment about the centre of mass", "N m")
@@ -412,7 +412,7 @@ class _Pulls:
         return Motion(frame, free.centre, linear, angular), [tuple(itertools.islice(rest, n)) for n in self.counts]
 
     def _lever(self, i: int, mass: Expr) -> sp.Matrix:
-        """Return m N [r x], the effect of a pull over its mass on the hub's rotation."""
+        """Return m N [r x], the effect on the hub's rotation of a pull divided by its mass."""
         entries = mass * self.inverse * cross_matrix(self.arms[i])
         name = self.names[i]
         return sp.Matrix(
@@ -513,7 +513,7 @@ def _by_factors(
 
 
 def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequence[str]) -> list[Expr]:
-    """Solve a symmetric positive definite system by K = L D L', without structural zeros."""
+    """Solve a symmetric positive definite system by K = L D L', skipping structural zeros."""
     size = len(right)
     rest = matrix.copy()
     lower = sp.zeros(size, size)

@@ -18,11 +18,11 @@ from .values import Number, Parameters, Vector, place, scalar
 
 @dataclass(frozen=True)
 class Bob(Part):
-    """A spherical pendulum: a point mass on a massless rod with a ball joint, without singularity.
+    """A spherical pendulum: a point mass on a massless rod with a ball joint. Its states have no singularity.
 
     Its states are the direction e of the rod (NAME_ex, ...) and the absolute rate u = e' + W x e of the direction
-    (NAME_ux, ...), both in the axes of the hub. A bob with a moment of inertia I resists a turn of the rod; with
-    D = m l^2 + I it pulls at its pivot P with the force
+    (NAME_ux, ...), both in the axes of the hub. A moment of inertia I of the bob resists rotation of the rod. With D
+    = m l^2 + I the force on the pivot P is
 
         m I/D a_P + (m l)^2/D e (e . a_P) - m l/D c e' - m l u.u e.
 
@@ -148,7 +148,7 @@ class Bob(Part):
 
 
 def _turned(rest: tuple[int, int, int], phi: Expr, theta: Expr) -> tuple[Expr, ...]:
-    """Return the direction at an angle from its rest direction and an angle about that."""
+    """Return the direction at one angle from the rest direction and another angle about it."""
     axis = next(k for k in range(3) if rest[k])
     entries: list[Expr] = [sp.S.Zero] * 3
     entries[axis] = rest[axis] * sp.cos(phi)

@@ -23,8 +23,9 @@ from .frame import Frame
 
 ANGLES = ("roll", "pitch", "yaw")
 _NEAR = sp.Rational(1, 10**4)
-"""Smallest distance from a singularity, rad or a fraction of a quarter turn. Rates of the coordinates then stay
-below 1/_NEAR^2 of the hub's rate, and float arithmetic, with 6e-8, still resolves the side."""
+"""Smallest distance from a singularity, rad or a fraction of a quarter turn. Coordinate rates then stay below
+1/_NEAR^2 times the hub's rate.
+"""
 
 
 class Chart(ABC):
@@ -33,7 +34,7 @@ class Chart(ABC):
     Attributes
     ----------
     name : str
-        What it is called.
+        Its name.
     states : tuple of Quantity
         Its coordinates.
     """
@@ -122,7 +123,7 @@ class EulerChart(Chart):
 
 
 class RodriguesChart(Chart):
-    """Chart by modified Rodrigues parameters: axis times tangent of a quarter of the angle; singular at 360 degrees."""
+    """Chart by modified Rodrigues parameters, axis times tan(angle/4); singular at 360 degrees."""
 
     name = "mrp"
     states = tuple(Quantity(f"mrp{k}", "1", f"modified Rodrigues parameter {k}") for k in (1, 2, 3))

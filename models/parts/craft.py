@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spacecraft assembled from parts: a system whose equations follow from them."""
+"""Spacecraft assembled from parts, which determine its equations."""
 
 from __future__ import annotations
 
@@ -29,8 +29,7 @@ from .values import Parameters, Value
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
-"""Unknown accelerations of the hub. If only the attitude is a state, the other parts determine the acceleration of
-O."""
+"""Unknown accelerations of the hub. If only the attitude is a state, the parts determine the acceleration of O."""
 _VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
 
@@ -49,9 +48,9 @@ class Spacecraft:
     attitude : {"quaternion", "euler", "mrp"}
         Chart of the attitude.
     motion : {"free", "attitude", "plane"}
-        Free in space with the velocity of O among the states, the attitude alone, or free in a plane.
+        Free in space with the velocity of O as a state, attitude only, or free in a plane.
     orbit : Orbit, optional
-        About the Earth; then position and velocity of the centre of mass are states in place of the velocity of O.
+        Orbit about the Earth. Position and velocity of the centre of mass then replace the velocity of O as states.
     period : float
         Default of the parameter Ts, the period of laws and sensors, s.
     """
@@ -105,7 +104,7 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If its name is none, or another part's.
+            If its name is no identifier or already in use.
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
@@ -125,12 +124,12 @@ class Spacecraft:
         return self._plant.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
 
     def changes(self, newer: Spacecraft) -> tuple[str, ...]:
-        """List the differences of another craft part by part, as in "wheel2: axis (1, 0, 0) -> (0, 0, 1)".
+        """List the differences to another craft part by part, such as "wheel2: axis (1, 0, 0) -> (0, 0, 1)".
 
         Parameters
         ----------
         newer : Spacecraft
-            What this one became.
+            Newer version of this craft.
         """
         before, after = ({part.name: part for part in craft.parts} for craft in (self, newer))
         lines = [f"{name}: removed" for name in before if name not in after]
@@ -161,7 +160,7 @@ class Spacecraft:
         title : str
             One line for people.
         sampled : bool
-            Whether it commands once a period, the parameter Ts, or at each instant.
+            True for a law that commands once per period Ts; False for a continuous law.
 
         Raises
         ------
@@ -239,7 +238,7 @@ class Spacecraft:
         )  # fmt: skip
 
     def _refuse_idle(self, used: set[sp.Symbol]) -> None:
-        """Refuse a part whose input has no effect, such as a torque across the plane of motion."""
+        """Refuse a part whose input has no effect, such as a torque about an axis in the plane of motion."""
         for part in self.parts:
             if idle := [q.name for q in part.inputs() if q.symbol not in used]:
                 where = f"{self.name}: {', '.join(idle)} of the {type(part).__name__} {part.name!r}"
@@ -347,9 +346,9 @@ def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equati
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
-    """Return groups whose quantities name their part's kind and number, so that code can loop over equal parts.
+    """Return groups whose quantities record kind and number of their part, so that code can loop over equal parts.
 
-    Parts are equal where they are of one class and have quantities of the same names.
+    Parts are equal if they have the same class and quantities with the same names.
     """
     names = {part.name: part for part in parts}
     own: dict[str, list[str]] = {name: [] for name in names}

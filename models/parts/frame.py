@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hub axes, in which an assembly is written, and the named steps of its derivation."""
+"""Hub axes, in which an assembly's equations are written, and the named steps of its derivation."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class Frame:
     derivation : Derivation
         Receives the steps.
     rate : sympy.Matrix
-        W, the rate of the axes in themselves, rad/s; entries that are zero by structure are zeros.
+        W, the angular velocity of the axes in their own components, rad/s; structural zeros are numbers.
     constants : set of Symbol
-        Parameters, and definitions of parameters alone.
+        Parameters, and definitions that depend only on parameters.
     names : dict
-        Steps by name, with what each stands for: a step that is defined again is the same one.
+        Expressions by name; an expression that is defined again keeps its name.
     slopes : dict
-        For steps that are functions of one coordinate, the coordinate and the derivative, such as those of `circle`.
+        Coordinate and derivative of steps that depend on one coordinate, such as those of `circle`.
     """
 
     derivation: Derivation
@@ -40,7 +40,7 @@ class Frame:
 
     @classmethod
     def of(cls, parameters: Iterable[sp.Symbol], rate: sp.Matrix, derivation: Derivation) -> Frame:
-        """Return the axes of a system with parameters and steps of its own."""
+        """Return the axes of a system that declares its own parameters and steps."""
         constants = set(parameters)
         for symbol, expr in derivation.definitions.items():
             if expr.free_symbols <= constants:
@@ -88,7 +88,7 @@ class Frame:
         return cosine, sine
 
     def slope(self, expr: Expr, coordinate: sp.Symbol) -> Expr:
-        """Differentiate by a coordinate, also through steps that depend on it."""
+        """Differentiate with respect to a coordinate, including steps that depend on it."""
         result = expr.diff(coordinate)
         for symbol in expr.free_symbols & self.slopes.keys():
             of, slope = self.slopes[symbol]

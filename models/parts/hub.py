@@ -12,7 +12,7 @@ import sympy as sp
 from ..derivation import Expr
 from ..geometry import Shape
 from ..quantities import Quantity
-from .frame import AXES, point_inertia
+from .frame import AXES, ZERO, point_inertia
 from .part import Aggregates, Load, Mounted, Part, points
 from .values import Number, Tensor, Vector, direction, place, scalar, tensor
 
@@ -44,7 +44,7 @@ class Hub(Part):
         return Aggregates(v.mass, v.mass * v.centre, v.inertia + point_inertia(v.mass, v.centre))
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
-        """Return the box of even density that has the mass and the principal moments, and the axes."""
+        """Return the axes and a box of uniform density with the hub's mass and principal moments."""
         v, ways = at.values, sp.eye(3)
         trace, reach = v.inertia.trace(), at.craft.reach
         half = [sp.sqrt(sp.Max(0, 3 * (trace - 2 * v.inertia[k, k]) / (2 * v.mass))) for k in range(3)]
@@ -126,7 +126,7 @@ class Thruster(Part):
         return (Load(self.inputs()[0].symbol * at.values.direction, at.values.at),)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
-        """Return the jet, as long as the force; without a largest force, of one length."""
+        """Return the jet, whose length is proportional to the force; without a limit the length is fixed."""
         v = at.values
         share = sp.S.One if v.limit is None else self.inputs()[0].symbol / v.limit
         return (Shape(self.name, "arrow", points(v.at, v.at - share * at.craft.reach * v.direction), "purple"),)
@@ -151,3 +151,9 @@ class Torquer(Part):
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         return (Load(couple=sp.Matrix([q.symbol for q in self.inputs()])),)
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the torque, which the picture's scale has at seven tenths of an arrow."""
+        torque = sp.Matrix([q.symbol for q in self.inputs()])
+        arrow = at.craft.reach * torque / sp.sqrt(at.craft.strength**2 + torque.dot(torque))
+        return (Shape(self.name, "arrow", points(ZERO, arrow), "purple"),)

@@ -24,8 +24,8 @@ MOTIONS = ("free", "prescribed", "locked")
 class Joint(Part):
     """A rigid body on a joint with a spring, a damper and a motor: a `Hinge` or a `Slider`.
 
-    Its motion is free, prescribed by an acceleration relative to the hub that a law or an input over time gives, or
-    locked where the parameter NAME_locked says.
+    Its motion is free, prescribed (a law or an input over time gives its acceleration relative to the hub), or locked
+    at the parameter NAME_locked.
     """
 
     mass: Annotated[Number, scalar("m", "kg", "mass")]
@@ -56,7 +56,7 @@ class Joint(Part):
 
     @abstractmethod
     def _coordinate(self) -> Coordinate:
-        """Return the joint's degree of freedom."""
+        """Return the coordinate of the joint."""
 
     @abstractmethod
     def _command(self) -> Quantity:
@@ -80,7 +80,7 @@ class Joint(Part):
         return coordinate.place.symbol, coordinate.speed.symbol
 
     def _driven(self, at: Mounted, rigid: Aggregates, inertia: Expr) -> Aggregates:
-        """Add energy, spring, damper and motor, or a prescribed acceleration, to the terms of a rigid body."""
+        """Add the joint's energy, spring, damper and motor, or its prescribed acceleration, to a rigid body's terms."""
         place, speed = self._motion(at)
         if self.motion == "locked":
             return rigid
@@ -117,7 +117,7 @@ class Hinge(Joint):
     centre : three numbers
         Its centre of mass from that point at the angle zero, m.
     motor : bool
-        Whether a law commands a torque.
+        True if a law commands a torque.
     motion : {"free", "prescribed", "locked"}
         Prescribed by the input NAME_acceleration, or locked.
     locked : number
@@ -192,7 +192,7 @@ def _along(matrix: sp.Matrix, axis: sp.Matrix) -> Expr:
 class Turning:
     """Vectors and inertias of a rotating body, as polynomials in cosine and sine of the angle.
 
-    Their coefficients depend on parameters alone.
+    The coefficients depend only on parameters.
     """
 
     def __init__(self, at: Mounted, axis: sp.Matrix, cosine: Expr, sine: Expr) -> None:
@@ -209,9 +209,9 @@ class Turning:
         return fixed + self.cosine * even + self.sine * odd
 
     def inertia(self, about: sp.Matrix, first: sp.Matrix, mass: Expr, joint: sp.Matrix) -> sp.Matrix:
-        """Return the inertia about O, from inertia about the joint and first moment, both at angle zero.
+        """Return the inertia about O from the inertia about the joint and the first moment at angle zero.
 
-        With sin^2 = 1 - cos^2 it has five coefficients.
+        After replacing sin^2 by 1 - cos^2 it has five coefficients.
         """
         f, e, o = self.fixed, self.even, self.odd
         shift = [_shifted(joint, part * first) for part in (f, e, o)]

@@ -41,8 +41,7 @@ class Mode:
 class Modes(Part):
     """A flexible appendage; the hub includes its mass and inertia at rest.
 
-    Its deformation moves the first moment of the craft: without that the momentum of hub and appendage would not be
-    that of their masses.
+    Its deformation moves the centre of mass of the craft, which keeps the momentum consistent with the masses.
 
     Parameters
     ----------

@@ -6,9 +6,9 @@ W of its axes, and in the part's own speeds:
 
     T = m V.V/2 + V.(W x s + p) + W.J W/2 + W.h + T_own.
 
-Mass m, first moment s, inertia J, relative momentum p, relative angular momentum h (all about O, in the axes of the
-hub) and T_own are the `Aggregates` of the part. They determine its `Contribution` to the equations of the hub and its
-own equations, row i of which is
+Mass m, first moment s, inertia J, relative momentum p, relative angular momentum h (all about O, in hub axes) and
+T_own are the `Aggregates` of the part. They determine the part's `Contribution` to the hub's equations and the part's
+own equations, with row i
 
     G_i . (a, W') + sum_j D_ij q_j'' = Q_i - k_i,    G_i = (dp/dq_i', dh/dq_i'),
 
@@ -47,7 +47,7 @@ class Coordinate:
     speed : Quantity
         Its rate, a state.
     place : Quantity, optional
-        The coordinate, a state; None where nothing depends on it, as for a wheel.
+        The coordinate, a state; None if nothing depends on it, as for a wheel.
     """
 
     speed: Quantity
@@ -73,11 +73,11 @@ class Aggregates:
     potential : Expr
         Potential energy of springs, J.
     forces : tuple of Expr
-        Generalised force on each coordinate besides that of the potential: dampers, motors.
+        Generalised force of dampers and motors on each coordinate.
     prescribed : tuple of (Expr or None)
-        Acceleration of each coordinate whose motion is prescribed, and None where it is free; all are free without it.
+        Prescribed acceleration of each coordinate, or None for a free one; empty if all are free.
     power : Expr
-        Power of dampers and motors that `forces` does not hold, W.
+        Power of dampers and motors that are not in `forces`, W.
     """
 
     mass: Expr = sp.S.Zero
@@ -99,9 +99,9 @@ class Row:
     Attributes
     ----------
     linear, angular : sympy.Matrix
-        G in two parts.
+        The two parts of G.
     coupling : tuple of Expr
-        Its row of D.
+        Row of D.
     right : Expr
         Q - k.
     """
@@ -143,22 +143,22 @@ class Follower:
 
 @dataclass(frozen=True)
 class Contribution:
-    """Contribution of a part to the equations of the hub.
+    """Terms that a part adds to the equations of the hub.
 
     Attributes
     ----------
     mass, first, inertia, momentum, angular
         As of `Aggregates`; the assembly forms the terms of a rigid body and those of p and h from their sums.
     loads : tuple of Load
-        Forces between part and hub, and the terms of p', h' and J' W that hold no acceleration.
+        Forces between part and hub, and the terms of p', h' and J' W without accelerations.
     rows : tuple of Row
         Equations of the part's coordinates, which the assembly eliminates.
     held : tuple of Row
-        Equations of the coordinates whose motion is prescribed; a motor brings up what is missing.
+        Equations of prescribed coordinates, which determine the motor's force.
     followers : tuple of Follower
         Masses that follow the hub along one direction each.
     matrix : sympy.Matrix
-        Symmetric (6, 6): how the part resists a and W' otherwise than as a rigid body.
+        Symmetric (6, 6): additional resistance to a and W', beyond that of a rigid body.
     """
 
     mass: Expr = sp.S.Zero
@@ -213,7 +213,7 @@ class Motion:
 def transport(frame: Frame, angular: sp.Matrix, name: str, arm: sp.Matrix) -> sp.Matrix:
     """Return W' x r + W x (W x r): the relative acceleration of two points of the hub.
 
-    It is a matrix times r, whose columns are named once for all points: `name` begins their names.
+    The result is a matrix times r. Its columns are named once for all points; `name` is the start of their names.
     """
     products, result = rate_products(frame), ZERO
     turning = cross_matrix(angular) + products - products.trace() * sp.eye(3)
@@ -236,7 +236,7 @@ def rate_products(frame: Frame) -> sp.Matrix:
 
 
 def gyroscopic(frame: Frame, inertia: sp.Matrix, angular: sp.Matrix) -> sp.Matrix:
-    """Return W x (J W + h). If J depends on parameters only, it uses products of rates that other terms share."""
+    """Return W x (J W + h), with shared products of rates if J depends only on parameters."""
     w = frame.rate
     if any(e != 0 and not frame.is_constant(e) for e in inertia) or not angular.is_zero_matrix:
         spin = frame.vector("total_H", inertia * w + angular, "angular momentum", "kg m^2/s")
@@ -263,9 +263,14 @@ class State:
     start: Expr = sp.S.Zero
 
 
+_TURNING = sp.Rational(1, 1000)
+"""Of the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A tenth or ten times makes
+the arrows of pictures longer or shorter."""
+
+
 @dataclass(frozen=True)
 class Craft:
-    """The assembly from the view of a part.
+    """Assembly as a part sees it.
 
     Attributes
     ----------
@@ -274,9 +279,9 @@ class Craft:
     turn : sympy.Matrix
         From inertial axes to those of the hub; empty where no part depends on the attitude.
     quaternion : sequence of Expr
-        Of the attitude, scalar first; likewise.
+        Quaternion of the attitude, scalar first; empty in the same case.
     period : Expr
-        Of laws and sensors, s.
+        Period of laws and sensors, s.
     parts : list of (Part, Mounted)
         All parts, in their order.
     """
@@ -299,7 +304,7 @@ class Craft:
         )
 
     def whole(self) -> Aggregates:
-        """Return mass, first moment and inertia of all parts."""
+        """Return total mass, first moment and inertia of all parts."""
         each = [part.aggregates(at) for part, at in self.parts]
         return Aggregates(
             sp.Add(*(of.mass for of in each)),
@@ -308,13 +313,23 @@ class Craft:
         )
 
     @property
-    def reach(self) -> Expr:
-        """Length of arrows of the picture, m: a radius of gyration of the first part that has mass at all times."""
+    def _body(self) -> Aggregates:
+        """Mass and inertia of the first part that has them at all times, from which the picture takes its scales."""
         for part, at in self.parts:
             of = part.aggregates(at)
             if of.mass != 0 and all(self.frame.is_constant(entry) for entry in of.inertia):
-                return 2 * sp.sqrt(of.inertia.trace() / of.mass)
-        return sp.S.One
+                return of
+        return Aggregates(sp.Integer(12), inertia=sp.eye(3))
+
+    @property
+    def reach(self) -> Expr:
+        """Length of arrows in the picture, m: twice a radius of gyration."""
+        return 2 * sp.sqrt(self._body.inertia.trace() / self._body.mass)
+
+    @property
+    def strength(self) -> Expr:
+        """Scale of torques in the picture, N m: such a torque turns the body with about 0.003 rad/s^2."""
+        return self._body.inertia.trace() * _TURNING
 
     def loads(self) -> list[Load]:
         """Return the external loads on the parts."""
@@ -328,7 +343,7 @@ class Craft:
         known : set of Symbol
             States, inputs and parameters of the system.
         defaults : mapping of Symbol to number
-            Of all parameters. Those that the equations do not need are drawn with these.
+            Defaults of all parameters; the picture uses them for parameters that the equations lack.
         """
         idle = {symbol: value for symbol, value in defaults.items() if symbol not in known}
         shapes = []
@@ -346,9 +361,9 @@ class Mounted:
     Attributes
     ----------
     name : str
-        Of the part; begins the names of its parameters, states and steps.
+        Name of the part, and start of the names of its parameters, states and steps.
     values : namespace
-        What stands for the fields of the part.
+        Symbols or numbers of the part's fields.
     craft : Craft
         The assembly.
     """
@@ -363,7 +378,7 @@ class Mounted:
         return self.craft.frame
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
-        """Name an expression in the name of the part."""
+        """Name an expression after the part."""
         return self.frame.define(f"{self.name}_{name}", expr, f"{self.name}: {title}", unit)
 
     def vector(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
@@ -380,7 +395,7 @@ class Part(ABC):
     Parameters
     ----------
     name : str
-        Begins the names of its parameters, states, inputs and steps.
+        Start of the names of its parameters, states, inputs and steps.
     """
 
     name: str
@@ -406,7 +421,7 @@ class Part(ABC):
         Raises
         ------
         ModelError
-            If the table has a field that the part has not, or in another unit, or lacks one that it needs.
+            If the table has an unknown field or a wrong unit, or lacks a required field.
         """
         given = read_table(table, cls, cls.lists())
         if both := given.keys() & fields.keys():
@@ -434,7 +449,7 @@ class Part(ABC):
         return ()
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        """Return the masses, momenta and energies that determine the part's motion; None for a pure load."""
+        """Return masses, momenta and energies, which determine the part's motion; None for a pure load."""
         return Aggregates()
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
@@ -468,7 +483,7 @@ class Part(ABC):
         return result
 
     def carried(self, at: Mounted, velocity: sp.Matrix) -> tuple[Load, Expr]:
-        """Return the momentum, as a load, and the power that leave the part with its mass.
+        """Return the momentum (as a load) and the power that outflowing mass removes from the part.
 
         Parameters
         ----------
@@ -484,7 +499,7 @@ class Part(ABC):
         return ()
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:
-        """Return the states that are projected to a manifold after each step, with the projected values."""
+        """Return states that each step projects to a manifold, with their projected values."""
         return {}
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
@@ -496,7 +511,7 @@ class Part(ABC):
         return ()
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        """Return the acting inputs from the commanded ones; they are equal for a part without limits."""
+        """Return the acting inputs for the commanded ones; without limits they are equal."""
         return tuple(commanded)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
@@ -523,7 +538,7 @@ def start(quantity: Quantity, scenario: Parameters, default: float = 0.0) -> Sta
 
 
 def _accelerations(prescribed: Sequence[Expr | None], own: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Return the accelerations of all coordinates: prescribed ones, and solutions of the equations."""
+    """Return the accelerations of all coordinates, prescribed or solved."""
     rest = iter(own)
     return tuple(next(rest) if value is None else value for value in prescribed) if prescribed else tuple(own)
 
@@ -533,7 +548,7 @@ def _held(prescribed: Sequence[Expr | None], values: Sequence[Expr]) -> list[Exp
 
 
 def _check_degrees(of: Aggregates, speeds: Sequence[sp.Symbol], name: str) -> None:
-    """Refuse an energy that is not quadratic in the speeds, and momenta that are not linear in them."""
+    """Refuse energies that are not quadratic in the speeds, and momenta that are not linear in the speeds."""
 
     def depends(slopes: sp.Matrix) -> bool:
         return any(slope.has(*speeds) and sp.simplify(slope).has(*speeds) for slope in slopes)

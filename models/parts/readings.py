@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Energy, momentum and the causes of their changes, which the physics gates compare."""
+"""Energy and momentum, and the powers and loads that change them; physics gates compare both."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ def readings(
     Parameters
     ----------
     parts, mounted, motions : sequence of Part, of Mounted and of Motion
-        The parts in their assembly, and how they move.
+        The parts, their places in the assembly, and their motions.
     velocity : sympy.Matrix, optional
-        Of O in the axes of the hub; None where the attitude alone is a state: then all is relative to the centre of
-        mass, and loads are a moment about it.
+        Velocity of O in hub axes. None if only the attitude is a state: energy and momentum are then relative to the
+        centre of mass, and loads are a moment about it.
     groups : sequence of Group
         States, inputs and parameters.
     plane : bool
-        Whether the motion is in the plane of x and y, whose other components are left out.
+        True for motion in the plane of x and y; other components are omitted.
     """
     x, u, p = groups
     w = mounted[0].frame.rate
@@ -75,7 +75,7 @@ def from_centre(aggregates: Sequence[Aggregates], rate: sp.Matrix) -> sp.Matrix:
 
 
 def totals(aggregates: Sequence[Aggregates], velocity: sp.Matrix, rate: sp.Matrix) -> tuple[Expr, sp.Matrix, sp.Matrix]:
-    """Return energy, momentum and angular momentum about O of parts, from the velocity of O and the rate of the hub."""
+    """Return the parts' energy, momentum and angular momentum about O."""
     v, w, energy = velocity, rate, sp.S.Zero
     momentum, angular = sp.zeros(3, 1), sp.zeros(3, 1)
     for of in aggregates:

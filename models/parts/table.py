@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Strict reader of a part's numbers from a table, each with unit and source.
+"""Strict reader of a table with a part's numbers, their units and sources.
 
 A table is a TOML file with an entry for each field of the part, and a list of tables for a field that is a list:
 
@@ -42,7 +42,7 @@ def read_table(path: str | Path, of: type, lists: Mapping[str, type]) -> dict[st
     Raises
     ------
     ModelError
-        If the file cannot be read, or has a field that the part has not, or a unit that is not the field's.
+        If the file cannot be read, or has an unknown field or a wrong unit.
     """
     file = Path(path)
     try:

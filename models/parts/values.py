@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of a part: each field becomes model parameters named after the part.
+"""Numbers of a part: each field becomes one or more parameters named after the part.
 
 A part declares a field as `Annotated[Number, scalar(...)]`, or with `place`, `vector`, `direction` or `tensor`. A
-number that the user gives for it is the default of a parameter; an expression in parameters stands as it is. A zero of
-a vector or of a tensor is structure: it enters no equation.
+number that the user gives becomes the default of a parameter; an expression in parameters is used unchanged. A zero
+in a vector or tensor is structural and enters no equation.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Parameters:
         Raises
         ------
         ModelError
-            If the number is none, or outside of its bounds.
+            If the value is no number or out of bounds.
         """
         given = value if isinstance(value, Value) else Value(value)
         try:
@@ -130,9 +130,9 @@ class Parameters:
         Parameters
         ----------
         part : dataclass
-            With fields made by `scalar`, `place`, `direction` and `tensor`.
+            With fields declared by `scalar`, `place`, `direction` and `tensor`.
         name : str
-            Begins the names of its parameters.
+            Start of the names of its parameters.
         """
         fields = kinds(part).items()
         read = {f: self._read(k, f"{name}_{k.symbol}", getattr(part, f), f"{name}.{f}") for f, k in fields}
@@ -228,9 +228,9 @@ def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind])
 
 
 def _of_a_body(inertia: sp.Matrix) -> list[Expr]:
-    """Return margins that are positive for the inertia J of a real body: those of tr(J)/2 - J, its second moments.
+    """Return margins that are positive if J is the inertia of a real body, whose second moments are tr(J)/2 - J.
 
-    A flat body, which has one of zero, is allowed: the margins take part of the size of the inertia.
+    A flat body, with one second moment of zero, is allowed by a small tolerance.
     """
     size = inertia.trace()
     moments = size / 2 * sp.eye(3) - inertia + _FLAT * size * sp.eye(3)
@@ -241,7 +241,7 @@ def _of_a_body(inertia: sp.Matrix) -> list[Expr]:
 
 
 _FLAT = sp.Rational(1, 10**9)
-"""Tolerance relative to the trace: far above rounding, far below the contribution of any part of a body."""
+"""Tolerance relative to the trace, far above rounding and far below any real contribution."""
 
 
 def directions(part: Any) -> list[str]:

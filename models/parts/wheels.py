@@ -34,7 +34,7 @@ class Wheel(Part):
     torque_limit : number, optional
         Largest torque of the motor, N m.
     speed_limit : number, optional
-        Speed from which on a command to turn faster is not carried out, rad/s.
+        Speed above which commands for a higher speed are ignored, rad/s.
     """
 
     axis: Annotated[Vector, direction("a", "axis")]
@@ -65,8 +65,15 @@ class Wheel(Part):
         )
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
-        """Return the axis."""
-        return (Shape(self.name, "arrow", points(ZERO, at.craft.reach * at.values.axis), "sky"),)
+        """Return the axis and, as shares of the largest, the motor's torque at its tip and a ball for the speed."""
+        v, tip = at.values, at.craft.reach * at.values.axis
+        result = [Shape(self.name, "arrow", points(ZERO, tip), "sky")]
+        if v.torque_limit is not None:
+            end = tip * (1 + self.inputs()[0].symbol / (2 * v.torque_limit))
+            result.append(Shape(f"{self.name} torque", "arrow", points(tip, end), "purple"))
+        if v.speed_limit is not None:
+            result.append(Shape(f"{self.name} speed", "ball", points(tip * self.speed / v.speed_limit), "sky"))
+        return tuple(result)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         (torque,), v = commanded, at.values

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sampled laws: adaptive control that keeps the plant's zero, the paper's that cancels it (32), and PD (50).
+"""Sampled laws: adaptive control that keeps the plant's zero, the paper's law (32) that cancels it, and PD (50).
 
-Each axis has its own reference model C1 w = D r and, in the adaptive laws, its own estimator. A command computed from
-y(k) acts over [k, k+1), or over [k+1, k+2) with a delay of one sample: d = 1 or 2.
+Each axis has a reference model C1 w = D r and, in the adaptive laws, an estimator. A command computed from y(k) acts
+over [k, k+1) with d = 1, or one sample later with d = 2.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def _model_update(model: ReferenceModel, keeps_zero: bool) -> dict[str, Expr]:
 
 
 def retain(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, plant: Group, d: Derivation) -> Expr:
-    """Place the poles, keep the zero of B, compensate the estimated offset."""
+    """Place the poles, keep the zero of B and compensate the estimated offset."""
     name = AXES[axis]
     ea1, ea2, eb0, eb1, offset = estimate.theta
     floor = smallest_gain(axis, law, plant)
@@ -238,13 +238,13 @@ def _wrong_sign(k: int, plant: Group, law: Group) -> Condition:
 
 
 def _model_start(axis: int, law: Group) -> dict[str, Expr]:
-    """Return the initial memory of a reference model: at rest, at the measured angle or at zero."""
+    """Return the initial memory of a reference model at rest, at the measured angle or at zero."""
     first = sp.Piecewise((angles[axis], law.matched > HALF), (0, True))
     return {"ym": first, **{f"wm{k}": first for k in range(1, _PAST + 1)}}
 
 
 def _healthy(tag: str, numbers: Iterable[Expr], d: Derivation) -> sp.Rel:
-    """Return the condition that all inputs and outputs of a law are finite; NaN fails every comparison."""
+    """Return the condition that all inputs and outputs of a law are finite; a comparison with NaN is false."""
     finite = sp.And(*(sp.Abs(number) < LARGEST for number in numbers))
     flag = d.define(f"healthy_{tag}", sp.Piecewise((1, finite), (0, True)), "", "1 when all numbers are finite")
     return flag > HALF
@@ -261,7 +261,7 @@ def _controller(
     extra: tuple[tuple[Quantity, Expr, Expr], ...],
     warnings: tuple[Condition, ...] = (),
 ) -> Controller:
-    """Keep the last good memory and command zero if a number is not finite."""
+    """Guard a law: if a number is not finite, keep the memory and command zero."""
     update = [sp.Piecewise((after, healthy), (q.symbol, True)) for q, _, after in rows]
     flag = sp.Piecewise((0, healthy), (1, True))
     memory = Group("z", (*(q for q, _, _ in rows), *(q for q, _, _ in extra), SENSOR_LOST))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drive of the satellite: inputs, limits, and commands of wheels and torquers for a torque."""
+"""Actuators of the satellite: inputs, limits, and commands of wheels and torquers for a torque."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ coils = sp.Matrix([q.symbol for q in COILS])
 
 @dataclass(frozen=True)
 class Drive:
-    """Actuators from the view of a law.
+    """Actuators as a law sees them.
 
     Attributes
     ----------
@@ -60,9 +60,9 @@ class Drive:
 
         Notes
         -----
-        Wheels beyond three even out their momenta by `spread_gain`, without turning the body. The torquers' dipole
-        k (h x B)/|B|^2 puts -k h on the body, less the part along B; the law's own wheels answer with the opposite, and
-        the momentum leaves the satellite.
+        With more than three wheels, `spread_gain` evens out their momenta without a torque on the body. The torquers'
+        dipole k (h x B)/|B|^2 exerts the torque -k h without its component along B. The wheels compensate this torque
+        and thereby lose momentum.
         """
         motors = self.wheels.pseudoinverse * sp.Matrix(torque)
         if self._spare:
@@ -90,8 +90,8 @@ class Drive:
     def actuator(self, plant: Group, d: Derivation) -> Actuator:
         """Limit the wheels' momentum at the end of a sample, their torque, and the torquers' dipoles.
 
-        The torque comes last, so that nothing passes umax. Both leave zero torque to a wheel within hmax, which is all
-        that a run may start with or come to, and then their order makes no difference: both limits hold.
+        The torque limit comes last, so that no torque exceeds umax. For wheels within hmax, as in every allowed run,
+        zero torque fulfils both limits; then both hold in either order.
         """
         d.section("Wheels and sensor")
         wheels, wanted = self.wheels, self.commanded.symbols

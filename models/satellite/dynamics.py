@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Attitude of a rigid satellite with reaction wheels on an orbit, equations (1)-(7).
 
-The paper's body axes are principal axes, its orbit a circle. C takes components from orbit to body axes; the attitude
-is three angles (turns about z, y, x in this order) or a quaternion.
+The paper uses principal axes and a circular orbit. C transforms components from orbit axes to body axes. The attitude
+is three angles (rotations about z, y, x in this order) or a quaternion.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
     chart : {"euler", "quaternion"}
         Three angles, or a unit quaternion with the angles as derived quantities.
     turning : sympy.Matrix
-        Rate of the orbit axes in these (3): about -y, because z is nadir and x is velocity; rad/s.
+        Rate of the orbit axes in their own components (3), rad/s: about -y, because z is nadir and x is velocity.
     d : Derivation
         Receives the steps.
     """
@@ -101,7 +101,7 @@ def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
 
 
 def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
-    """Define three angles from C, as measurements of laws if the state is a quaternion."""
+    """Define three angles from C, which laws measure if the state is a quaternion."""
     sine = sp.Max(-1, sp.Min(1, rotation[0, 2]))
     values = (
         sp.atan2(rotation[1, 2], rotation[2, 2]),
@@ -124,7 +124,7 @@ def torque_excess(inertia: sp.Matrix, rate: sp.Matrix, acceleration: sp.Matrix, 
 
 
 def inertia_matrix(plant: Group) -> sp.Matrix:
-    """Return J, the inertia of body and wheels without the wheels' axial inertias, which are part of h."""
+    """Return J, the inertia of body and wheels minus the wheels' axial inertias, which h includes."""
     if plant.elements("I"):
         return plant.I
     return sp.diag(plant.I_x, plant.I_y, plant.I_z)
@@ -136,7 +136,7 @@ def total_inertia(plant: Group, wheels: Wheels) -> sp.Matrix:
 
 
 def gradient_torque(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr, d: Derivation) -> sp.Matrix:
-    """Define the gravity gradient torque; for principal axes, each component has one product of nadir components."""
+    """Define the gravity gradient torque; for principal axes each component is one product of nadir components."""
     torque = gravity_gradient(rotation, inertia, pull)
     if inertia.is_diagonal():
         torque = torque.applyfunc(sp.factor)
@@ -150,8 +150,8 @@ def motion_of_the_whole(
 
     Notes
     -----
-    h' = -u and H = J w + h, so u acts on the body as an external torque would and h enters through w x h only. With
-    locked wheels h = Iw w and u = -Iw w', which leaves Euler's equations of the total inertia J + Iw.
+    From h' = -u and H = J w + h follows: u acts on the body like an external torque, and h enters only through w x h.
+    With locked wheels h = Iw w and u = -Iw w' give Euler's equations of the total inertia J + Iw.
     """
     mass = plant.mass if wheels.imbalances else sp.S.One  # without imbalance it plays no part
     hub = Hub("body", mass, inertia_matrix(plant).tolist())
@@ -165,7 +165,7 @@ def motion_of_the_whole(
 
 
 def wheel_speeds(wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
-    """Return the wheel speeds relative to the body: h = Iw (Omega_w + w)."""
+    """Return the wheel speeds Omega_w relative to the body, from h = Iw (Omega_w + w)."""
     turning = zip(wheels.momenta, wheels.inertia, wheels.axes.T * rates, strict=True)
     speeds = [momentum / inertia - along for momentum, inertia, along in turning]
     named, labels = speed("*"), wheels.labels

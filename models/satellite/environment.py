@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Additions to the paper: torques of the environment, wheel friction, sensor noise and quantisation."""
+"""Extensions of the paper: environment torques, wheel friction, sensor noise and quantisation."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def wheel_torque(speeds: tuple[Expr, ...], wheels: Wheels, plant: Group, d: Deri
 
 
 def sensor(states: Group, chart: str, plant: Group, d: Derivation) -> Sensor:
-    """Add noise to angles and rates and round the angles to the sensor's step."""
+    """Return a sensor that adds noise to angles and rates and rounds angles to a step."""
     step = d.define(
         "sensor_step",
         sp.Piecewise((plant.quantum, plant.quantum > 0), (1, True)),

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recursive least squares of one axis, equations (34)-(42), used for each axis of each adaptive law.
 
-The covariance is kept as F = U D U', U upper triangular with a unit diagonal and D diagonal, and updated by Bierman's
-algorithm: F stays positive in single precision too. Further additions: a cap on its trace, a dead zone, and a lower
-bound of the gain that the laws use.
+The covariance is stored as F = U D U' with unit upper triangular U and diagonal D. Bierman's algorithm updates it, so
+that F stays positive even in single precision. Further extensions are a cap on its trace, a dead zone, and a lower
+bound of the gain in the laws.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .dynamics import AXES, angles, inertia_matrix
 from .linear import nominal_gain
 
 HALF = sp.Rational(1, 2)
-"""Threshold of parameters that act as switches."""
+"""Threshold between off (0) and on (1) of parameters that act as switches."""
 WARM = 2
 """Samples after a start or a gap until all regressors are valid."""
 
@@ -76,11 +76,11 @@ class Estimate:
     torque : Expr
         v(k), torque over the last sample.
     theta : tuple of Expr
-        a1, a2, b0, b1, d as the laws take them.
+        a1, a2, b0, b1, d for the laws.
     trace : Expr
         Trace of F.
     update : dict of str to Expr
-        Memory after the sample by name; the torques commanded are the law's to add.
+        Next memory by name, without commanded torques, which the law adds.
     """
 
     y: Expr
@@ -99,7 +99,7 @@ def estimate(axis: int, applied: Expr, law: Group, plant: Group, d: Derivation) 
     axis : int
         0, 1, 2 for roll, pitch, yaw.
     applied : Expr
-        Torque really applied since the last sample.
+        Torque that acted since the last sample.
     law, plant : Group
         Parameters.
     d : Derivation
@@ -186,7 +186,7 @@ def _bierman(
 
 
 def _learns(name: str, error: Expr, law: Group, plant: Group, d: Derivation) -> sp.Rel:
-    """Return the condition of adaptation: switched on, valid regressors, error outside the dead zone."""
+    """Return the condition for adaptation: switched on, valid regressors, error outside the dead zone."""
     width = sp.Max(law.dead_zone, law.dead_zone_sigma * plant.noise)
     when = sp.And(law.adapt > HALF, SAMPLES.symbol > WARM - HALF, sp.Abs(error) > width)
     flag = d.define(f"learns_{name}", sp.Piecewise((1, when), (0, True)), "", "1 when the estimates move")
@@ -196,7 +196,7 @@ def _learns(name: str, error: Expr, law: Group, plant: Group, d: Derivation) -> 
 def _capped(
     name: str, factors: dict[str, Expr], z: dict[str, sp.Symbol], learns: sp.Rel, law: Group, d: Derivation
 ) -> tuple[dict[str, Expr], Expr]:
-    """Return the factors and trace of F with a cap: a step that would exceed it does not forget."""
+    """Return factors and trace of F with a cap: a step that would exceed it uses no forgetting."""
     squares = (sp.S.One if i is j else factors[f"U{i + 1}{j + 1}"] ** 2 for j in range(5) for i in range(j + 1))
     weights = (factors[f"D{j + 1}"] for j in range(5) for _ in range(j + 1))
     trace = sp.Add(*(s * w for s, w in zip(squares, weights, strict=True)))
@@ -210,8 +210,8 @@ def _capped(
 def start(axis: int, law: Group, plant: Group) -> dict[str, Expr]:
     """Return the initial memory: first guess, F = F0 I, at rest at the measured angle.
 
-    An offset that is not estimated has no variance: with the last entry of D zero, row and column of F stay zero, the
-    offset stays at its first guess, zero, and a sample computes the same as ever.
+    If the offset is not estimated, its variance is zero: the last entry of D is zero, row and column of F stay zero,
+    and the offset stays at its first guess, zero. The operations per sample do not change.
     """
     name, y = AXES[axis], angles[axis]
     nominal = law.guess * nominal_gain(inertia_matrix(plant)[axis, axis], plant.Ts)

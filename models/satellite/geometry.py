@@ -11,17 +11,17 @@ from .controllers import REFERENCES
 from .dynamics import angles, euler_rotation
 
 _HALF = tuple(sp.Rational(h, 100) for h in (32, 32, 38))
-"""Half of the body's edge length, m. All lengths here belong to the picture, as the paper gives none."""
+"""Half of the body's edge length, m. The paper gives no sizes, so all lengths here are chosen for the picture."""
 _ROOT, _TIP, _WIDTH = sp.Rational(42, 100), sp.Rational(5, 4), sp.Rational(24, 100)
 _REACH = (sp.Rational(19, 20), sp.Rational(31, 20), sp.Rational(19, 20))
-"""Lengths of the axes' arrows; the arrow of y is longer than its panel."""
+"""Lengths of the arrows of the axes; the y arrow is longer than the panel."""
 _PER_TORQUE = 30
-"""Length of a torque's arrow, m per N m: the paper's laws command some hundredths of a N m."""
+"""Length of a torque arrow, m per N m; the paper's laws command a few hundredths of a N m."""
 _COLORS = ("blue", "vermillion", "green")
 
 
 def geometry(rotation: sp.Matrix, torque: sp.Matrix) -> tuple[Shape, ...]:
-    """Return the shapes in orbit axes, with the Earth below.
+    """Return the shapes in orbit axes with the Earth below.
 
     Parameters
     ----------
@@ -54,6 +54,6 @@ def _panel(rotation: sp.Matrix, side: int) -> tuple[tuple[Expr, Expr, Expr], ...
 
 
 def _place(rotation: sp.Matrix, point: sp.Matrix) -> tuple[Expr, Expr, Expr]:
-    """Return a point of the body with z up; the orbit axes have z down."""
+    """Convert a point of the body from orbit axes, z down, to picture axes, z up."""
     x, y, z = rotation.T * point
     return x, -y, -z

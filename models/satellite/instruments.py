@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instruments that replace a measured state: gyro with random-walk bias, magnetometer, Sun sensor.
+"""Instruments in place of measured states: gyro with random-walk bias, magnetometer, Sun sensor.
 
-Attitude comes of a star tracker, whose noise and steps are those of the measured angles; momenta of the wheels and the
-place on the orbit are known. White noise of gyro and magnetometer is a density, as data sheets print it: a sample
-has it over the root of the sample period, so that a mean over a time does not depend on how often one samples. What a
-camera or a Sun sensor gets wrong in one picture is a standard deviation, whatever the period.
+A star tracker measures the attitude, with noise and step of the measured angles. Wheel momenta and orbital position
+are known. White noise of gyro and magnetometer is a density, as in data sheets: each sample's deviation is the
+density over the square root of the sample period. Errors of a star tracker or a Sun sensor are standard deviations
+per measurement, independent of the period.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ _DRIFT = Group("e", tuple(Quantity(f"e_{q.name}", "1", f"change of the {q.descri
 
 
 def instruments(sensor: Sensor, states: Group, field: Sequence[Expr], sun: Sequence[Expr], plant: Group) -> Sensor:
-    """Return the sensor with biased rates, and with magnetometer and Sun sensor in addition to the state.
+    """Return the sensor of the state with biased rates, magnetometer and Sun sensor.
 
     Parameters
     ----------
     sensor : Sensor
         Of the state without bias.
     states : Group
-        With the bias last, which is not measured.
+        States, of which the bias is last and not measured.
     field, sun : sequence of Expr
-        In body axes, true.
+        True values in body axes.
     plant : Group
         Parameters.
     """
@@ -54,7 +54,7 @@ def instruments(sensor: Sensor, states: Group, field: Sequence[Expr], sun: Seque
 
 
 def drift(states: Group, plant: Group) -> RandomStep:
-    """Return the bias's random walk."""
+    """Return the random walk of the bias."""
     size = plant.bias_noise * sp.sqrt(plant.Ts)
     change = {q.name: q.symbol + size * e for q, e in zip(BIAS, _DRIFT.symbols, strict=True)}
     return RandomStep(_DRIFT, tuple(change.get(q.name, q.symbol) for q in states))

@@ -27,7 +27,7 @@ _PRINTED_B = ("0.307 + 0.0586 q^-1", "0.305 + 0.0411 q^-1", "0.302 + 0.0404 q^-1
 
 
 def linear_torques(plant: Group, orbit: Orbit, wheels: Wheels) -> tuple[Expr, Expr, Expr]:
-    """Return the control torque of a motion near the orbit axes, to first order in angles and rates."""
+    """Return the control torque for motion near the orbit axes, to first order in angles and rates."""
     rotation, scale = euler_rotation(), sp.Symbol("epsilon")
     motion = dict(zip((*angles, *_RATES), (*_RATES, *_ACCELERATIONS), strict=True))
     relative = angular_velocity(rotation, dict(zip(angles, _RATES, strict=True)))
@@ -44,7 +44,7 @@ def _first_order(expr: Expr, scale: sp.Symbol) -> Expr:
 
 
 def show_linear_model(plant: Group, orbit: Orbit, wheels: Wheels, d: Derivation) -> None:
-    """Show (8)-(11): the paper's terms, the roll-yaw coupling that it drops, and terms of stored momentum."""
+    """Show (8)-(11): the paper's terms, the neglected roll-yaw coupling, and terms of stored momentum."""
     d.section("Linear model")
     no_momentum = dict.fromkeys(wheels.momenta, 0)
     for k, torque in enumerate(linear_torques(plant, orbit, wheels)):
@@ -76,7 +76,7 @@ def show_linear_model(plant: Group, orbit: Orbit, wheels: Wheels, d: Derivation)
 
 
 def _show_state_space(k: int, principal: Expr, remainder: Expr, plant: Group, d: Derivation) -> None:
-    """Show the entries of A and B of (11) in one acceleration's row; x has three angles, then three rates."""
+    """Show the entries of A and B of (11) in the row of one acceleration; x is three angles, then three rates."""
     inertia = inertia_matrix(plant)[k, k]
     row = k + 4
     stiffness = -sp.expand(principal).coeff(angles[k]) / inertia
@@ -117,7 +117,7 @@ def pulse_transfer(
 
 
 def show_sampled_model(plant: Group, d: Derivation) -> None:
-    """Show (43)-(45), and that b0 = b1 also with stiffness."""
+    """Show (43)-(45), and the result that b0 = b1 also with stiffness."""
     d.section("Sampled model")
     frequency, inertia = sp.symbols("w I", positive=True)
     A, B = pulse_transfer(inertia, plant.Ts, frequency)

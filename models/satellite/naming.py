@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Named vectors and matrices: a definition for each entry, with `*` in its texts for the place of that entry."""
+"""Named vectors and matrices: a definition for each entry; `*` in names and titles stands for the entry's index."""
 
 from __future__ import annotations
 

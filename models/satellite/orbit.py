@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Orbit: the paper's circle, or a Kepler ellipse by true anomaly with the mean drift of the Earth's oblateness.
+"""Orbit: the paper's circle, or a Kepler ellipse by true anomaly with mean drift by the Earth's oblateness.
 
-Orbit axes: x along the motion across the radius, y opposite to the orbit normal, z to nadir. An orbit says how these
-axes turn, how strongly gravity differs over the body, and what its place decides: magnetic field, air, sunlight.
+Orbit axes: x along the motion across the radius, y opposite to the orbit normal, z to nadir. An orbit gives the
+rotation of these axes, the gravity gradient, and at each position magnetic field, air and sunlight.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class Orbit:
     Attributes
     ----------
     states, rates : tuple
-        What moves along the orbit, and its rates.
+        States of the orbit and their rates.
     turning : sympy.Matrix
         Inertial rate of the orbit axes, rad/s.
     pull : Expr
         mu/r^3, 1/s^2.
     axes : sympy.Matrix
-        Components from inertial to orbit axes.
+        Matrix from inertial to orbit axes.
     field : tuple of Expr
         Magnetic field, Wb/m^2.
     ahead, speed : sympy.Matrix and Expr
@@ -72,7 +72,7 @@ class Orbit:
 
 
 def circular_turning(omega0: Expr) -> sp.Matrix:
-    """Return the rate of a circular orbit's axes in themselves: about -y, as z is nadir and x is along the velocity."""
+    """Return the rate of a circular orbit's axes in their own components: about -y, as z is nadir and x is velocity."""
     return sp.Matrix([0, -omega0, 0])
 
 
@@ -113,8 +113,8 @@ def oblate_drift() -> tuple[tuple[sp.Symbol, ...], tuple[Expr, Expr, Expr]]:
 
     Notes
     -----
-    The potential -mu J2 R^2 (3 sin^2 i sin^2 u - 1)/(2 r^3) is averaged over a revolution, in which time passes as
-    r^2/(a^2 sqrt(1 - e^2)) over the true anomaly. What is left is what Kozai and Brouwer have to first order.
+    The potential -mu J2 R^2 (3 sin^2 i sin^2 u - 1)/(2 r^3) is averaged over a revolution, with the weight r^2/(a^2
+    sqrt(1 - e^2)) over the true anomaly. The result agrees with Kozai and Brouwer to first order.
     """
     mu, a, J2, R = symbols = sp.symbols("mu a J2 R", positive=True)
     e, i, anomaly, perigee = sp.symbols("e i nu omega", real=True)
@@ -133,16 +133,16 @@ def oblate_drift() -> tuple[tuple[sp.Symbol, ...], tuple[Expr, Expr, Expr]]:
 
 @dataclass(frozen=True)
 class _Place:
-    """The ellipse at an anomaly, as unnamed expressions.
+    """Position and motion on the ellipse at an anomaly, as unnamed expressions.
 
     Attributes
     ----------
     radius, around, outward : Expr
-        r, m, and the velocity across and along the radius, m/s.
+        r, m, and velocity components normal to and along the radius, m/s.
     rates : tuple of Expr
         Rates of anomaly, perigee and node, rad/s.
     axes, turning : sympy.Matrix
-        Inertial to orbit axes, and the rate of these.
+        Matrix from inertial to orbit axes, and the rate of the orbit axes.
     """
 
     radius: Expr
@@ -154,7 +154,7 @@ class _Place:
 
 
 def _place(plant: Group, anomaly: Expr, perigee: Expr, node: Expr, named: Callable[..., Expr]) -> _Place:
-    """Return the ellipse at an anomaly; `named` may name its steps."""
+    """Return position and motion at an anomaly; `named` may name the steps."""
     a, e, mu = plant.semi_major_axis, plant.eccentricity, plant.mu
     parameter = named("parameter", a * (1 - e**2), "semi-latus rectum", "m", "p")
     nearness = 1 + e * sp.cos(anomaly)
@@ -191,8 +191,8 @@ def _place(plant: Group, anomaly: Expr, perigee: Expr, node: Expr, named: Callab
 def keplerian(plant: Group, s: Group, d: Derivation) -> Orbit:
     """Define a Kepler ellipse by true anomaly, with mean J2 drift, tilted dipole, air, Sun and shadow.
 
-    The dipole turns with the Earth; the air thins out exponentially above the perigee and does not turn; the shadow is
-    a cylinder.
+    The dipole rotates with the Earth. Air density decays exponentially above the perigee, and the air does not
+    rotate. The shadow is a cylinder.
     """
     d.section("Orbit")
 

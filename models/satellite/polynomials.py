@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Polynomial equations of the laws, A S + q^-d B T = Ac, for delays d = 1 and d = 2.
 
-A = 1 + a1 q^-1 + a2 q^-2, B = b0 + b1 q^-1. Solutions are expressions in the symbols of this module; a law puts its
-own in their place.
+A = 1 + a1 q^-1 + a2 q^-2, B = b0 + b1 q^-1. Solutions are expressions in the symbols of this module, which a law
+replaces by its own.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ class Solution:
 
 @dataclass(frozen=True)
 class Retained:
-    """Equation of the law that keeps B: S has degree d, T degree 1, Ac degree d + 2.
+    """Equation of the law that keeps B; the degrees are d for S, 1 for T and d + 2 for Ac.
 
-    The leading coefficients s_1 ... s_(d-1) follow one by one; the last three unknowns (s_d, t0, t1) obey a linear
-    system whose matrix is the same for every d.
+    The leading coefficients s_1 ... s_(d-1) follow one by one. The last three unknowns (s_d, t0, t1) solve a linear
+    system whose matrix does not depend on d.
 
     Attributes
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structural choices of the satellite, and their parameters in parameters.toml."""
+"""Structural choices of the satellite and their parameters in parameters.toml."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STRUCTURE = {
 """Structural choices with their values; the first value is the default."""
 
 _BEFORE = {("wheels", "unbalanced"): "any"}
-"""For a value of a choice, the value whose parameters it shares or replaces."""
+"""For some values of a choice, another value whose parameters they share or replace."""
 
 _REPLACED = {
     ("inertia", "full"): ("I_x", "I_y", "I_z"),
@@ -30,12 +30,12 @@ _REPLACED = {
 
 
 def beyond(choices: Mapping[str, str]) -> dict[str, str]:
-    """Return the choices that differ from the paper's; the chart is not among them, as it only changes coordinates."""
+    """Return the choices that differ from the paper's, except the chart, which only changes coordinates."""
     return {name: value for name, value in choices.items() if name != "chart" and value != STRUCTURE[name][0]}
 
 
 def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[str, str]) -> Group:
-    """Return the paper's group with the parameters of the choices, replaced ones removed.
+    """Return the paper's parameters of a table, extended and replaced according to the choices.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
     tables : mapping of str to Group
         Groups of parameters.toml.
     table : {"plant", "scenario"}
-        Which; those of a choice are called CHOICE_VALUE and CHOICE_VALUE_scenario.
+        The table. The groups of a choice have the names CHOICE_VALUE and CHOICE_VALUE_scenario.
     choices : mapping of str to str
         Name and value of each choice.
     """
@@ -55,13 +55,13 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
 
 
 def added(tables: Mapping[str, Group], choices: Mapping[str, str], suffix: str) -> tuple[Quantity, ...]:
-    """Return the contents of existing groups CHOICE_VALUE with a suffix."""
+    """Return the parameters of the groups CHOICE_VALUE with a suffix, where such groups exist."""
     names = (f"{choice}_{value}{suffix}" for choice, value in _taken(choices))
     return tuple({q.name: q for name in names if name in tables for q in tables[name].quantities}.values())
 
 
 def _taken(choices: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Yield the choices that differ from the paper's, each after the value whose parameters it shares."""
+    """Yield the choices that differ from the paper's, each preceded by the value whose parameters it shares."""
     for name, value in beyond(choices).items():
         if (name, value) in _BEFORE:
             yield name, _BEFORE[name, value]

@@ -78,12 +78,12 @@ _EARTH_RADIUS = sp.Integer(6378137)
 _EARTH_RATE = sp.Float("1.2394474623e-3")
 """sqrt(mu/R^3) in rad/s, for mu = 3.986004418e14 m^3/s^2, EGM96."""
 _ROUNDED = 1 + sp.Rational(1, 10**9)
-"""Limit of a wheel's momentum relative to hmax: each step of a full wheel may exceed it by rounding, 1e-16."""
+"""Limit of a wheel's momentum relative to hmax; rounding may exceed hmax by 1e-16 per step of a full wheel."""
 
 
 @dataclass(frozen=True)
 class _Craft:
-    """Derived parts of the plant, for functions, laws and conditions."""
+    """Derived parts of the plant that functions, laws and conditions use."""
 
     choices: Mapping[str, str]
     tables: Mapping[str, Group]
@@ -119,15 +119,15 @@ def system(
     inertia : {"principal", "full"}
         Three moments about principal axes, or a tensor with products of inertia.
     wheels : {"axes", "any", "unbalanced"}
-        Three along the body axes, or one along each column of `wheel_axes`, balanced or with masses off their axes.
+        Three wheels along the body axes, or one along each column of `wheel_axes`, balanced or unbalanced.
     orbit : {"circular", "keplerian"}
         The paper's, or an ellipse by true anomaly with eclipse, a tilted dipole and the mean drift by J2.
     torquers : {"none", "three"}
-        Whether there are magnetic torquers, which unload the wheels under every law, and detumble under `b-dot`.
+        Magnetic torquers, which unload the wheels under every law and detumble under `b-dot`.
     sensors : {"states", "instruments"}
-        Whether laws measure the state with noise, or a gyro whose bias walks, a magnetometer and a Sun sensor.
+        Laws measure the state with noise, or use a gyro with random-walk bias, a magnetometer and a Sun sensor.
     laws : {"paper", "more"}
-        Whether quaternion feedback and a sliding mode stand beside the paper's laws.
+        The paper's laws, or also quaternion feedback and a sliding mode.
 
     Returns
     -------
@@ -266,7 +266,7 @@ def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
 
 
 def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return the metrics that compare actuator sets: pointing, torque, momentum."""
+    """Return metrics for comparing actuator sets: pointing, torque, momentum."""
     d.section("Summary")
     wheels, off = craft.wheels, pointing(craft.placed.quaternion, REFERENCES.symbols, d)
     held, tumble = wheels.momentum, craft.placed.omega
@@ -342,7 +342,7 @@ def _safe_mode(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> C
 
 
 def _more_laws(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> Iterator[Controller]:
-    """Yield the laws of the whole attitude."""
+    """Yield the laws that use the whole attitude instead of separate axes."""
     filtered = structure.added(craft.tables, craft.choices, "_filter")
     motion = Motion(
         craft.placed.quaternion,
@@ -385,7 +385,7 @@ def _limits(chart: str, plant: Group, wheels: Wheels) -> tuple[Condition, ...]:
 
 
 def _initial(craft: _Craft) -> tuple[Expr, ...]:
-    """Return the initial state: at rest in the orbit axes (49); beyond the paper, with a rate."""
+    """Return the initial state: at rest in the orbit axes (49), or with a rate as an extension."""
     s = craft.s
     first = tuple(value * _DEGREE for value in (s.roll_0_deg, s.pitch_0_deg, s.yaw_0_deg))
     here = dict(zip(angles, first, strict=True))
@@ -399,7 +399,7 @@ def _initial(craft: _Craft) -> tuple[Expr, ...]:
 
 
 def _reference(s: Group) -> tuple[Expr, ...]:
-    """Return square waves that start positive."""
+    """Return reference square waves that start with a positive half wave."""
     side = 1 - 2 * sp.Mod(whole_periods(s.half_period), 2)
     return tuple(side * value * _DEGREE for value in (s.roll_step_deg, s.pitch_step_deg, s.yaw_step_deg))
 
@@ -437,7 +437,7 @@ def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
 
 
 def _needs(craft: _Craft) -> Iterator[Condition]:
-    """Yield the quantities that a choice divides by: lengths of wheel axes, their volume, the field."""
+    """Yield quantities that must be positive because a choice divides by them: wheel axes, their volume, the field."""
     if craft.choices["wheels"] != "axes":
         yield has_lengths(craft.p)
         yield spanning(craft.wheels)
@@ -447,7 +447,7 @@ def _needs(craft: _Craft) -> Iterator[Condition]:
 
 
 def _balance(craft: _Craft) -> Iterator[Condition]:
-    """Yield the conditions that wheels are heavy enough for their imbalances."""
+    """Yield the conditions that each wheel's mass allows its imbalance."""
     if craft.wheels.imbalances:
         wheels = zip(craft.p.static_imbalance, craft.p.dynamic_imbalance, craft.wheels.inertia, strict=True)
         sizes = tuple(wheels)
@@ -462,7 +462,7 @@ def _balance(craft: _Craft) -> Iterator[Condition]:
 
 
 def _body(craft: _Craft) -> Iterator[Condition]:
-    """Yield the conditions on a body's inertia: its second moments tr(I)/2 - I are positive definite."""
+    """Yield the conditions that the body's second moments, tr(I)/2 - I, are positive definite."""
     total = total_inertia(craft.p, craft.wheels)
     if "inertia" in structure.beyond(craft.choices) or "wheels" in structure.beyond(craft.choices):
         moments = sp.eye(3) * total.trace() - 2 * total

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The derived equations of motion: with their numbers, and as residuals that check an evaluation."""
+"""Derived equations of motion, as numbered equations and as residuals that check their efficient form."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .states import RATE, VELOCITY, Pendulum, angle_rate_quantities, arm_rate_qu
 
 
 def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[str, sp.Symbol], tuple[Expr, ...]]:
-    """Return the derived equations of motion as residuals, which correct rates make zero.
+    """Return the derived equations of motion as residuals, which are zero for correct rates.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[st
     rates : dict of str to Symbol
         For each velocity state, the symbol of its rate.
     residuals : tuple of Expr
-        As many, linear in these symbols: (9)-(16), left less right sides.
+        Left minus right sides of (9)-(16), linear in these symbols.
     """
     part, copies = parts(inertia, bobs)
     own = [sp.Symbol(f"{q.name}_rate", real=True) for q in (*VELOCITY, *RATE)]
@@ -58,7 +58,7 @@ def residuals(p: Group, bobs: Sequence[Pendulum], inertia: str) -> tuple[dict[st
 
 
 def _pendulum_equations(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[tuple[sp.Symbol, ...], tuple[Expr, ...]]:
-    """Return symbols of the pendulums' accelerations, and their equations as residuals: (15), (16) or those of s."""
+    """Return the symbols of the pendulums' accelerations, and the residuals of (15), (16) or of the equations of s."""
     part, names = parts(inertia, pendulums)
     rows = tuple(ball.tangential_rows()) if inertia == "ball" else tuple(part.rows)
     named = [n | _accelerations(inertia, k) for k, n in enumerate(names, 1)]
@@ -67,7 +67,7 @@ def _pendulum_equations(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[tu
 
 
 def _accelerations(inertia: str, k: int) -> dict[sp.Symbol, Expr]:
-    """Return the acceleration symbols of pendulum k, by the generic ones."""
+    """Map the generic acceleration symbols to those of pendulum k."""
     if inertia == "ball":
         own = sp.symbols(" ".join(f"sigma{k}{axis}_dot" for axis in "xyz"), real=True)
         return dict(zip(ball.arm_acceleration, own, strict=True))

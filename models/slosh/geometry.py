@@ -18,7 +18,7 @@ _REAR, _FRONT, _RADIUS = sp.Rational(-52, 100), sp.Rational(6, 5), sp.Rational(3
 """Rear end, front end and radius of the hull in the picture, m, which the paper does not give."""
 _SIDES = 6
 _PER_FORCE = sp.Rational(1, 5000)
-"""Length of a force's arrow, m/N: the paper's thrust is half a metre long."""
+"""Length of a force arrow, m/N, so that the paper's thrust is half a metre long."""
 _COLORS = ("purple", "orange", "sky", "green")
 
 Point = tuple[Expr, Expr, Expr]
@@ -36,7 +36,7 @@ def geometry(
     pendulums : sequence of Pendulum
         Drawn as a rod and a bob each.
     inertia : str
-        On ball joints directions are states, else angles.
+        Convention of inertia; on ball joints directions are states, else angles.
     angles : sequence of Expr
         The attitude; the paper's small angles are drawn as 3-2-1 angles.
     force : sequence of Expr

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pendulums of a spacecraft, described by angles or by directions."""
+"""Pendulums of a spacecraft, described by angles or by directions."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Pendulums:
     reduced : callable
         (a, Omega') -> rates of the states for given accelerations of the hull.
     terms : callable
-        (law parameters, a_x) -> the pendulums' terms of V1 and their part of (29).
+        (law parameters, a_x) -> the pendulums' terms of V1 and of (29).
     outputs : tuple of (Quantity, Expr)
-        Angles, where they are not states.
+        Angles that are not states.
     projected : tuple of Expr
-        The states put back on their manifold; the states themselves where there is none.
+        The states after projection to their manifold; unchanged without one.
     """
 
     states: tuple[Quantity, ...]
@@ -68,14 +68,14 @@ class Start:
 
 
 def parts(inertia: str, pendulums: Sequence[Pendulum]) -> tuple[Contribution, list[dict[sp.Symbol, Expr]]]:
-    """Return the generic contribution of a pendulum, and the meaning of its symbols for each pendulum."""
+    """Return the generic contribution of a pendulum, and for each pendulum the values of the generic symbols."""
     if inertia == "ball":
         return ball.contribution(), [ball.instance(a, k) for k, a in enumerate(pendulums, 1)]
     return pendulum.contribution(inertia), [pendulum.instance(a, k) for k, a in enumerate(pendulums, 1)]
 
 
 def equilibrium(inertia: str) -> dict[sp.Symbol, Expr]:
-    """Return the equilibrium (18) of hull and pendulum i: no rates, arm along -x, no acceleration except a_x."""
+    """Return the equilibrium (18) of hull and pendulum i: rates zero, arm along -x, only a_x as acceleration."""
     still: tuple[Expr, ...] = (*rate, *ACCELERATIONS[1:])
     if inertia == "ball":
         still = (*still, *ball.direction, *ball.arm_rate, *ball.arm_acceleration)

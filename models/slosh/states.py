@@ -36,7 +36,7 @@ DEMAND = Group(
         Quantity("alpha3", "rad/s^2", "angular acceleration about z, the paper's u5", "u_5"),
     ),
 )
-"""Inputs of the reduced model (20)-(26): accelerations that the physical inputs produce."""
+"""Inputs of the reduced model (20)-(26): the accelerations that physical inputs produce."""
 
 velocity = sp.Matrix([q.symbol for q in VELOCITY])
 rate = sp.Matrix([q.symbol for q in RATE])
@@ -75,7 +75,7 @@ def direction_quantities(k: int) -> tuple[Quantity, ...]:
 
 
 def arm_rate_quantities(k: int) -> tuple[Quantity, ...]:
-    """Return the inertial rate of that direction, in body axes."""
+    """Return the inertial rate of the direction of bob k, in body axes."""
     return tuple(
         _member(
             f"sigma{axis}",
@@ -118,7 +118,7 @@ def pendulum_parameters(k: int, like: Group) -> tuple[Parameter, ...]:
 
 
 def renumbered(parameter: Parameter, old: int, new: int) -> Parameter:
-    """Return a parameter of pendulum `old` renamed for pendulum `new`."""
+    """Return a parameter of pendulum `old` with the number of pendulum `new`."""
     if old is new:
         return parameter
     name = parameter.name.replace(str(old), str(new))
@@ -135,7 +135,7 @@ def renumbered(parameter: Parameter, old: int, new: int) -> Parameter:
 
 
 def point_allowed(inertia: Parameter) -> Parameter:
-    """Return a bob's moment of inertia with zero allowed, for ball joints."""
+    """Return a bob's moment of inertia as a parameter that may be zero, for ball joints."""
     return dataclasses.replace(
         inertia,
         positive=False,

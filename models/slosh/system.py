@@ -50,7 +50,7 @@ from .states import (
 )
 
 MOST = 64
-"""Largest number of pendulums on offer. Equations grow with it; there is no other limit."""
+"""Largest offered number of pendulums; only the size of the equations limits it."""
 STRUCTURE = {
     "pendulums": ("2", "1", *(str(k) for k in range(3, MOST + 1))),
     "inertia": ("paper", "hinge", "ball"),
@@ -74,7 +74,7 @@ _LAWS = {
 
 @dataclass(frozen=True)
 class _Model:
-    """Derived parts of the model, for functions, laws and variants."""
+    """Derived parts of the model that functions, laws and variants use."""
 
     p: Group
     inertia: str
@@ -109,7 +109,7 @@ def system(
     attitude : {"angles", "quaternion"}
         Three angles, small or 3-2-1 as the run chooses, or a quaternion.
     switches : {"crossed", "located"}
-        Whether steps end where a law's demand meets what the thrust can give, and where gimbals meet their limits.
+        "located": steps end where a law's demand reaches the thrust limit and where gimbals reach their limits.
 
     Returns
     -------
@@ -195,7 +195,7 @@ def plant_parameters(tables: Mapping[str, Group], count: int, inertia: str) -> t
     count : int
         Number of pendulums.
     inertia : str
-        On ball joints I_i = 0 is allowed: a point bob.
+        Convention of inertia; on ball joints I_i = 0, a point bob, is allowed.
     """
     groups = [pendulum_parameters(k, tables[f"pendulum{min(k, 2)}"]) for k in range(1, count + 1)]
     if inertia == "ball":
@@ -243,8 +243,8 @@ def _reduced(model: _Model, demand: Sequence[Expr], kinematics: str) -> tuple[Ex
 def _variants(model: _Model, choices: Sequence[Choice], laws: Mapping[str, Law]) -> tuple[Variant, ...]:
     """Return every combination of plant and kinematics except the default.
 
-    The reduced plant takes the accelerations that the physical inputs bring about as u1..u5; in a closed loop it takes
-    those of the law itself, as the paper does.
+    The reduced plant receives as u1..u5 the accelerations that the physical inputs produce; in a closed loop, as in
+    the paper, those that the law demands.
     """
     produced = (*model.acceleration[1:], *model.angular)
     variants = []
@@ -354,7 +354,7 @@ def _functions(
 
 
 def _reports(law: Law, inputs: Inputs) -> tuple[Output, ...]:
-    """Report V, and the lateral force that the law demands of the thrust; above F it is infeasible."""
+    """Report V and the lateral force that the law demands; a demand above F is infeasible."""
     value = Quantity("V", "1", "Lyapunov function")
     lateral, excess = _DEMANDED
     return (Output(value, law.value), Output(lateral, inputs.lateral), Output(excess, inputs.excess, at_most=0.0))

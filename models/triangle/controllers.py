@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Control laws of the triangle: sliding mode, equations (29)-(39), and online path, equations (40)-(51).
 
-Both turn the plane so that the target lies at the origin, (25)-(27): w = rho~ exp(i phi~) points from the current
-shape to the target. A law gives rho~' and phi~'; mu follows (52) on its own.
+Both use coordinates with the target at the origin, (25)-(27): w = rho~ exp(i phi~) points from the current shape to
+the target. A law determines rho~' and phi~'; mu follows (52) independently.
 """
 
 from __future__ import annotations
@@ -16,16 +16,18 @@ from ..system import Derivation, Expr, Group
 from .dynamics import THETA, mu, shifted_attitude, shifted_position, zeta
 
 _ORIGIN = sp.Rational(1, 10**9)
-"""Distance from the target below which its direction phi~ counts as zero. Rounding of w, 1e-16, still leaves seven
-digits of it there. All its effects are multiplied by the distance, so another bound hardly moves the state."""
+"""Distance from the target below which its direction phi~ is set to zero. Above it, rounding of w (1e-16) leaves phi~
+seven digits. The effects of phi~ are proportional to the distance, so half or twice the bound hardly changes the state.
+"""
 _LARGEST_K = sp.Integer(10) ** 12
 """Ratio (42) above which the arc is a full circle: x is then within sqrt(pi/K) = 2e-6 rad of pi."""
 
 _BARRIER = sp.Integer(100)
-"""Largest rate of rho towards R, over k_phi (R - rho). On arcs it acts only if R - rho < pi R/100^2 = 2e-4. It
-changes the settling times of the path law's runs by a relative 8e-7; half of it by four times, twice by a quarter as
-much. The sliding law's runs stay 0.1 away from R and are bit-identical. Sample periods above 2/(100 k_phi), 40 ms
-with the path law and 7 ms with the sliding law, overshoot R."""
+"""Largest rate of rho towards R, divided by k_phi (R - rho). On arcs it acts only if R - rho < pi R/100^2 = 2e-4. It
+changes settling times of the path law by a relative 8e-7: four times as much at half the value, a quarter as much at
+twice. Runs of the sliding law stay 0.1 away from R and are bit-identical. Sample periods above 2/(100 k_phi), 40 ms
+with the path law and 7 ms with the sliding law, overshoot R.
+"""
 
 _TURN_SPEED = sp.Symbol("turn_speed", positive=True)
 
@@ -179,7 +181,7 @@ def _circle(shifted: ShiftedState, radius: Expr, d: Derivation) -> tuple[Expr, E
 def _equivalent_rate(sigma: Expr, radius: Expr, slope: Expr, shifted: ShiftedState, law: Group) -> Expr:
     """Solve s' = 0 for rho~' (33) with phi~' = -sigma f^(m-1) sgn(theta~): the smooth closed form of (36).
 
-    Derived for theta~ = side * size with side = +-1; the sign cancels.
+    The derivation sets theta~ = side * size with side = +-1; the sign cancels.
     """
     size, side, h, g, rho, angle_rate = sp.symbols("size side h g rho angle_rate", positive=True)
     f = (size / law.theta_star) ** (1 / law.m)
@@ -243,7 +245,7 @@ def path(shifted: ShiftedState, law: Group, d: Derivation) -> tuple[Expr, Expr]:
 
 
 def _inside(rate: tuple[Expr, Expr], law: Group, name: str, d: Derivation) -> tuple[Expr, Expr]:
-    """Limit rho' to a multiple of R - rho, which then decays exponentially at most, so that rho < R."""
+    """Limit rho' to a multiple of R - rho, so that rho stays below R."""
     distance = sp.sqrt(zeta.dot(zeta))
     bound = _BARRIER * law.k_phi * (law.R - distance)
     outward = zeta.dot(sp.Matrix(rate)) / sp.Max(distance, _ORIGIN)
@@ -276,9 +278,9 @@ def chord_angle(ratio: Expr, d: Derivation) -> Expr:
     A rational start (relative error below 7 %) is followed by three Halley steps; for K < 0.03 the inverted power
     series is used. The relative error stays below 1e-11 for K up to 1e12.
 
-    Two steps leave 5e-10, three 1e-13. At K = 0.03 the series has lost as much to its truncation as the steps have to
-    cancellation, 6e-14 each: at half of it the steps leave 4e-13, at twice the series 2e-11. The coefficients of the
-    start are a fit that tends to pi for large K; they only have to be close enough for three steps.
+    Two steps leave an error of 5e-10, three steps 1e-13. At K = 0.03 truncation of the series equals cancellation in
+    the steps, 6e-14 each; at half this K the steps leave 4e-13, at twice the series 2e-11. The coefficients of the
+    start are a fit that tends to pi for large K.
     """
     root = d.define("sqrt_K", sp.sqrt(ratio), title="root of K", latex=r"\sqrt K")
     numerator = sp.pi * root**2 * (root + sp.Float("1.661023"))
@@ -315,7 +317,7 @@ def _small_chord_angle(ratio: Expr) -> Expr:
 
 
 def _tangent_angle(shifted: ShiftedState, radius: Expr, alpha: Expr, d: Derivation) -> Expr:
-    """Return x of the arc that touches the circle rho = R from inside: the limit of (47).
+    """Return x of the arc that touches the circle rho = R from inside, which is the limit of (47).
 
     The arc's circle has diameter A = (R^2 - a^2)/(R - a cos phi*) when it touches, and passes through the current point
     when rho~ = A cos(phi~ - phi*). With delta = phi* - phi~ that is P cos delta + Q sin delta = rho~ R.
@@ -335,7 +337,7 @@ def _tangent_angle(shifted: ShiftedState, radius: Expr, alpha: Expr, d: Derivati
 
 
 def size_rate(reference: Group, law: Group) -> Expr:
-    """Return mu' = w_3 of the law (52): first order with a rate limit."""
+    """Return mu' = w_3 of law (52), a first-order law with a rate limit."""
     rate = law.mu_gain * (reference.mu_ref - mu)
     return sp.Max(-law.mu_rate_max, sp.Min(law.mu_rate_max, rate))
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kinematics of three planar masses with rods of variable length, equations (1)-(28).
 
-Vertices 1, 2, 3 run counter-clockwise and rod k lies opposite vertex k. The position of mass i is X_i = Q S x_i (5): a
-rotation by theta, a symmetric positive stretch S, and a fixed base triangle x_i. Shape is measured by
-zeta = rho exp(i phi) and mu; zeta is regular everywhere, the paper's polar pair (rho, phi) is not at rho = 0.
+Vertices 1, 2, 3 run counter-clockwise and rod k lies opposite vertex k. The position of mass i is X_i = Q S x_i (5):
+a fixed base triangle x_i, a symmetric positive stretch S, and a rotation Q by theta. The shape is zeta = rho exp(i
+phi), the size mu. zeta is regular everywhere; the paper's polar pair (rho, phi) is singular at rho = 0.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class BaseTriangle:
     length_squared : tuple of Expr
         Squared edge lengths L_k^2; dimensionless.
     cosine, sine : tuple of Expr
-        Of twice the direction angle of each edge; edge 3 points along +x.
+        Cosine and sine of twice the direction angle of each edge; edge 3 points along +x.
     direction : tuple of (Expr, Expr)
         Cosine and sine of that angle itself, for the edge d_k.
     """
@@ -58,7 +58,7 @@ class BaseTriangle:
 
 
 def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangle:
-    """Return the base triangle of three masses; (2), (13) determine its edges up to a rotation.
+    """Return the base triangle of three masses, which (2) and (13) determine up to a rotation.
 
     With sum m_i x_i = 0 and sum m_i x_i x_i^T = (mbar/2) I the rows sqrt(m_i) x_i are orthogonal to
     (sqrt(m_1), sqrt(m_2), sqrt(m_3)), hence x_i . x_j = (mbar/2)(delta_ij/m_i - 1/M).
@@ -134,7 +134,7 @@ def stretch(d: Derivation) -> sp.Matrix:
 
 
 def attitude_rate(stretch_matrix: sp.Matrix, base: BaseTriangle, momentum: Expr, d: Derivation) -> Expr:
-    """Solve the momentum balance H = sum m_i X_i x X_i' (7) for theta': (10), (11) and (21).
+    """Solve the angular momentum H = sum m_i X_i x X_i' (7) for theta', as in (10), (11) and (21).
 
     Returns
     -------
@@ -158,7 +158,7 @@ def attitude_rate(stretch_matrix: sp.Matrix, base: BaseTriangle, momentum: Expr,
 
 
 def _momentum_over_mean_mass(s: sp.Matrix, rates: dict[sp.Symbol, sp.Symbol]) -> Expr:
-    """Return the sum of X x X' over masses, with X = Q S x (5) and second moments mbar/2, mbar/2, 0 (13) of x."""
+    """Return the sum of X x X' over the masses for X = Q S x (5), where x has second moments mbar/2, mbar/2, 0 (13)."""
     x = sp.Matrix(sp.symbols("x_1 x_2"))
     theta = THETA.symbol
     turn = sp.cos(theta) * sp.eye(2) + sp.sin(theta) * QUARTER_TURN
@@ -168,7 +168,7 @@ def _momentum_over_mean_mass(s: sp.Matrix, rates: dict[sp.Symbol, sp.Symbol]) ->
 
 
 def rod_lengths(stretch_matrix: sp.Matrix, base: BaseTriangle, d: Derivation) -> tuple[Expr, Expr, Expr]:
-    """Return l_k from l_k^2 = d_k^T S^2 d_k (15), which becomes (20)."""
+    """Return l_k from l_k^2 = d_k^T S^2 d_k (15), which gives (20)."""
     square = (stretch_matrix * stretch_matrix).applyfunc(sp.expand)
     trace = (square[0, 0] + square[1, 1]) / 2
     n, sigma = sp.Symbol("n", positive=True), sp.Symbol("sigma_mu", positive=True)
@@ -194,7 +194,7 @@ def rod_lengths(stretch_matrix: sp.Matrix, base: BaseTriangle, d: Derivation) ->
 
 
 def rod_rates(lengths: tuple[Expr, ...], d: Derivation) -> tuple[Expr, ...]:
-    """Differentiate (20) along a motion: (22) without singularity."""
+    """Differentiate (20) along a motion, which gives (22) without singularity."""
     definitions = d.definitions
     n = sp.Symbol("n", positive=True)
     rates = {zeta[0]: zeta_rate[0], zeta[1]: zeta_rate[1], mu: mu_rate, n: -zeta.dot(zeta_rate) / n}
@@ -241,7 +241,7 @@ def target_lengths(lengths: tuple[Expr, ...], rho: Expr, phi: Expr, size: Expr, 
 def shape_from_lengths(
     lengths: tuple[Expr, Expr, Expr], base: BaseTriangle, d: Derivation, suffix: str
 ) -> tuple[Expr, Expr, Expr, Expr]:
-    """Invert (20): solve (15) for S^2, (17), then for mu, rho and phi, (18), (19).
+    """Invert (20): solve (15) for S^2 as in (17), then for mu, rho and phi as in (18), (19).
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def shape_from_lengths(
     d : Derivation
         Receives the steps.
     suffix : str
-        Appended to the names of the steps, so that several triangles can be placed.
+        Suffix of the names of the steps, for derivations with several triangles.
 
     Returns
     -------
@@ -265,14 +265,14 @@ def shape_from_lengths(
 
 
 def complement_squared(margin: Expr) -> Expr:
-    """Return n^2 = 1 - rho^2 from a triangle's margin, (19)."""
+    """Return n^2 = 1 - rho^2 from a triangle's margin (19)."""
     return (1 + sp.sqrt(sp.Max(margin, 0))) / 2
 
 
 def regular_shape(
     lengths: tuple[Expr, ...], base: BaseTriangle, d: Derivation, suffix: str
 ) -> tuple[Expr, Expr, Expr, Expr]:
-    """Return z = zeta sqrt(1 - rho^2), mu and margin of a triangle: `shape_from_lengths`, regular at rho = 0."""
+    """Return z = zeta sqrt(1 - rho^2), mu and margin; unlike `shape_from_lengths`, regular at rho = 0."""
     xx, yy, xy = sp.symbols("S_xx S_yy S_xy")
     trace = (xx + yy) / 2
     balance = [
@@ -304,16 +304,16 @@ def regular_shape(
 
 
 def shifted_position(target_rho: Expr, target_phi: Expr) -> tuple[Expr, Expr]:
-    """Return w = rho_f - zeta exp(-i phi_f) (25): from the current point to the target, rotated by -phi_f."""
+    """Return w = rho_f - zeta exp(-i phi_f) (25), the vector from current to target shape, rotated by -phi_f."""
     along, across = rotate((zeta[0], zeta[1]), sp.cos(target_phi), -sp.sin(target_phi))
     return target_rho - along, -across
 
 
 def shifted_attitude(theta_error: Expr, a: Expr, w: tuple[Expr, Expr], factor: Expr) -> Expr:
-    """Return the attitude in the shifted chart, which fulfils (26): (27).
+    """Return the attitude (27) in the shifted chart, which fulfils (26).
 
-    theta' = zeta x zeta' is rewritten with zeta = (a - w) exp(i phi_f). What exceeds w x w' is an exact
-    derivative, and its antiderivative is what (27) adds to theta - theta_f.
+    theta' = zeta x zeta' is rewritten with zeta = (a - w) exp(i phi_f). The remainder beyond w x w' is an exact
+    derivative, whose antiderivative (27) adds to theta - theta_f.
     """
     w1, w2, w1_rate, w2_rate, shift = sp.symbols("w_1 w_2 w_1' w_2' a", real=True)
     position, velocity = sp.Matrix([shift - w1, -w2]), sp.Matrix([-w1_rate, -w2_rate])

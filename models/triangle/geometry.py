@@ -21,13 +21,13 @@ def geometry(masses: tuple[Expr, ...], stretch: sp.Matrix, base: BaseTriangle, w
     Parameters
     ----------
     masses : tuple of Expr
-        Of the three, kg.
+        The three masses, kg.
     stretch : Matrix
         S, m.
     base : BaseTriangle
-        Whose corners S moves.
+        Base triangle, whose corners S moves.
     wanted : Expr
-        Attitude that is asked for, rad.
+        Desired attitude, rad.
     """
     places = [_upright(stretch * corner, THETA.symbol) for corner in _corners(masses, base)]
     ends = [(places[(k + 1) % 3], places[(k + 2) % 3]) for k in range(3)]

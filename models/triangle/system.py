@@ -65,7 +65,7 @@ def system(masses: str = "equal", model: str = "kinematic", rods: str = "light")
     masses : {"equal", "general"}
         One mass for all three, or m1, m2, m3.
     model : {"kinematic", "dynamic"}
-        Rods that follow their rates exactly, as in the paper; or rods that push the masses.
+        Rods that follow their commanded rates exactly, as in the paper, or rods that push the masses.
     rods : {"light", "uniform"}
         Rods without mass, or with mass spread evenly, for model = dynamic.
 
@@ -164,7 +164,7 @@ def _coordinates(theta_rate: Expr) -> Coordinates:
 def _functions(
     lengths: tuple[Expr, ...], rates: tuple[Expr, ...], placed: tuple[Expr, ...], plant: Group, masses: str
 ) -> tuple[Function, ...]:
-    """Return the triangle's public functions; they depend on plant parameters only for unequal masses."""
+    """Return the triangle's public functions; only for unequal masses do they depend on plant parameters."""
     last = (plant,) if masses == "general" else ()
     return (
         Function(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Control task common to all triangle models: target, errors, and laws."""
+"""Control task of all triangle models: target, errors and laws."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _law(
     ends: tuple[Expr, Expr],
     d: Derivation,
 ) -> Controller:
-    """Derive one law in its own section, then the common law of mu."""
+    """Derive one law in its own section, followed by the common law of mu."""
     parameters = Group("c", tables[name].quantities + tables["laws"].quantities)
     d.section(f"Law: {title}")
     shape_rate = law(shifted, parameters, d)

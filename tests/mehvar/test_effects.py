@@ -274,6 +274,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
     "export web": {
         "model": (WEB, (*WEB[:2], "none", *WEB[3:])),
         "out": (WEB, (*WEB[:-1], "file")),
+        "success": (WEB, (*WEB, "--success", "nothing < 1")),
     },
 }
 """Of each parameter of a command: two lines that differ in it alone, or the file whose text shows what it does."""

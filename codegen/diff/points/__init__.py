@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points at which verdicts are tested again: on thresholds, where a model allows them, and many in double precision."""
+"""Points that test verdicts again: on thresholds, within a model's conditions, and many in double precision."""

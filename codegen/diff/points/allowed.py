@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points that a version's constraints and limits allow: a difference elsewhere reaches no run."""
+"""Points within a version's constraints and limits; differences elsewhere affect no run."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from ..versions import Versions
 CONDITIONS = frozenset(("constraint", "limit"))
 """Kinds of rows whose expression is positive in every run."""
 _POINTS = 128
-"""Number of drawn points. Half of them have default parameters, which constraints allow. So even five independent
-inequalities of drawn names leave points."""
+"""Number of drawn points. Half of them have default parameters, which fulfil constraints, so that some points remain
+even with five independent inequalities.
+"""
 
 Test = Callable[[Worlds], bool]
 
 
 class Allowed:
-    """Conditions of both versions on the names of expressions.
+    """Constraints and limits of both versions on the names in expressions.
 
     Parameters
     ----------
@@ -41,12 +42,12 @@ class Allowed:
         return self._free, self._judge.written_out((meaning, root))
 
     def test(self, *sides: Expression) -> Test:
-        """Return a function that is True where a version allows the names that expressions depend on."""
+        """Return a function that tests if a version allows a point of the expressions' names."""
         conditions = self._beside(sides)
         return lambda worlds: any(inside(worlds, margins) for margins in conditions)
 
     def _beside(self, sides: Sequence[Expression]) -> list[list[Expression]]:
-        """Return each version's conditions on a name that expressions depend on."""
+        """Return the conditions of each version on the names in expressions."""
         names = {name for side in sides for name in self._free.free(self._judge.written_out(side))}
         return [[margin for margin in margins if names & {*self._free.free(margin[1])}] for margins in self._conditions]
 

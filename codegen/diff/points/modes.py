@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that may rest exactly on a threshold, where `<` and `<=` differ.
+"""Names whose values may stay exactly on a threshold, where `<` and `<=` differ.
 
-A state that moves passes a threshold at an instant, but may rest where it starts. Modes, which only resets change, and
-parameters stay on it, as do the memory of a law, references and held inputs for a sample or more, above all at a whole
-number.
+A moving state passes a threshold in an instant but may stay where it starts. Parameters, and modes (states that only
+resets change), can stay on a threshold. A law's memory, references and held inputs can stay on one for a sample or
+more, mostly at a whole number.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from ..versions import Item, Versions
 
 _POINTS = 16
-"""Number of points of the other names for each value of a mode. The judge compares rarely taken branches."""
+"""Number of points of the other names for each value of a mode; the judge tests rare branches."""
 _FEW = 4
-"""Number of parameter values that are tried. One difference suffices, so others are not needed."""
+"""Number of parameter values that are tried; one difference suffices."""
 _MOST_JOINT = 32
 """Largest number of combinations of modes; beyond it, each mode is varied alone."""
 _WHOLE = tuple(map(Fraction, range(4)))
@@ -39,7 +39,7 @@ Fixed = Mapping[str, Fraction]
 
 
 class Modes:
-    """Modes and other states with the numbers that resets and starts give them; parameters and held names.
+    """Modes and states with the values that starts and resets give them; parameters and held names.
 
     Parameters
     ----------
@@ -73,10 +73,10 @@ class Modes:
         self._start_points = self._starts_of(versions)
 
     def at_start(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return an undecided verdict if two expressions differ where a run may start, or after a reset there.
+        """Return "undecided" if two expressions differ at a possible start of a run or after a reset there.
 
-        Parameters have their defaults there, and each one its bounds in turn. One side may have no value, as
-        (a^2 - b^2)/(a - b) at a = b.
+        The test uses default parameters, and each finite bound in turn. A side without a value counts as different,
+        such as (a^2 - b^2)/(a - b) at a = b.
         """
         left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
         names = sorted({*self._free.free(left[1]), *self._free.free(right[1])})
@@ -129,7 +129,7 @@ class Modes:
     def _set(
         self, point: dict[str, Fraction], items: list[Item], meaning: Meaning, renamed: Mapping[str, str]
     ) -> dict[str, Fraction]:
-        """Return a point at which states have the values that starts or resets give them."""
+        """Return a point whose states have the values of starts or resets."""
         world = self._judge.stepped(dict(point))[self._free]
         values = {}
         for item in items:
@@ -140,9 +140,9 @@ class Modes:
         return {**point, **values}
 
     def at_thresholds(self, old: Expression, new: Expression) -> Verdict | None:
-        """Return a verdict if two expressions differ where a name may stay on a threshold, else None.
+        """Return a verdict if two expressions differ at a threshold on which a name may stay, else None.
 
-        It is undecided at a number that a name may or may not have.
+        The verdict is "undecided" if it is open whether the name can have the value.
         """
         left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
         jumps = self._jumps(left) ^ self._jumps(right)
@@ -170,13 +170,13 @@ class Modes:
         return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'which it may be'}")
 
     def _default(self, root: int) -> set[Fraction]:
-        """Return the default of an expression that is one parameter, else None."""
+        """Return the default of an expression that is a single parameter, else None."""
         operation, *operands = self._pool.nodes[root]
         default = self._judge.sampler.names.get(str(operands[0]), (None,) * 3)[2] if operation == "sym" else None
         return set() if default is None else {Fraction(default)}
 
     def _joint(self, names: list[str]) -> Iterator[Fixed]:
-        """Yield the numbers of modes: of each alone, and of all together if there are few."""
+        """Yield values of modes, one mode at a time, and all combinations if there are few."""
         known = {name: sorted(self._values[name]) for name in names if self._values.get(name)}
         yield from ({name: value} for name, values in known.items() for value in values)
         joint = list(itertools.islice(itertools.product(*known.values()), _MOST_JOINT + 1))
@@ -206,7 +206,7 @@ class Modes:
         return {value for value in candidates if value is not None and self._may_be(name, value)}
 
     def _threshold(self, name: str, node: int, fixed: Fixed) -> Fraction | None:
-        """Return the threshold of a name in a comparison that is linear in it; None if a moving quantity enters."""
+        """Return the threshold of a name in a comparison linear in it; None if the threshold can move."""
         operation, *operands = self._pool.nodes[node]
         if operation not in COMPARISONS:
             return None
@@ -240,7 +240,7 @@ class Modes:
 
 
 def _state(item: Item) -> str:
-    """Return the state that a row gives its initial value, or its value after an event."""
+    """Return the state whose value at the start or after an event the row defines."""
     return item.name.removesuffix("(0)") if item.row.kind == "initial" else item.name.rpartition(": ")[2][:-1]
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Second test of expressions judged equal: a hundred thousand points in double precision.
+"""Second test of expressions judged equal, at a hundred thousand points in double precision.
 
-Doubles only find the points. A difference there is decided with 50 digits, so that rounding cannot cause one.
+Double precision only finds candidates. Each is decided with 50 digits, so that rounding causes no difference.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ POINTS = 100_000
 """Number of points. In a corpus of 281 pairs, 20 000 points found 9 of 15 wrong answers. Five times as many reach a
 region of 1 in 30 000 with probability 0.96."""
 _WORK = 400_000_000
-"""Limit on node evaluations for all expressions, about two seconds; above 4000 nodes there are fewer points."""
+"""Limit on node evaluations, about two seconds; expressions above 4000 nodes get fewer points."""
 _LOOKS = 8
 """Number of points per pair that are examined with 50 digits. The largest differences come first, because rounding
 changes less than terms do."""
 _FEW = 16
-"""Number of points with values on both sides from which agreement in roots counts; as in `judge`."""
+"""Number of points with values on both sides from which agreement counts, as in `judge`."""
 _SEED = 40_000
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of related changes: a common cause, more equal parts, the same edit in every axis."""
+"""Groups of related changes: with a common cause, by additional equal parts, or with the same edit in each axis."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Common causes of several changes, such as a factor in an energy and in its derivatives.
 
-A derivation writes its steps out, so one edited line changes many texts. If the first changed text is the old one with
-a multiple of one quantity, every other text is tested with the same multiple, and those that it explains follow.
-Solutions of changed equations of motion follow these equations: generation checks one against the other.
+One edited line of a derivation can change many equations. If a multiple of one quantity explains the first changed
+equation, the same multiple is tested on all others, and those that it explains follow. Solutions of changed equations
+of motion follow these equations, because generation checks both against each other.
 """
 
 from __future__ import annotations
@@ -26,16 +26,17 @@ from .groups import any_axis
 
 MOTION = "equations of motion"
 _POINTS = 3
-"""Number of points of the field, as for any equality; see `codegen.equal.judge`."""
+"""Number of field points, as in `codegen.equal.judge`."""
 _MOST_SETS = 32
-"""Largest number of factor sets that are tried for a sum: two for each of five terms. Half would omit the fifth
-term."""
+"""Largest number of factor sets that are tried for a sum: two for each of five terms. Half the number omits the fifth
+term.
+"""
 _SCALABLE = ("parameter", "shown", "scenario", "law")
-"""Roles, or their first words, of quantities that may be scaled; states and inputs are not numbers of the model."""
+"""Roles, or their first words, of quantities that may be scaled; states and inputs are not among them."""
 
 
 _QUARTERS = {("sin", "cos"): 1, ("cos", "sin"): -1}
-"""Quarter turns by which the exchange of one function for another shifts an angle."""
+"""Shift of the angle, in quarter turns, when one function replaces another."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def causes(versions: Versions, changed: Sequence[Item]) -> list[Cause]:
 
 
 def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | None:
-    """Return the scaled quantity, or sum, that explains most of the texts; equal parts count as one quantity."""
+    """Return the scaled quantity or sum that explains most texts; the same quantity of equal parts counts as one."""
     best: Cause | None = None
     quantities = _quantities(versions, source)
     sums = ((source.name, members) for members in _of_terms(versions, source, quantities))
@@ -87,7 +88,7 @@ def _cause(versions: Versions, source: Item, others: Sequence[Item]) -> Cause | 
 def turns(changed: Sequence[Item], edits: Callable[[Item], Sequence[Change]], pool: Pool) -> list[Cause]:
     """Return causes in which a sine became a cosine or the reverse, with the changes that follow.
 
-    Terms derived from a term with that angle change accordingly: both functions are turned by a quarter.
+    Derivatives of a changed term change accordingly: their sines and cosines shift by a quarter turn too.
     """
     result, left = [], {item.key: (item, _turn(pool, edits(item))) for item in changed}
     for item in changed:
@@ -104,7 +105,7 @@ def turns(changed: Sequence[Item], edits: Callable[[Item], Sequence[Change]], po
 
 
 def _turn(pool: Pool, edits: Sequence[Change]) -> tuple[int, int, tuple[str, str]] | None:
-    """Return angle, direction and first functions of edits that all shift one angle by a quarter turn."""
+    """Return angle, direction and original functions of edits that all shift one angle by a quarter turn."""
     seen = [_quarter(pool, edit) for edit in edits]
     if not seen or None in seen or len({row[:2] for row in seen if row}) > 1:
         return None
@@ -124,7 +125,7 @@ def _quarter(pool: Pool, edit: Change) -> tuple[int, int, tuple[str, str]] | Non
 
 
 def _beyond_its_axes(source: Item, followers: Sequence[Item]) -> bool:
-    """Return True if a cause explains more than the other axes of one vector; these form a group of their own."""
+    """Return True if a cause explains more than the axes of one vector, which form a separate group."""
     return any(any_axis(item.name) != any_axis(source.name) for item in followers)
 
 
@@ -135,7 +136,7 @@ def _multiple(factor: Fraction, name: str) -> str:
 
 
 def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
-    """Return the quantities in a text by generic name, with those of equal parts grouped."""
+    """Return the quantities in a text, grouped by their generic name for equal parts."""
     symbols = {symbol.name: symbol for document in (versions.new, versions.old) for symbol in document.symbols}
     generic = {name: f"{symbol.family}_i" if symbol.family else name for name, symbol in symbols.items()}
     free = {name for name in versions.free_old.free(versions.partner[item.key].root) if name in symbols}
@@ -144,7 +145,7 @@ def _quantities(versions: Versions, item: Item) -> Mapping[str, frozenset[str]]:
 
 
 def _of_terms(versions: Versions, item: Item, quantities: Mapping[str, frozenset[str]]) -> list[frozenset[str]]:
-    """Return sets with one factor of each term of a sum: scaling a set scales the sum."""
+    """Return sets of one factor per term of a sum; scaling all factors of a set scales the sum."""
     pool, root = versions.pool, versions.partner[item.key].root
     parts = [root, *pool.operands(root)] if pool.nodes[root][0] == "mul" else [root]
     total = next((part for part in parts if pool.nodes[part][0] == "add"), None)
@@ -222,7 +223,7 @@ class _Scaled:
 
 
 def solving(versions: Versions, changed: Sequence[Item]) -> list[Item]:
-    """Return the changed texts that are only solutions of changed equations of motion."""
+    """Return the changed texts that merely solve changed equations of motion."""
     if not any(item.row.kind == "motion" for item in changed):
         return []
     others = [item for item in versions.news if item.row.kind not in ("rhs", "definition")]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""More equal parts on one side: rows of the new parts, and texts that only gain their terms."""
+"""Additional equal parts on one side: their rows, and texts that only gain their terms."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Extension:
     Attributes
     ----------
     old, new : int
-        Number of members of the families on either side.
+        Number of equal parts on either side.
     names : frozenset of str
-        Symbols and definitions of the members that only the longer side has.
+        Symbols and definitions of the additional parts.
     """
 
     old: int
@@ -68,7 +68,7 @@ def _members(document: Document) -> dict[str, set[int]]:
 
 
 class Extended:
-    """Tests of pairs of texts for equality up to the terms of added parts."""
+    """Test of two texts for equality up to terms of added parts."""
 
     def __init__(self, versions: Versions, extension: Extension) -> None:
         self._pool: Pool = versions.pool
@@ -95,7 +95,7 @@ class Extended:
         return self._pool.operands(node) if self._pool.nodes[node][0] == kind else (node,)
 
     def _rest(self, few: Sequence[int], many: Sequence[int], is_sum: bool) -> bool:
-        """Compare operands: each in the shorter text needs a partner, and the others must belong to added parts."""
+        """Return True if each operand of the shorter text has a partner and all others belong to added parts."""
         left = [node for node in many if node not in few]
         for node in few:
             if node in many:

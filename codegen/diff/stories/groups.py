@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of related rows: an edit common to equal parts, or a convention with compensating users."""
+"""Groups of related rows: equal parts with the same edit, or a changed convention that its users compensate."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .extension import Extension
 _AXIS = re.compile(
     r"(?<![A-Za-z0-9])[xyz](?![A-Za-z0-9])|(?<=_)[xyz123](?![A-Za-z0-9])|(?<=[a-z_])[xyz](?![A-Za-z0-9_])"
 )
-"""Pattern of an axis: a word, as in "torque about x", or an end of a name, as in I_y or wx."""
+"""Pattern of an axis: a word, as in "torque about x", or the end of a name, as in I_y or wx."""
 _SIGN = re.compile(r"(?<![\w)])-(?=\d)")
-"""Pattern of a number's sign, which varies between axes as terms of cross products are cyclic."""
+"""Pattern of a number's sign, which varies between the axes of a cross product."""
 
 
 def groups(
@@ -25,7 +25,7 @@ def groups(
     extension: Extension | None = None,
     told: Sequence[Story] = (),
 ) -> tuple[Story, ...]:
-    """Return the groups among judged rows, including those of causes."""
+    """Return all groups among judged rows, including those with a common cause."""
     own = tuple(equation for equation in equations if not (equation.extended or equation.cause))
     return (
         *_extended(equations, extension),
@@ -65,7 +65,7 @@ def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[S
 
 
 def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
-    """Return groups of rows, one per vector or matrix, whose entries have the same edits except for signs."""
+    """Return groups of rows, one per vector or matrix, whose entries have equal edits up to signs."""
     stories: dict[tuple[object, ...], list[EquationChange]] = {}
     for equation in equations:
         if equation.verdict is Fate.CHANGED and equation.edits and equation.kind != "equation":
@@ -91,7 +91,7 @@ def _unsigned(text: str) -> str:
 
 
 def _titles(members: Sequence[EquationChange]) -> str:
-    """Return the subject of several equations: the common part of their titles, and the differing parts."""
+    """Return the common part of several equations' titles, followed by the differing parts."""
     titles = list(dict.fromkeys(equation.title for equation in members))
     if len(titles) == 1:
         return titles[0]

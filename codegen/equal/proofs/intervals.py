@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proofs by interval narrowing that signs of several expressions exclude each other.
 
-Every interval is rounded outward, so an empty interval is a proof. Finding none proves nothing.
+All intervals are rounded outward, so that an empty interval is a proof. Without an empty interval nothing is proved.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..pool import Pool, fraction
 Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)
 _ROUNDS = 8
-"""Rounds of narrowing. Each moves a sign one operation up or down, so their number limits a proof's depth."""
+"""Number of rounds of narrowing. Each propagates bounds by one operation, so that it limits a proof's depth."""
 _HALF_TURN = (0.0, math.nextafter(math.pi, 4.0))
 _QUARTERS = (-math.nextafter(math.pi / 2, 2.0), math.nextafter(math.pi / 2, 2.0))
 RANGES: dict[str, Interval] = {
@@ -26,7 +26,7 @@ RANGES: dict[str, Interval] = {
 }  # fmt: skip
 """Ranges of functions, rounded outwards."""
 QUARTERS = {"acos": (0, 2), "asin": (-1, 1), "atan": (-1, 1), "atan2": (-2, 2)}
-"""Ranges of arcs in quarter turns, which are exact."""
+"""Exact ranges of inverse trigonometric functions in quarter turns."""
 CONSTANTS: dict[str, Interval] = {
     name: (math.nextafter(value, 0.0), math.nextafter(value, 4.0)) for name, value in (("pi", math.pi), ("E", math.e))
 }
@@ -40,9 +40,11 @@ _RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
 """Monotonic functions with their domains; all increase except one."""
 _UNDONE = {"exp": "log", "log": "exp", "sinh": "asinh", "asinh": "sinh", "atanh": "tanh"}
 _CLOSE = 4
-"""Units in the last place by which a library function is rounded outwards; good ones err by one."""
+"""Number of units in the last place by which results of library functions are rounded outward; good libraries err by
+one.
+"""
 _EXACT = 4
-"""Largest exponent for which the need of rounding is tested, because higher powers are long numbers."""
+"""Largest exponent whose power is tested for exactness; higher powers are long numbers."""
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
@@ -51,12 +53,12 @@ class _EmptyError(Exception):
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Return True if nodes cannot have these signs at once within the bounds of their names.
+    """Return True if nodes provably cannot have these signs together within the bounds of their names.
 
     Parameters
     ----------
     atoms : sequence of (int, int)
-        A node and its sign: 1, -1, or 0 where it is zero.
+        Nodes and their signs: 1, -1, or 0 for zero.
     bounds : mapping
         Bounds of free names; None for a missing one.
     """
@@ -144,7 +146,7 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
 
 
 def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
-    """Return bounds on the ratio of a part of a sum to the sum, such as a unit vector's component."""
+    """Return bounds on the ratio of a part of a sum to the sum, such as the component of a unit vector."""
     factors = pool.operands(node)
     for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
         base, exponent = _root_of(pool, other)
@@ -164,7 +166,7 @@ def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
 
 
 def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:
-    """Return the operands' intervals that follow from a node's value."""
+    """Return the intervals of operands that follow from a node's interval."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     low, high = box[node]
@@ -217,7 +219,7 @@ def _sum(parts: Sequence[Interval]) -> Interval:
 
 
 def _total(values: Sequence[float]) -> Interval:
-    """Return a sum, rounded outwards only if inexact: signs depend on one minus one being zero."""
+    """Return a sum, rounded outward only if inexact, so that 1 - 1 is exactly zero."""
     total = math.fsum(values)
     return (total, total) if sum(map(Fraction, values)) == Fraction(total) else _out(total, total)
 
@@ -250,7 +252,7 @@ def _inverse(a: Interval) -> Interval:
 
 
 def _rounded(operation: str, operand: Interval) -> Interval:
-    """Return the range of the whole numbers next to an interval's values, below or above."""
+    """Return the range of an interval's values after rounding down or up to integers."""
     low, high = operand
     function = math.floor if operation == "floor" else math.ceil
     return (
@@ -279,7 +281,7 @@ def _risen(operation: str, operand: Interval) -> Interval:
 
 
 def _at(function: Callable[[float], float], value: float) -> float:
-    """Return a function's value or limit; values above a double's range are infinite."""
+    """Return a function's value or limit; overflow gives infinity."""
     try:
         return function(value)
     except OverflowError:

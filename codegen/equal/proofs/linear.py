@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs that signs exclude each other because a sum of the expressions is a number.
+"""Proofs that signs exclude each other because the expressions are linearly dependent.
 
-Terms count as unknowns of their own, and unknowns are eliminated one by one, exactly.
+Each nonlinear term is an unknown. Unknowns are eliminated exactly, one by one.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ from .intervals import CONSTANTS, QUARTERS, RANGES, Bounds
 Form = dict[int, Fraction]
 """Coefficients of nodes, with the constant under `_ONE`."""
 Row = tuple[Form, bool]
-"""A form that is positive or, if the flag is False, at least zero."""
+"""A form that is positive (True) or not negative (False)."""
 Whole = tuple[dict[int, int], bool]
-"""A row with whole coefficients, as integers are added much faster than fractions."""
+"""A row with integer coefficients, whose sums are much faster than those of fractions."""
 _ONE = -1
 _MOST = 300
-"""Largest number of inequalities, which may square with each unknown. Fewer prove less; more cost time without a
-proof."""
+"""Largest number of inequalities; an elimination may square their number. Fewer prove less; more cost time without a
+proof.
+"""
 _CASES = 4
-"""Largest number of maxima, minima and absolute values split into cases: sixteen of two cases."""
+"""Largest number of cases into which maxima, minima and absolute values are split: sixteen of two cases."""
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Return True if nodes are proved not to have these signs at once."""
+    """Return True if nodes provably cannot have these signs together."""
     rows: list[Row] = []
     for node, sign in atoms:
         form = _form(pool, node)
@@ -54,13 +55,13 @@ def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
 
 
 def _cases(pool: Pool, node: int) -> list[Form]:
-    """Return the possible forms of a node."""
+    """Return the possible cases of a node as forms."""
     forms = [_form(pool, operand) for operand in pool.operands(node)]
     return [*forms, _scaled(forms[0], Fraction(-1))] if pool.nodes[node][0] == "abs" else forms
 
 
 def _is_contradiction(fractions: Sequence[Row]) -> bool:
-    """Return True if inequalities have no solution; False also if there are too many."""
+    """Return True if inequalities provably have no solution; False also if there are too many of them."""
     rows = [(_whole(form), strict) for form, strict in fractions]
     while len(rows := _tightest(rows)) <= _MOST:
         if any(_is_false(row) for row in rows):
@@ -78,7 +79,7 @@ def _whole(form: Form) -> dict[int, int]:
 
 
 def _tightest(rows: Sequence[Whole]) -> list[Whole]:
-    """Return the tightest row of each form, up to a factor."""
+    """Return the tightest of the rows that are multiples of each other."""
     best: dict[frozenset[tuple[int, int]], tuple[Fraction, bool]] = {}
     for form, strict in rows:
         common = math.gcd(*(value for node, value in form.items() if node != _ONE)) or 1
@@ -128,7 +129,7 @@ def _facts(pool: Pool, node: int, bounds: Bounds) -> list[Row]:
 
 
 def _form(pool: Pool, node: int) -> Form:
-    """Return a node as a sum of terms with numbers."""
+    """Return a node as a linear form of terms."""
     operands = pool.operands(node)
     value = pool.constant(node)
     if value is not None:
@@ -167,7 +168,7 @@ def _count(rows: Sequence[Whole], node: int) -> int:
 
 
 def _without(rows: Sequence[Whole], node: int) -> list[Whole]:
-    """Eliminate an unknown: each of its lower bounds is below each upper one."""
+    """Eliminate an unknown: each of its lower bounds is below each of its upper bounds."""
     kept = [row for row in rows if node not in row[0]]
     lower = [row for row in rows if row[0].get(node, 0) > 0]
     upper = [row for row in rows if row[0].get(node, 0) < 0]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signs of parts that follow from an expression's sign.
+"""Conversion of an expression's sign into signs of its parts.
 
-A product is positive where an even number of its factors is negative, `sqrt(Q) - k` where `k` is negative or `Q - k^2`
-is positive, a minimum where each of its operands is. So one condition on one side and several on the other become the
+A product is positive if an even number of factors is negative; `sqrt(Q) - k` if `k` is negative or `Q - k^2`
+positive; a minimum if all operands are positive. One condition on one side and several on the other thus become the
 same signs.
 """
 
@@ -25,12 +25,12 @@ _INVERSE = {"log": "exp", "acos": "cos", "asin": "sin", "atan": "tan"}
 
 
 class Signs:
-    """Splits signs of expressions into signs of their parts.
+    """Splitter of signs of expressions into signs of their parts.
 
     Parameters
     ----------
     pool : Pool
-        Holds them.
+        Pool of the expressions.
     bounds : mapping
         Bounds of free names.
     """
@@ -109,7 +109,7 @@ class Signs:
         return self._of_squares(terms, sign) or [((node, sign),)]
 
     def _limit(self, operation: str, value: int) -> int | None:
-        """Return the operand at which a function has a value; None if its range may not contain it."""
+        """Return the operand at which a function has a given value; None if the value may be outside its range."""
         for quarters, beyond in zip(QUARTERS.get(operation, ()), (-1, 1), strict=False):
             end = self.pool.many("mul", [self.pool.intern("const", "pi"), self.pool.number(Fraction(quarters, 2))])
             if not impossible(self.pool, [(difference(self.pool, value, end), beyond)], self._bounds):
@@ -117,7 +117,7 @@ class Signs:
         return self.pool.intern(_INVERSE[operation], value)
 
     def _shared(self, terms: Sequence[int]) -> tuple[int, Fraction] | None:
-        """Return a power that divides all terms, or that is the divisor of some; None if there is no such power."""
+        """Return a power that divides all terms or is the divisor of some, or None."""
         powers = [self._powers(term) for term in terms]
         for base in dict.fromkeys(base for of_term in powers for base in of_term):
             least = min(of_term.get(base, Fraction(0)) for of_term in powers)
@@ -148,7 +148,7 @@ class Signs:
         return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
 
     def _of_root(self, term: int, number: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
-        """Split the sign of P + c f sqrt(Q): if P and c f differ in sign, the larger size decides."""
+        """Split the sign of P + c f sqrt(Q); if P and c f differ in sign, the larger magnitude decides."""
         roots = [part for part in self._factors(term) if self._base(part)[1] == Fraction(1, 2)]
         others = [part for part in self._factors(term) if part not in roots]
         factor = self.pool.many("mul", [*others, self.pool.number(number)])
@@ -173,7 +173,7 @@ class Signs:
         return self((product, sign * plus))
 
     def _root(self, term: int) -> tuple[int, int] | None:
-        """Return base and sign of a term that is a square; None for other terms."""
+        """Return root and sign of a term that is a square up to its sign; None for other terms."""
         factor, rest = self._split(term)
         size = _rational_root(abs(factor))
         if size is None:
@@ -245,6 +245,6 @@ def _rational_root(value: Fraction) -> Fraction | None:
 
 
 def splits(signs: Signs, atoms: Sequence[Atom]) -> Iterator[tuple[Atom, ...]]:
-    """Yield the alternatives that give several nodes their signs; the given signs if there are too many."""
+    """Yield the alternatives that give several nodes their signs, or the given signs if there are too many."""
     alternatives = every([signs(atom) for atom in atoms])
     yield from [tuple(atoms)] if alternatives is None else alternatives

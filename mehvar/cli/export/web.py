@@ -18,8 +18,14 @@ def command(
         str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
     ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the page, MODEL.html.")],
+    success: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COND", help="A condition on metrics; the page offers a run near by that fails it. Default: to end."
+        ),
+    ] = None,
 ) -> None:
     """Compile the generated C to WebAssembly and write it with sliders and plots into one page."""
     with working(f"running and compiling {model}"):
-        page = export_web(model, out)
+        page = export_web(model, out, success=success)
     typer.echo(f"saved {page}, {page.stat().st_size / 1024:.0f} KiB")

@@ -110,7 +110,7 @@
       const { min, max } = chart.scales.x, [low, high] = chart.whole;
       chart.batch(() => {
         chart.setData(values);
-        if (min === low && max === high) fit(chart);
+        if (typeof min !== "number" || (min === low && max === high)) fit(chart); // a new chart has no limits in its first instant
         else chart.setScale("x", { min, max });
       });
       canvas.setAttribute("aria-label", described(panel, values));

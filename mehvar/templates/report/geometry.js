@@ -19,33 +19,42 @@
     },
   };
 
-  /** The points of each shape at an instant. */
-  const placed = (shapes, values) => {
+  /** The points of each shape, where `value(name)` are their coordinates. */
+  const placed = (shapes, value) => {
     let next = 0;
-    return shapes.map((shape) => Array.from({ length: shape.points }, () => [0, 1, 2].map(() => values[`point${next++}`])));
+    return shapes.map((shape) => Array.from({ length: shape.points }, () => [0, 1, 2].map(() => value(`point${next++}`))));
   };
 
   const extents = new WeakMap();
 
-  /** Middle and radius of all places that are reached. */
+  const LONGEST = 1.3; // of an arrow, in radii of what is no arrow: a torque of a failing run would make the rest a dot
+
+  /** An arrow that is not too long. */
+  const bounded = ([tail, head], size) => {
+    const way = head.map((v, axis) => v - tail[axis]), share = Math.min(1, (LONGEST * size) / (Math.hypot(...way) || 1));
+    return [tail, tail.map((v, axis) => v + share * way[axis])];
+  };
+
+  /** Middle and radius of places. */
+  const around = (places) => {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (const place of places) place.forEach((v, axis) => { low[axis] = Math.min(low[axis], v); high[axis] = Math.max(high[axis], v); });
+    const middle = low.map((v, axis) => (v + high[axis]) / 2);
+    return { middle, size: places.reduce((size, place) => Math.max(size, Math.hypot(...place.map((v, axis) => v - middle[axis]))), 0) || 1 };
+  };
+
+  /** Middle and radius of all that is reached, and the radius without arrows. */
   const extent = (runs, shapes) => {
     if (!extents.has(runs[0])) extents.set(runs[0], measured(runs, shapes));
     return extents.get(runs[0]);
   };
 
   const measured = (runs, shapes) => {
-    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    const count = shapes.reduce((sum, shape) => sum + shape.points, 0);
-    const places = runs.flatMap(({ columns }) => Array.from({ length: count }, (_, k) => [0, 1, 2].map((axis) => columns[`point${3 * k + axis}`])));
-    const each = (then) => places.forEach((place) => place[0].forEach((_, row) => {
-      const point = place.map((values) => values[row]);
-      if (point.every(Number.isFinite)) then(point);
-    }));
-    each((point) => point.forEach((v, axis) => { low[axis] = Math.min(low[axis], v); high[axis] = Math.max(high[axis], v); }));
-    const middle = low.map((v, axis) => (v + high[axis]) / 2);
-    let size = 0;
-    each((point) => { size = Math.max(size, Math.hypot(...point.map((v, axis) => v - middle[axis]))); });
-    return { middle, size: size || 1 };
+    const rows = runs.flatMap(({ columns }) => Array.from(columns.point0, (_, row) => placed(shapes, (name) => columns[name][row])));
+    const drawn = rows.flatMap((row) => row.map((points, k) => [points, shapes[k].kind === "arrow"])).filter(([points]) => points.flat().every(Number.isFinite));
+    const solid = drawn.filter(([, arrow]) => !arrow).flatMap(([points]) => points);
+    const body = solid.length ? around(solid).size : Infinity;
+    return { ...around(drawn.flatMap(([points, arrow]) => (arrow ? bounded(points, body) : points))), body };
   };
 
   Report.scenes.geometry = {
@@ -59,8 +68,10 @@
         const end = origin.map((v, k) => v + (k === axis ? 0.5 : 0));
         painter.arrow(origin, end, grey, 1, name, { dash: [2, 5] });
       });
-      const show = (values, ghost) => placed(shapes, values).forEach((points, k) => {
-        if (points.flat().every(Number.isFinite)) draw[shapes[k].kind](painter, points.map(near), Report.color(shapes[k].color), ghost);
+      const show = (values, ghost) => placed(shapes, (name) => values[name]).forEach((points, k) => {
+        if (!points.flat().every(Number.isFinite)) return;
+        const { kind, color } = shapes[k], whole = kind === "arrow" ? bounded(points, reach.body) : points;
+        draw[kind](painter, whole.map(near), Report.color(color), ghost);
       });
       show(now);
       if (other) show(other, { dash: [4, 4], alpha: 0.7 });

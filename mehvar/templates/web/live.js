@@ -4,15 +4,17 @@
 
 (async () => {
   const BUDGET = 4; // ms of a frame of 16.7 for the run; as many at most for one panel, the rest is the browser's
+  const PAUSE = 400; // ms after the last letter of a law until it runs
   const POINTS = 600; // of a line at most: one for each pixel of a panel
+  const OWN = "my-law"; // in the address; no parameter has a name with a hyphen
   const COLORS = ["blue", "vermillion", "green", "purple", "orange", "sky"];
   const { data } = Report;
   const at = (id) => document.getElementById(id);
   const { element } = Report;
-  const pretty = (unit) => unit.replace("^2", "²").replace("^3", "³");
+  const pretty = (unit) => unit.replace(/\^(\d)/g, (_, digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
   const short = (value) => String(Number(value.toPrecision(4)));
   const simulator = await Simulator.open(data);
-  const chosen = { which: 0, own: {} };
+  const chosen = { which: 0, own: {}, text: null }; // the text of the reader's law, null while a law of the model acts
   let kept = null; // the end of the run whose curves stay beside the next ones
 
   const panels = (() => {
@@ -82,21 +84,51 @@
     return `mehvar simulate ${data.name} --controller ${law} --scenario ${scenario}${own} --json`;
   };
 
+  /** The parameters that a law of the reader can name: all but those of instants. */
+  const parameters = () => [...data.laws[data.cases[chosen.which].law].parameters, ...data.scenario_parameters, ...data.parameters];
+
+  const formulas = () => Formulas.read(chosen.text, {
+    inputs: data.inputs.map((q) => q.name), states: data.seen, references: data.references, values: parameters().map((q) => q.name),
+  });
+
+  /** The reader's law as a script for mehvar: sines differ in the last digit from one machine to another. */
+  const script = (lines) => {
+    const { law, scenario } = data.cases[chosen.which], values = simulator.values(), words = new Set(chosen.text.match(/\w+/g));
+    const gains = new Set(data.laws[law].parameters.map((q) => q.name));
+    const constants = parameters().filter((q) => words.has(q.name)).map((q) => `${q.name} = ${values[q.name]}`);
+    const own = Object.entries(chosen.own).filter(([name]) => !gains.has(name)).map(([name, value]) => `, ${name}=${value}`).join("");
+    return ["import mehvar", "import numpy as np", "", ...constants, "", "def law(t, x):", ...lines.map((line) => `    ${line}`),
+      `    return [${data.inputs.map((q) => `${q.name}_`).join(", ")}]`, "",
+      `run = mehvar.simulate("${data.name}", controller=law, scenario="${scenario}", period=${simulator.period(chosen.which)}${own})`, ""].join("\n");
+  };
+
+  const fails = () => data.failure && chosen.text === null && chosen.which === data.failure.case
+    && JSON.stringify(chosen.own) === JSON.stringify({ [data.failure.name]: data.failure.value });
+
+  /** The checksum of this run on the machine that made the page, if it did the run. */
+  const host = () => {
+    if (fails()) return data.failure.checksum;
+    return chosen.text === null && !Object.keys(chosen.own).length ? data.cases[chosen.which].checksum : null;
+  };
+
   const tell = (spent, frames) => {
-    const here = simulator.checksum(), host = data.cases[chosen.which].checksum, plain = !Object.keys(chosen.own).length;
+    const here = simulator.checksum(), there = host();
+    const other = chosen.text === null ? "not run; the command below prints the same" : "not run; the script of my law agrees up to rounding";
     at("here").textContent = here;
-    at("host").textContent = plain ? host : "not run; the command below prints the same";
-    at("verdict").textContent = plain ? (here === host ? "the same bits" : "other bits") : "";
-    at("verdict").className = plain && here !== host ? "bad" : "good";
-    at("outcome").textContent = simulator.outcome();
+    at("host").textContent = there ?? other;
+    at("verdict").textContent = there === null ? "" : here === there ? "the same bits" : "other bits";
+    at("verdict").className = there !== null && here !== there ? "bad" : "good";
+    const outcome = simulator.outcome();
+    at("outcome").textContent = fails() && data.failure.text !== outcome ? `${outcome}; ${data.failure.text};` : outcome;
     const steps = simulator.steps();
     at("cost").textContent = `in ${steps} steps in ${spent.toFixed(0)} ms, ${short((1e3 * spent) / Math.max(1, steps))} µs each, in ${frames} frames`;
     document.documentElement.dataset.done = here;
   };
 
-  /** The address holds the run, so that it can be sent: #law/scenario?name=value. */
+  /** The address holds the run, so that it can be sent: #law/scenario?name=value, and my-law=text. */
   const save = () => {
-    const { law, scenario } = data.cases[chosen.which], own = new URLSearchParams(chosen.own).toString();
+    const { law, scenario } = data.cases[chosen.which];
+    const own = new URLSearchParams({ ...chosen.own, ...(chosen.text === null ? {} : { [OWN]: chosen.text }) }).toString();
     const address = `#${encodeURIComponent(law)}/${encodeURIComponent(scenario)}${own && `?${own}`}`;
     at("link").href = address;
     try { history.replaceState(null, "", address); } catch { /* frames may refuse, and browsers limit how often */ }
@@ -132,7 +164,7 @@
     delete document.documentElement.dataset.done;
     for (const id of ["here", "host", "verdict", "outcome", "cost"]) at(id).textContent = "";
     at("run").hidden = why !== null;
-    at("command").textContent = why === null ? command() : "";
+    at("command").textContent = why === null && chosen.text === null ? command() : "";
     at("refusal").textContent = why ?? "";
     at("views").classList.toggle("stale", why !== null);
     at("views").inert = why !== null;
@@ -145,8 +177,22 @@
     left = 0;
   };
 
+  /** Begin the run of what is chosen; returns why not, or null. */
+  const begin = () => {
+    if (chosen.text === null) return simulator.start(chosen.which, chosen.own);
+    try {
+      const law = formulas(), why = simulator.start(chosen.which, chosen.own, law);
+      at("script").textContent = why === null ? script(law.python) : "";
+      return why;
+    } catch (mistake) {
+      if (mistake instanceof Formulas.Mistake) return mistake.message;
+      throw mistake;
+    }
+  };
+
   const again = () => {
-    const why = simulator.start(chosen.which, chosen.own);
+    const why = begin();
+    at("text").setAttribute("aria-invalid", String(why !== null && chosen.text !== null));
     if (why !== null) return refuse(why);
     forget(null);
     const going = run !== null || left > 0;
@@ -195,30 +241,46 @@
     }));
   };
 
-  const choose = () => {
-    chosen.which = Number(at("case").value);
-    chosen.own = {};
+  /** Show what is chosen in all controls, and run it. */
+  const show = () => {
+    at("case").value = chosen.which;
+    at("own").hidden = chosen.text === null;
+    if (chosen.text !== null) {
+      at("text").value = chosen.text;
+      at("text").rows = chosen.text.split("\n").length + 2;
+    }
+    const names = [data.seen, data.references, parameters().map((q) => q.name)].flat();
+    at("period").textContent = `Evaluated every ${simulator.period(chosen.which)} s and held in between. A line for each input: ${data.inputs.map((q) => q.name).join(", ")}; other lines name parts.`;
+    at("names").textContent = `t, pi, ${names.join(", ")}. Functions: ${Formulas.functions.join(", ")}.`;
     controls();
     again();
+  };
+
+  const choose = () => {
+    Object.assign(chosen, { which: Number(at("case").value), own: {} });
+    show();
+  };
+
+  const presets = {
+    first: () => ({ which: 0, own: {}, text: null }),
+    fails: () => ({ which: data.failure.case, own: { [data.failure.name]: data.failure.value }, text: null }),
+    own: () => ({ own: {}, text: at("text").value }),
   };
 
   /** Take the run of the address; one that this page does not have is refused. */
   const restore = () => {
     const [path, values = ""] = location.hash.slice(1).split("?");
     const which = path ? data.cases.findIndex((c) => path === `${encodeURIComponent(c.law)}/${encodeURIComponent(c.scenario)}`) : 0;
-    chosen.which = Math.max(which, 0);
-    chosen.own = {};
-    at("case").value = chosen.which;
-    const lists = [data.laws[data.cases[chosen.which].law].parameters, data.scenario_parameters, data.parameters];
-    const names = new Set(lists.flat().map((q) => q.name));
+    Object.assign(chosen, { which: Math.max(which, 0), own: {}, text: null });
+    const names = new Set(parameters().map((q) => q.name));
     let why = which < 0 ? `the address names ${path}, which is no run of this page` : null;
     for (const [name, text] of new URLSearchParams(values)) {
-      if (names.has(name) && text && Number.isFinite(Number(text))) chosen.own[name] = Number(text);
+      if (name === OWN) chosen.text = text;
+      else if (names.has(name) && text && Number.isFinite(Number(text))) chosen.own[name] = Number(text);
       else why ??= `the address sets ${name} to ${text || "nothing"}: it takes numbers for parameters of the run`;
     }
-    controls();
-    if (why === null) again();
-    else refuse(why);
+    show();
+    if (why !== null) refuse(why);
   };
 
   const keep = () => {
@@ -231,6 +293,15 @@
   at("case").addEventListener("change", choose);
   at("reset").addEventListener("click", choose);
   at("keep").addEventListener("click", keep);
+  for (const button of document.querySelectorAll("[data-preset]")) button.addEventListener("click", () => {
+    Object.assign(chosen, presets[button.dataset.preset]());
+    show();
+  });
+  let typing = 0;
+  at("text").addEventListener("input", () => {
+    clearTimeout(typing);
+    typing = setTimeout(() => { chosen.text = at("text").value; again(); }, PAUSE);
+  });
   at("save").append(...Report.savers(data.name, () => panels.map((panel) => panel.plot)));
   addEventListener("hashchange", restore);
   const rebuild = () => { build(); panels.forEach(draw); if (motion?.rows) point(motion.time); };

@@ -3,7 +3,7 @@
 "use strict";
 
 const Simulator = (() => {
-  const ARRAYS = ["p", "c", "s", "ticks", "margins", "derived", "t", "x", "u", "u_cmd", "y", "z"];
+  const ARRAYS = ["p", "c", "s", "ticks", "margins", "derived", "t", "x", "u", "u_cmd", "y", "z", "x_seen", "r_seen", "u_own"];
   const SERIES = ["t", "x", "u", "u_cmd", "y", "z"];
 
   /** Bytes from base64 of gzip. */
@@ -57,7 +57,7 @@ const Simulator = (() => {
       const waiting = new Set(names);
       for (const [q, k] of derived) if (waiting.has(q.name)) c[k] = NaN;
       for (let pass = names.length; pass; pass--) {
-        module.web_defaults(present.number);
+        module.web_defaults(present.of);
         const result = array("derived", derived.length);
         derived.forEach(([q, k], place) => { if (waiting.has(q.name)) c[k] = result[place]; });
       }
@@ -72,14 +72,16 @@ const Simulator = (() => {
         }
       }
       module.web_check(present.number);
-      const messages = [...data.constraints, ...data.laws[present.law].constraints, ...data.limits];
+      const messages = [...data.constraints, ...(present.own ? [] : data.laws[present.law].constraints), ...data.limits];
       const margins = array("margins", messages.length), broken = margins.findIndex((margin) => !(margin > 0));
       return broken < 0 ? null : said(messages[broken], values);
     };
 
-    /** Begin a run of a case with some parameters of one's own; returns why not, or null. */
-    const start = (which, own = {}) => {
-      present = { ...data.cases[which], number: Object.keys(data.laws).indexOf(data.cases[which].law) };
+    /** Begin a run of a case with some parameters of one's own, under its law or under what Formulas.read gave; returns why not, or null. */
+    const start = (which, own = {}, formulas = null) => {
+      const laws = Object.keys(data.laws);
+      present = { ...data.cases[which], own: formulas, of: laws.indexOf(data.cases[which].law) };
+      present.number = formulas ? laws.length : present.of; // the law of the page is the module's last
       count = 0;
       const values = present.values = {};
       for (const [group, list] of Object.entries(groups(present.law))) {
@@ -99,16 +101,26 @@ const Simulator = (() => {
       return null;
     };
 
-    /** Go on for some ticks; returns whether there are more. */
+    /** The input that the page's own law gives at a sample. */
+    const answer = () => {
+      const seen = { t: ticks[present.ticks][count], x: array("x_seen", data.seen.length), r: array("r_seen", data.references.length), values: present.values };
+      array("u_own", data.inputs.length).set(present.own.inputs(seen));
+    };
+
+    /** Go on for some ticks, from sample to sample under a law of the page; returns whether there are more. */
     const advance = (some) => {
-      const end = ticks[present.ticks].length, until = Math.min(count + some, end);
-      count = module.web_run(until) < 0 ? end : until;
+      const end = ticks[present.ticks].length, until = Math.min(count + some, end), every = present.hold_every;
+      while (count < until) {
+        if (present.own && count % every === 0) answer();
+        const next = present.own ? Math.min(until, count - (count % every) + every) : until;
+        count = module.web_run(next) < 0 ? end : next;
+      }
       return count < end;
     };
 
     const rows = () => {
       const n = module.web_records(), width = data.widths;
-      const sizes = { ...width, t: 1, z: data.laws[present.law].memory.length };
+      const sizes = { ...width, t: 1, z: present.own ? 0 : data.laws[present.law].memory.length };
       return Object.fromEntries(SERIES.map((name) => [name, array(name, n * sizes[name])]));
     };
 
@@ -129,7 +141,10 @@ const Simulator = (() => {
       return `${data.statuses[status]} ${at}`;
     };
 
-    return { start, advance, rows, points, checksum, outcome, steps: () => module.web_steps() };
+    /** Seconds from one sample of a case to the next. */
+    const period = (which) => ticks[data.cases[which].ticks][data.cases[which].hold_every];
+
+    return { start, advance, rows, points, checksum, outcome, period, values: () => present.values, steps: () => module.web_steps() };
   };
 
   return { open };

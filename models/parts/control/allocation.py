@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Allocation of torque or force to actuators by least squares; saturation keeps the direction.
+"""Allocation of torque or force to actuators by least squares; saturation preserves the direction.
 
-What an actuator does to the hub per unit of its input is a column of B. The smallest inputs with B u = wanted are
-B' (B B')^-1 wanted. Thrusters, which only push, take from the inputs without effect as much as makes none negative.
-Where a limit is passed all inputs are scaled down together, which keeps the direction of the torque.
+Each column of B holds an actuator's effect on the hub per unit input. The smallest inputs with B u = wanted are B' (B
+B')^-1 wanted. Thrusters only push: inputs from the null space of B are added until none is negative. If an input
+exceeds its limit, all are scaled down together, which preserves the torque's direction.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ def allocated(
     frame : Frame
         Receives the steps.
     name : str
-        Begins their names.
+        Start of their names.
     wanted : sequence of Expr
-        As many as rows of `matrix`.
+        One per row of `matrix`.
     parts : sequence of (Part, Mounted)
         The actuators.
     matrix : sympy.Matrix
-        B, of parameters alone.
+        B, which depends only on parameters.
     limits : sequence of Expr or None
-        Of each input.
+        Limit of each input.
     """
     rows, size = matrix.shape
     named = sp.Matrix(
@@ -107,7 +107,7 @@ def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: d
     Raises
     ------
     ModelError
-        If their effects are dependent, or thrusters push into one half space.
+        If their effects are linearly dependent, or all thrusters push into one half space.
     """
     numbers = sp.Matrix(matrix.xreplace(values)).evalf()
     rank = numbers.rank(iszerofunc=lambda v: abs(v) < _DEPENDENT)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symbolic law of a spacecraft: measurements by name, parameters, memory, commands to parts."""
+"""Symbolic law of a spacecraft, with named measurements, parameters, memory and commands to parts."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ class Law:
 
     @property
     def attitude(self) -> tuple[Expr, ...]:
-        """Attitude coordinates: of the filter, else of a star tracker if the craft has sensors, else of the state."""
+        """Attitude coordinates: from the filter, the star tracker or, without sensors, the state."""
         if self._estimate:
             return self._estimate.attitude
         return self._seen(StarTracker, self._attitude, "the attitude: add a StarTracker")
 
     @property
     def rates(self) -> tuple[Expr, ...]:
-        """Rate of the hub, rad/s: of the filter, else of a gyro if the craft has sensors, else of the state."""
+        """Rate of the hub, rad/s: from the filter, the gyro or, without sensors, the state."""
         if self._estimate:
             return self._estimate.rates
         return self._seen(Gyro, self._rates, "the rates: add a Gyro")
@@ -80,17 +80,21 @@ class Law:
         raise ModelError(f"law {self.name}: no sensor measures {words}")
 
     def measured(self, sensor: Instrument) -> tuple[Expr, ...]:
-        """Return a sensor's last measurement, kept in the law's memory if the sensor skips samples."""
-        if sensor.steady:
+        """Return a sensor's last measurement; if the sensor skips samples, the law's memory stores it."""
+        if sensor.continuous:
             return sensor.symbols
         if sensor.name not in self._last:
-            new = sensor.new.symbol > sp.Rational(1, 2)
-            pairs = list(zip(sensor.seen(), sensor.before(), strict=True))
-            kept = [self.keep(f"{q.name}_last", q.unit, f"last {q.description}", start) for q, start in pairs]
-            last = [sp.Piecewise((q.symbol, new), (k, True)) for (q, _), k in zip(pairs, kept, strict=True)]
-            self.update_all(kept, last)
-            self._last[sensor.name] = tuple(last)
+            self._last[sensor.name] = sensor.symbols if sensor.steady else self._held(sensor)
         return self._last[sensor.name]
+
+    def _held(self, sensor: Instrument) -> tuple[Expr, ...]:
+        """Keep the last measurement of a sensor that skips samples."""
+        new = sensor.new.symbol > sp.Rational(1, 2)
+        pairs = list(zip(sensor.seen(), sensor.before(), strict=True))
+        kept = [self.keep(f"{q.name}_last", q.unit, f"last {q.description}", start) for q, start in pairs]
+        last = [sp.Piecewise((q.symbol, new), (k, True)) for (q, _), k in zip(pairs, kept, strict=True)]
+        self.update_all(kept, last)
+        return tuple(last)
 
     def parameter(
         self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",
@@ -135,7 +139,7 @@ class Law:
         wanted : sequence of Expr
             Torque about the axes of the hub, N m.
         by : iterable of Part
-            Wheels, or thrusters, with three independent axes at least.
+            Wheels or thrusters with at least three independent axes.
 
         Returns
         -------

@@ -22,10 +22,10 @@ _HALF_TURN = "[0, 3.141592653589794)"
 class ThirdBody(Attraction):
     """A body on a circle about the Earth whose gravity disturbs the orbit of the craft, such as the Moon or the Sun.
 
-    With r the place of the craft and p that of the body the acceleration is mu ((p - r)/|p - r|^3 - p/|p|^3). It is
-    computed as -mu/|p - r|^3 (r + f p), where q = r.(r - 2 p)/p.p and f = q (3 + 3 q + q^2)/(1 + (1 + q)^(3/2)), as the
-    difference of two nearly equal vectors would lose digits. (Battin, Mathematics and Methods of Astrodynamics, 1999,
-    8.4.) It accelerates all parts of a craft alike, so that only the orbit feels it.
+    With positions r of the craft and p of the body the acceleration is mu ((p - r)/|p - r|^3 - p/|p|^3). This
+    difference of nearly equal vectors loses digits. It is therefore computed as -mu/|p - r|^3 (r + f p), where q =
+    r.(r - 2 p)/p.p and f = q (3 + 3 q + q^2)/(1 + (1 + q)^(3/2)). (Battin, Mathematics and Methods of Astrodynamics,
+    1999, 8.4.) All parts of a craft accelerate alike, so that only the orbit changes.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loads of the environment: gravity gradient, magnetic torque on dipoles, air drag and sunlight.
 
-The air meets the craft at the velocity of its centre of mass; what its turning adds is left out.
+The air's velocity is that of the craft's centre of mass; the craft's rotation is neglected.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class GravityGradient(Part):
     """Torque and force of the gravity gradient on the whole craft as a rigid body.
 
     With J the inertia about the centre of mass, n the direction from the Earth and k = mu/r^3 the torque is
-    3 k n x J n, and the force 3 k/(2 r) ((5 n.J n - tr J) n - 2 J n): what derives from the potential
-    k (3 n.J n - tr J)/2. (Hughes, Spacecraft Attitude Dynamics, 1986, 8.1.)
+    3 k n x J n, and the force 3 k/(2 r) ((5 n.J n - tr J) n - 2 J n): both follow from the potential k (3 n.J n - tr
+    J)/2. (Hughes, Spacecraft Attitude Dynamics, 1986, 8.1.)
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Magnetorquer(Part):
     name : str
         As of a `Part`; its input is NAME_dipole, in A m^2.
     axis : three numbers
-        Of its dipole, any length.
+        Axis of its dipole, of any length.
     limit : number, optional
         Largest dipole, A m^2.
     """
@@ -130,9 +130,9 @@ class Drag(Part):
 class SunPressure(Part):
     """Pressure of sunlight on a sphere or on one side of a flat plate.
 
-    A plate that mirrors the part rho of the light and scatters the part delta feels, at the angle of the light with
-    cosine c, the force -P A c ((1 - rho) s + 2 (rho c + delta/3) n). (Wertz, Spacecraft Attitude Determination and
-    Control, 1978, 17.2.) Its integral over a sphere is -P A (1 + 4 delta/9) s: a sphere mirrors evenly to all sides.
+    A plate reflects the share rho of the light specularly and the share delta diffusely. With the cosine c of the
+    angle of incidence the force is -P A c ((1 - rho) s + 2 (rho c + delta/3) n). (Wertz, Spacecraft Attitude
+    Determination and Control, 1978, 17.2.) Integrated over a sphere it is -P A (1 + 4 delta/9) s.
 
     Parameters
     ----------
@@ -145,9 +145,9 @@ class SunPressure(Part):
     normal : three numbers, optional
         Outward normal of the plate, any length; a sphere without.
     mirrored : number, optional
-        Part of the light, of a plate; default: 0.6.
+        Share of light that a plate reflects specularly; default: 0.6.
     scattered : number
-        Part of the light.
+        Share of light that is reflected diffusely.
     """
 
     area: Annotated[Number, scalar("A", "m^2", "area")]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Orbit about the Earth, and the quantities that depend on it: gravity, magnetic field, air, sunlight.
+"""Orbit about the Earth with gravity, magnetic field, air and sunlight along it.
 
-The centre of mass of the craft moves as a point with the mass of the craft: under the gravity of the Earth, with its
-oblateness where that is wanted, and under all forces on the parts. Inertial axes are those of the equator.
+The centre of mass moves under the Earth's gravity, optionally with oblateness, and under all forces on the parts. The
+inertial axes are equatorial.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ EARTH = {
     "disc": Value(4.6525e-3, source="addition: the Sun at 1 au"),
 }
 _CLOSEST = 1e-9
-"""Smallest angle between two discs, rad, in the position of their chord, which divides by it."""
+"""Smallest angle between two discs, rad; the position of their chord divides by this angle."""
 _ANY = "(-inf, inf)"
 _HALF_TURN = "[0, 3.141592653589794)"
 _DECLINATION = "[-1.5707963267948968, 1.5707963267948968]"
@@ -55,7 +55,7 @@ class Orbit(Part):
     Parameters
     ----------
     gravity : {"two-body", "J2", "J4"}
-        A sphere's, with the oblateness of the Earth, or with the zonal harmonics to J4.
+        Gravity of a sphere, with J2, or with zonal harmonics to J4.
     shadow : {"cylinder", "cone"}
         Sharp shadow of a point-like Sun at infinity, or penumbra and umbra of the Sun's disc.
     size, eccentricity, inclination, node, perigee, anomaly : float
@@ -181,7 +181,7 @@ def zonal(order: int, up: sp.Matrix) -> sp.Matrix:
 
 
 class Attraction(Part):
-    """A body whose gravity acts on the orbit, and on all parts of a craft alike."""
+    """A body whose gravity accelerates all parts of a craft alike and thus changes only the orbit."""
 
     @abstractmethod
     def acceleration(self, at: Mounted, place: sp.Matrix) -> sp.Matrix:
@@ -201,7 +201,7 @@ def at_elements(
 
 
 def _radius(orbit: Orbit, frame: Frame) -> tuple[Expr, sp.Matrix]:
-    """Name the distance from the Earth's centre, and the direction of it in inertial axes."""
+    """Name the distance from the Earth's centre and the direction away from it, in inertial axes."""
     name, place = orbit.name, orbit.place
     radius = frame.define(f"{name}_r", sp.sqrt(place.dot(place)), "distance from the centre of the Earth", "m")
     return radius, frame.vector(f"{name}_n", place / radius, "direction from the centre of the Earth, inertial", "1")
@@ -229,7 +229,7 @@ class Sky:
 
     @property
     def up(self) -> sp.Matrix:
-        """Direction from the centre of the Earth."""
+        """Direction away from the centre of the Earth."""
         return self._seen("up_", _radius(self.part, self.orbit.frame)[1], "direction from the Earth", "1")
 
     @property
@@ -278,10 +278,10 @@ class Sky:
         return self.orbit.define("lit", sp.Piecewise((0, dark), (1, True)), "1 in sunlight, 0 in the shadow", "1")
 
     def _visible(self, radius: Expr, along: Expr) -> Expr:
-        """Return the share of the Sun's disc, a flat circle, that the Earth's disc leaves free.
+        """Return the visible share of the Sun's disc beside the Earth's disc; both are flat circles.
 
-        Both discs are segments of circles beyond their common chord. (Montenbruck and Gill, Satellite Orbits, 2000,
-        3.4.2.)
+        Circular segments on both sides of the common chord form the overlap. (Montenbruck and Gill, Satellite Orbits,
+        2000, 3.4.2.)
         """
         define, v = self.orbit.define, self.orbit.values
         sun, earth = v.disc, define("limb", sp.asin(sp.Min(1, v.radius / radius)), "angular radius of the Earth", "rad")

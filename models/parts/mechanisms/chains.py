@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Chains of rigid bodies. The solution runs from tip to hub and back, with effort linear in the number of bodies.
+"""Chains of rigid bodies, solved from tip to hub and back at a cost linear in the number of bodies.
 
-A body k with x = (acceleration of its joint P_k, absolute angular acceleration) needs at P_k
-the wrench A x + b. Where the joint adds S q'' + z to the x of the body before it, and the force along S is Q,
+Let x = (acceleration of joint P_k, absolute angular acceleration) of body k, which needs the wrench A x + b at P_k.
+The joint adds S q'' + z to the x of the previous body, and the force along S is Q:
 
     D q'' = Q - S.(A z + b) - U.x,   U = A S,   D = S.U,
 
-the body before it feels A - U U'/D and b + A z + U (Q - S.(A z + b))/D at P_k. All vectors have the axes of the hub.
+The previous body gets the terms A - U U'/D and b + A z + U (Q - S.(A z + b))/D at P_k. All vectors are in hub axes.
 The recursion is that of Featherstone: Rigid body dynamics algorithms. Springer 2008, chapter 7.
 """
 
@@ -41,17 +41,17 @@ class Link:
     inertia : three numbers, or three rows
         About its own centre of mass, kg m^2.
     joint : {"hinge", "slider", "ball"}
-        By which it hangs from the body before it, the first one from the hub.
+        Its connection to the previous body; for the first link, to the hub.
     axis : three numbers
-        Of a hinge or a slider; any length.
+        Axis of a hinge or slider, of any length.
     at : three numbers
-        The joint, from that of the body before it, and of the first body from O, m.
+        Position of the joint from the previous joint, for the first link from O, m.
     centre : three numbers
         Centre of mass from the joint, m.
     stiffness, damping : number, optional
-        Of a hinge, N m/rad and N m s/rad, or a slider, N/m and N s/m; a ball joint has damping alone.
+        Of a hinge, N m/rad and N m s/rad, or a slider, N/m and N s/m; a ball joint has damping only.
     motor : bool
-        Whether a law commands a torque, or a force; a ball joint has none.
+        True if a law commands a torque or force; not for a ball joint.
     """
 
     mass: Annotated[Number, scalar("m", "kg", "mass")]
@@ -359,7 +359,7 @@ def _rigid(at: Mounted, k: int, mass: Expr, link_motion: LinkMotion, rate: sp.Ma
 
 
 def _bias(link_motion: LinkMotion, link: Link, before: sp.Matrix) -> sp.Matrix:
-    """Return z, the joint's contribution to x without its acceleration."""
+    """Return z, the joint's contribution to x that does not depend on its acceleration."""
     turned = before.cross(link_motion.slip)
     return sp.Matrix([*(2 * turned), *ZERO]) if link.joint == "slider" else sp.Matrix([*ZERO, *turned])
 
@@ -390,7 +390,7 @@ def _eliminated(
 def _shifted(
     at: Mounted, k: int, matrix: sp.Matrix, bias: sp.Matrix, arm: sp.Matrix, rate: sp.Matrix
 ) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return A and b about the previous joint, from those about joint k; `rate` is that of the body in between."""
+    """Move A and b from joint k to the previous joint; `rate` is the rate of the body in between."""
     far = at.vector(f"cc{k}_", rate.cross(rate.cross(arm)), f"centripetal acceleration of joint {k}", "m/s^2")
     hat = cross_matrix(arm)
     wrench = bias + matrix * sp.Matrix([*far, *ZERO])

@@ -21,8 +21,8 @@ from .rotors import check_across
 class Engine(Part):
     """A massless engine on two gimbals, which follow their commands with a lag.
 
-    The first gimbal turns the force about the axis, the second towards the axis. The force is commanded; what it burns
-    is the flow out of a `Tank` without thrust.
+    The first gimbal turns the force about the axis, the second towards the axis. A law commands the force. To consume
+    fuel, add a `Tank` without `thrust`.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Engine(Part):
         As of a `Part`. Its states are NAME_angle1 and NAME_angle2; its inputs NAME_force, N, and the commanded angles
         NAME_target1 and NAME_target2.
     direction : three numbers
-        Of the force at the angles zero; what it has across the axis counts, at length one.
+        Direction of the force at angles zero; its component normal to the axis is used, scaled to length one.
     axis : three numbers
         Of the first gimbal; any length.
     lag : number

@@ -21,8 +21,8 @@ from .rotors import check_across
 class Pendulum(Part):
     """A point mass on a massless rod, with one angle of a hinge or two of a universal joint.
 
-    The first angle turns the rod about the axis, the second about the axis across it, which the first carries. Two
-    angles are singular where the second is 90 degrees; a `Bob` never is.
+    The first angle turns the rod about the axis, the second about a normal axis that turns with the first. Two angles
+    are singular if the second is 90 degrees; a `Bob` has no singularity.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class Pendulum(Part):
     mass, length : number
         kg, m.
     axis : three numbers
-        Of the first angle; any length.
+        Axis of the first angle, of any length.
     rest : three numbers
-        Direction of the rod at the angles zero; what it has across the axis counts, at length one.
+        Direction of the rod at angles zero; its component normal to the axis is used, scaled to length one.
     at : three numbers
         Pivot, m.
     angles : int
@@ -105,7 +105,7 @@ class Pendulum(Part):
         return c2 * rod - s2 * axis, [c2 * slope, -s2 * rod - c2 * axis]
 
     def _sizes(self, at: Mounted) -> list[Expr]:
-        """Return the squares of the derivatives."""
+        """Return the squared lengths of the derivatives."""
         _, *second = self._circles(at)
         return [second[0][0] ** 2, sp.S.One] if second else [sp.S.One]
 

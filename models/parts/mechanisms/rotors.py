@@ -20,12 +20,12 @@ from ..wheels import Wheel
 
 @dataclass(frozen=True, kw_only=True)
 class UnbalancedWheel(Wheel):
-    """A wheel with static and dynamic imbalance and its mass: its rotation disturbs the hub, and the reverse.
+    """A wheel with mass and with static and dynamic imbalance; wheel and hub disturb each other.
 
-    The static imbalance is a first moment across the axis. The dynamic imbalance is a product of inertia, about the
-    centre of mass, of the axis and the direction that is 90 degrees ahead of the static imbalance: the convention of
-    Alcorn, Allard, Schaub: Fully coupled reaction wheel static and dynamic imbalance for spacecraft jitter modeling.
-    J. Guid. Contr. Dyn. 41(6), 2018.
+    The static imbalance is a first moment normal to the axis. The dynamic imbalance is a product of inertia about the
+    centre of mass, between the axis and the direction 90 degrees ahead of the static imbalance. The convention is
+    that of Alcorn, Allard, Schaub: Fully coupled reaction wheel static and dynamic imbalance for spacecraft jitter
+    modeling. J. Guid. Contr. Dyn. 41(6), 2018.
 
     Parameters
     ----------
@@ -38,14 +38,14 @@ class UnbalancedWheel(Wheel):
     across : number
         Moment of inertia across the axis, about the centre of mass, kg m^2.
     at : three numbers
-        A point of the axis, in whose plane across it the centre of mass turns, m.
+        Point where the axis meets the plane in which the centre of mass turns, m.
     static : number
         Static imbalance, kg m.
     dynamic : number, optional
         Dynamic imbalance, kg m^2.
     towards : {"x", "y", "z"}, optional
-        Axis of the hub towards which the static imbalance points at the angle zero; by default the one farthest from
-        the axis of the wheel.
+        Hub axis towards which the static imbalance points at angle zero; default: the one farthest from the wheel's
+        axis.
     """
 
     mass: Annotated[Number, scalar("m", "kg", "mass")]
@@ -107,7 +107,7 @@ def _across(axis: sp.Matrix, towards: int) -> sp.Matrix:
 
 @dataclass(frozen=True)
 class ControlMomentGyro(Part):
-    """A rotor in a gimbal. The hub includes its mass; the common centre of mass is on the gimbal's axis.
+    """A rotor in a gimbal. The hub includes its mass; the centre of mass of rotor and gimbal is on the gimbal's axis.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class ControlMomentGyro(Part):
     gimbal : three numbers
         Axis of the gimbal; any length.
     spin : three numbers
-        Axis of the rotor at the gimbal angle zero; what it has across the axis of the gimbal counts, at length one.
+        Axis of the rotor at gimbal angle zero; its component normal to the gimbal axis is used, scaled to length one.
     inertia : number
         Of the rotor about its axis, kg m^2.
     gimbal_inertia : number
@@ -125,7 +125,7 @@ class ControlMomentGyro(Part):
     across : number, optional
         Of rotor and gimbal about the axis across both, kg m^2.
     frame : number, optional
-        Of the gimbal alone about the axis of the rotor, kg m^2.
+        Moment of inertia of the gimbal without rotor about the rotor's axis, kg m^2.
     speed : number, optional
         Speed at which a motor holds the rotor, rad/s; the speed is variable without it.
     lag : number, optional
@@ -222,7 +222,7 @@ class ControlMomentGyro(Part):
 
 
 def check_across(part: Part, name: str, axis: str) -> None:
-    """Refuse a direction of a part along its own axis; symbolic directions are not checked."""
+    """Refuse a direction parallel to the part's axis; symbolic directions are not checked."""
     vectors = getattr(part, name), getattr(part, axis)
     one, other = (sp.Matrix([float(e) for e in v if _is_number(e)]) for v in vectors)
     if len(one) == len(other) == 3 and one.cross(other).norm() <= _FLAT * one.norm() * other.norm():
@@ -230,4 +230,4 @@ def check_across(part: Part, name: str, axis: str) -> None:
 
 
 _FLAT = 1e-9
-"""Sine of an angle that counts as zero: above the rounding of six numbers with ten digits."""
+"""Sine below which an angle counts as zero; above the rounding of numbers with ten digits."""

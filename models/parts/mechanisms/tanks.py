@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draining tanks: the outflow carries momentum, and fuel in the line to the nozzle rotates with the craft."""
+"""Draining tanks: the outflow removes momentum, and fuel in the line to the nozzle rotates with the craft."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..values import Number, Parameters, Value, Vector, direction, place, scalar
 
 @dataclass(frozen=True)
 class _Lump:
-    """Fuel at one point: share of all fuel, position from O, velocity and rate relative to the hub."""
+    """Fuel at one point: its share of all fuel, position from O, velocity and rate relative to the hub."""
 
     share: Expr
     at: sp.Matrix
@@ -30,11 +30,11 @@ class _Lump:
 
 @dataclass(frozen=True)
 class Tank(Part):
-    """A tank that feeds a nozzle: a point mass, part of which may swing on a ball joint.
+    """A tank that feeds a nozzle. Its fuel is a point mass, of which a share may swing on a ball joint.
 
-    Fuel leaves bob and tank in the shares in which they hold it, flows along straight lines, which hold none, and
-    leaves at the nozzle. A flow w over the length d pushes its line by -2 w d', which damps the rates of the craft. The
-    flow is taken to be steady: what a valve does while it opens is left out. A run ends where the fuel is used up.
+    Fuel leaves bob and tank in proportion to their fuel, flows along straight lines of no volume, and leaves at the
+    nozzle. A flow w over the distance d exerts the force -2 w d' on the line, which damps the rates of the craft. The
+    flow is steady: transients of the valve are neglected. A run ends when the tank is empty.
 
     Parameters
     ----------
@@ -45,20 +45,21 @@ class Tank(Part):
     nozzle : three numbers
         Where the fuel leaves, m.
     thrust : three numbers, optional
-        Direction of the force on the hub; any length. Left out where an `Engine` burns the fuel.
+        Direction of the force on the hub; any length. Leave it out if an `Engine` burns the fuel.
     exhaust : number, optional
-        Velocity of what leaves, m/s.
+        Exhaust velocity, m/s.
     at : three numbers
         Place of the fuel, and the pivot of the bob, m.
     flow : number, optional
         Largest flow, kg/s.
     reserve : number, optional
-        Fuel at which a command opens the valve no more, kg: the run goes on without thrust. A valve that is open stays
-        so until the next command, so that up to one period of flow less remains: 0.03 kg at 0.3 kg/s and 0.1 s.
+        Remaining fuel below which commands no longer open the valve, kg; the run continues without thrust. An open
+        valve closes at the next command, after at most one period: at 0.3 kg/s and 0.1 s it drains up to 0.03 kg
+        below the reserve.
     share : number, optional
-        Of the fuel, that swings.
+        Share of the fuel that swings.
     length, damping : number, optional
-        Of the bob, as of a `Bob`; the damping is over the mass that swings, m^2/s.
+        As of a `Bob`; the damping is divided by the swinging mass, m^2/s.
     rest : three numbers
         As of a `Bob`.
     """
@@ -163,7 +164,7 @@ class Tank(Part):
         )
 
     def _lines(self, at: Mounted) -> list[Load]:
-        """Return the load on the hub of fuel in the lines, at the middle of each line."""
+        """Return the loads of the fuel lines on the hub, which act at the middle of each line."""
         flow, nozzle, result = self.inputs()[0].symbol, at.values.nozzle, []
         for k, lump in enumerate(self._lumps(at), 1):
             reach = nozzle - lump.at

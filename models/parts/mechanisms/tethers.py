@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bodies beside the hub on an elastic tether or rod, mounted at both ends."""
+"""Bodies connected to the hub by an elastic tether or rod."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _Line:
 
 @dataclass(frozen=True, kw_only=True)
 class _Elastic(Part):
-    """A massless elastic line: tension, stored energy and damping power."""
+    """Interface of a massless elastic line: tension, stored energy and damping power."""
 
     length: Annotated[Number, scalar("l", "m", "length without load")]
     stiffness: Annotated[Number, scalar("k", "N/m", "stiffness")]
@@ -60,7 +60,7 @@ class _Elastic(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class _Slackening(_Elastic):
-    """An elastic line that pulls when taut and never pushes."""
+    """An elastic line without compression: it pulls when taut."""
 
     def _tension(self, at: Mounted) -> Expr:
         taut = self._line(at).length > at.values.length
@@ -192,14 +192,14 @@ class Tether(_Slackening, Rod):
 
 @dataclass(frozen=True, kw_only=True)
 class Cable(_Slackening):
-    """A massless elastic tether between the centres of mass of two bodies beside the hub.
+    """A massless elastic tether between the centres of mass of two bodies on a `Rod` or `Tether`.
 
     Parameters
     ----------
     name, length, stiffness, damping
         As of a `Rod`.
     between : two of Rod or Tether
-        Its ends.
+        The bodies at its ends.
     """
 
     between: tuple[Rod, Rod]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws of the whole attitude: error quaternion and full inertia in place of separate axes."""
+"""Attitude laws with error quaternion and full inertia, in place of separate laws per axis."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .gyro import Rate
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion from the view of the laws.
+    """Motion as the laws see it.
 
     Attributes
     ----------
     quaternion : tuple of Expr
         Attitude in the orbit axes.
     wanted : tuple of Expr
-        Roll, pitch and yaw that are wanted, rad.
+        Desired roll, pitch and yaw, rad.
     omega, rate : sympy.Matrix
-        Rate relative to the orbit axes and inertial rate, rad/s; both with the bias of a gyro.
+        Rate relative to the orbit axes and inertial rate, rad/s; both include the gyro's bias.
     inertia, momentum : sympy.Matrix
-        J, and what the wheels hold.
+        J, and the momentum of the wheels.
     """
 
     quaternion: tuple[Expr, ...]
@@ -48,11 +48,11 @@ class Error:
 
 
 Law = Callable[[Error, sp.Matrix, sp.Matrix, Motion, Group], sp.Matrix]
-"""Function from error, rate relative to the orbit axes, orbit rate in body axes, motion and parameters to a torque."""
+"""Function that returns a torque for error, rate relative to the orbit axes, orbit rate, motion and parameters."""
 
 
 def error(quaternion: Sequence[Expr], wanted: Sequence[Expr], tag: str, d: Derivation) -> Error:
-    """Define the quaternion from desired to current attitude, along the shorter rotation."""
+    """Define the error quaternion from desired to current attitude along the shorter rotation."""
     goal = quaternion_of_turns([(axis, wanted[axis]) for axis in (2, 1, 0)])
     product = quaternion_product((goal[0], *(-part for part in goal[1:, 0])), tuple(quaternion))
     parts = [d.define(f"e{k}_{tag}", product[k], "", f"error quaternion, {k}", latex=f"e_{k}") for k in range(4)]
@@ -69,19 +69,19 @@ def pointing(quaternion: Sequence[Expr], wanted: Sequence[Expr], d: Derivation) 
 
 
 def feedback(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, law: Group) -> sp.Matrix:
-    """Return the torque that makes the error a damped oscillator about each axis.
+    """Return the torque that makes the error about each axis a damped oscillator.
 
     Notes
     -----
-    The acceleration -2 wn^2 e - 2 zeta wn Omega through J, and w x (J w + h), which leaves no coupling. The rotation of
-    the orbit axes and the torques of the environment are left out.
+    The torque is J (-2 wn^2 e - 2 zeta wn Omega) + w x (J w + h), where the last term removes the coupling. Rotation
+    of the orbit axes and environment torques are neglected.
     """
     demand = -2 * law.bandwidth**2 * off.vector - 2 * law.ratio * law.bandwidth * omega
     return motion.inertia * demand + _gyroscopic(omega + carried, motion)
 
 
 def sliding(off: Error, omega: sp.Matrix, carried: sp.Matrix, motion: Motion, law: Group) -> sp.Matrix:
-    """Return the torque that brings Omega + slope e into a boundary layer around zero and keeps it there.
+    """Return the torque that drives Omega + slope e into a boundary layer around zero and keeps it there.
 
     Notes
     -----

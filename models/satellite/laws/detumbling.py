@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Detumbling with torquers only: a dipole against the rate of the measured field (B-dot)."""
+"""Detumbling with torquers only: the dipole opposes the rate of the measured field (B-dot)."""
 
 from __future__ import annotations
 
@@ -32,8 +32,9 @@ def b_dot(drive: Drive, first: Sequence[Expr], law: Group, plant: Group, d: Deri
 
     Notes
     -----
-    In body axes a field that hardly changes in inertial ones has B' = -w x B, so that m x B is -k times the part of w
-    across B: it damps every rate but that along the field, which the orbit turns.
+    If the field is nearly constant in inertial axes, B' = -w x B in body axes. Then m x B is -k times the component
+    of w normal to B, which is damped. The orbit changes the direction of B, so that in time all components are
+    damped.
     """
     d.section("Law b-dot: the torquers against the change of the field")
     field, last = sp.Matrix(drive.field), sp.Matrix([q.symbol for q in LAST])

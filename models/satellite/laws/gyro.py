@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measured rate: that of the gyro minus a bias estimated from the star tracker."""
+"""Rate of the gyro minus its bias, which is estimated with the star tracker."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Rate:
     omega : sympy.Matrix
         The rate that the law uses, rad/s.
     memory, start, update : tuple
-        Of the filter; empty where the measured rate is used as it is.
+        Of the filter; empty if the measured rate is used unchanged.
     """
 
     omega: sp.Matrix
@@ -36,7 +36,7 @@ class Rate:
 
 
 def without_bias(omega: Iterable[Expr], q: Sequence[Expr], law: Group, plant: Group, tag: str, d: Derivation) -> Rate:
-    """Return the rate minus its bias, a filtered difference between the gyro and successive attitudes.
+    """Return the rate minus its bias, the filtered difference between gyro rate and attitude rate.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def without_bias(omega: Iterable[Expr], q: Sequence[Expr], law: Group, plant: Gr
     law, plant : Group
         Parameters.
     tag : str
-        Ends the names of the steps.
+        End of the names of the steps.
     d : Derivation
         Receives the steps.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Safe mode: panels towards the Sun by Sun sensor and gyro, without other attitude measurements."""
+"""Safe mode: point the panels at the Sun with Sun sensor and gyro only."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ NORMAL = sp.Matrix([0, 0, -1])
 """Normal of the panels in body axes, away from the Earth."""
 
 LEAST = sp.Rational(1, 10**4)
-"""Sine below which it replaces its angle: the difference, its cube over six, is below single precision. Half or
-twice as much changes nothing."""
+"""Sine below which the sine replaces the angle: the difference, its cube over six, is below single precision. Half or
+twice the value changes nothing.
+"""
 
 
 def sun_pointing(
     drive: Drive, sun: Sequence[Expr], rates: sp.Matrix, inertia: sp.Matrix, law: Group, d: Derivation
 ) -> Controller:
-    """Return the law J (b^2 a - 2 b w), with rotation a towards the Sun; in shadow, where s is zero, it only damps.
+    """Return the law J (b^2 a - 2 b w) with rotation a towards the Sun; in shadow a is zero and the law only damps.
 
     Parameters
     ----------

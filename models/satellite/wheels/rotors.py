@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wheels as parts: balanced, and with masses off the axis.
+"""Wheels as parts of an assembly, balanced and unbalanced.
 
-An unbalanced wheel has its balanced masses, a first moment q across its axis (static imbalance) and products of
-inertia a phi' + phi a' with its axis a (dynamic imbalance), all about its centre, which lies at r from the centre of
-mass of the whole at balance, O. Both vectors turn with the wheel: with t = a x q, their rates are s t and s a x phi.
-The hub is the whole at balance, without the inertias of the wheels about their axes.
+An unbalanced wheel consists of balanced masses, a first moment q normal to its axis a (static imbalance) and products
+of inertia a phi' + phi a' (dynamic imbalance), all about its centre. The centre is at r from O, the centre of mass of
+the balanced satellite. Both vectors turn with the wheel: with t = a x q their rates are s t and s a x phi. The hub is
+the balanced satellite without the wheels' axial inertias.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from .. import naming
 
 @dataclass(frozen=True)
 class Balanced(Part):
-    """A balanced wheel by its absolute momentum about its axis.
+    """A balanced wheel whose state is its absolute momentum about its axis.
 
-    The hub has the inertia of body and wheel without that of the wheel about its axis.
+    The hub includes the wheel's inertia except the axial one.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Balanced(Part):
     inertia, momentum : Expr
         I_w about the axis, and h = I_w (s + w . a), with the speed s relative to the body.
     share : Expr
-        1 where the torque comes of the wheel, 0 where it comes from outside.
+        1 if the wheel exerts the torque, 0 if the torque is external.
     torque : Expr
         Of motor and bearing on the body, N m.
     """
@@ -54,14 +54,14 @@ class Balanced(Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Unbalanced(Balanced):
-    """A wheel with masses off its axis.
+    """An unbalanced wheel.
 
     Parameters
     ----------
     name, axis, inertia, momentum, share, torque
         As of a balanced one.
     angle, speed : Quantity
-        That it has turned, a state, and its rate s, a step.
+        Angle of the wheel, a state, and its rate s, a step.
     place : sympy.Matrix
         r, m.
     offset, across : sympy.Matrix
@@ -81,7 +81,7 @@ class Unbalanced(Balanced):
         return (Coordinate(self.speed, self.angle),)
 
     def imbalance(self) -> Aggregates:
-        """Return the share of what is off the axis."""
+        """Return the contribution of the imbalance."""
         a, r, q, speed = self.axis, self.place, self.offset, self.speed.symbol
         shifted = 2 * r.dot(q) * sp.eye(3) - q * r.T - r * q.T
         products = a * self.skew.T + self.skew * a.T
@@ -130,12 +130,12 @@ def speed(label: str) -> Quantity:
 
 
 def _across(axis: sp.Matrix, label: str, d: Derivation) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return two directions normal to an axis, each turned into the other by a quarter turn.
+    """Return two normals of an axis that are normal to each other.
 
     Notes
     -----
     Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin: Building an orthonormal basis, revisited. Journal of
-    Computer Graphics Techniques 6(1), 2017. It has a value for every axis.
+    Computer Graphics Techniques 6(1), 2017. The formula holds for every axis.
     """
     x, y, z = axis
     side = sp.Piecewise((sp.S.One, z >= 0), (-sp.S.One, True))

@@ -13,7 +13,7 @@ from ..naming import symmetric, vector
 from .rotors import Balanced, Unbalanced, unbalanced
 
 FEWEST = 3
-"""Smallest number of wheels: fewer leave an axis without torque, for which no law here is made."""
+"""Smallest number of wheels: with fewer, an axis has no torque, which no law supports."""
 
 
 @dataclass(frozen=True)
@@ -23,25 +23,25 @@ class Wheels:
     Attributes
     ----------
     labels : tuple of str
-        What each wheel is called in names.
+        Label of each wheel, used in names.
     states, inputs : tuple of Quantity
-        The absolute momentum of each about its axis, and the torque of its motor on the body.
+        Absolute momentum of each wheel about its axis, and its motor torque on the body.
     axes : sympy.Matrix
         The directions, a column each.
     inertia : tuple of Expr
         Their spin inertias.
     share : Expr
-        1 where the torques come of wheels, 0 where they come from outside.
+        1 if wheels exert the torques, 0 if the torques are external.
     start : tuple of Expr
         Momenta at the start.
     pseudoinverse : sympy.Matrix
-        Takes a torque on the body to the smallest torques of the motors.
+        Maps a torque on the body to the smallest motor torques.
     idle : sympy.Matrix
-        Projection on torques of the motors that do not turn the body: what moves momentum between wheels.
+        Projection on motor torques without effect on the body, which move momentum between wheels.
     locked : sympy.Matrix
-        What the wheels add to the inertia when they do not turn against the body.
+        Inertia that locked wheels add.
     imbalances : tuple of Unbalanced
-        The wheels with their masses off the axes; none of balanced ones.
+        Unbalanced wheels; empty for balanced ones.
     angles_at_start : tuple of Expr
         Angles that unbalanced wheels have turned at the start, rad.
     """
@@ -146,6 +146,6 @@ def has_lengths(plant: Group) -> Condition:
 
 
 def spanning(wheels: Wheels) -> Condition:
-    """Return the condition that the wheel axes span all directions: some three of them have a nonzero volume."""
+    """Return the condition that three of the wheel axes span all directions."""
     gram = wheels.axes * wheels.axes.T
     return Condition(gram.det(method="berkowitz"), "the wheels' axes wheel_axes lie in a plane")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Efficient form of the equations of `plant`: O(N), without a large matrix.
+"""Efficient form of the equations in `plant`, with O(N) operations and without a large matrix.
 
-`ball` assembles bobs on ball joints from parts. For pendulums by angles `hull` lumps constant masses and holds the six
-equations that are solved, and `angles` says what a pendulum adds to them; `linear` factorises and solves.
+`ball` assembles bobs on ball joints from parts. For pendulums described by angles, `hull` has the six equations of
+hull and lumped masses, `angles` the contribution of each pendulum, and `linear` the solution.
 """

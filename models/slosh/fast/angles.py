@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Efficient form of (9)-(16) for pendulums described by angles: O(N), without a large matrix.
+"""Efficient form of (9)-(16) for pendulums described by angles, with O(N) operations and without a large matrix.
 
-The equations (15), (16) are solved for the angle accelerations and put into the hull's balances (arrow elimination),
-each in the frame of its pendulum; what is left is one symmetric 6 x 6 system. The two conventions of inertia differ in
-what a pendulum brings to it: rotors geared to the angles (the paper's), or a rigid bob on hinges.
+Equations (15), (16) are solved for the angular accelerations in each pendulum's frame and inserted into the hull's
+balances (arrow elimination). One symmetric 6 x 6 system remains. The conventions of inertia differ in each pendulum's
+contribution: rotors geared to the angles (the paper's), or a rigid bob on hinges.
 
 The axes of a pendulum's frame are e_x, e_t = (0, S, C) through the bob and e_n = (0, C, -S). In it s = -c e_x + s e_t
 is the direction of the arm, e_phi = s e_x + c e_t that of phi and e_n that of theta. Body rates are W_n, W_t, and
@@ -69,7 +69,7 @@ class Swing:
     phi_rate, theta_rate : Expr
         rad/s.
     wn, wt, w, p, chi : Expr
-        Rates in the pendulum's frame and of the arm, rad/s.
+        Rates in the pendulum's frame and rates of the arm, rad/s.
     nu_chi, squared : Expr
         nu chi and p^2 + nu^2, rad^2/s^2.
     """
@@ -173,7 +173,7 @@ def bias_in_body(force: Sequence[Expr], turning: Sequence[Expr], roll: Expr, nam
 
 
 def along_arm(a: Pendulum, arm: Arm, hull: Lump, name: Namer) -> tuple[Expr, Expr, list[Expr], list[Expr]]:
-    """Return the arm tension's terms: reaction without unknowns, e G_x, and entries x-. and t-.."""
+    """Return the terms of the arm's tension: reaction without unknowns, e G_x, and entries x-. and t-.."""
     swing = name.swing
     lead = name("eG1_", arm.lever * hull.g1, "centripetal acceleration of the pivot", "m/s^2")
     pull = name(

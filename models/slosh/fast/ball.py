@@ -26,7 +26,7 @@ class Fuel(Bob):
     Parameters
     ----------
     number : int
-        Of the pendulum; the rest are those of a `Bob`.
+        Number of the pendulum; the other fields are those of a `Bob`.
     """
 
     number: int = 0
@@ -36,13 +36,13 @@ class Fuel(Bob):
 
 
 def fuel(pendulum: Pendulum) -> Fuel:
-    """Return the bob of a pendulum."""
+    """Return the part that represents a pendulum."""
     a = pendulum
     return Fuel(f"bob{a.name}", a.mass, a.length, (a.pivot, 0, 0), a.damping, a.inertia, number=int(a.name))
 
 
 def slip_symbols(pendulum: Pendulum) -> tuple[sp.Symbol, ...]:
-    """Return the symbols of s' of a pendulum, which its part defines."""
+    """Return the symbols of s' that the part of a pendulum defines."""
     return tuple(sp.Symbol(f"{fuel(pendulum).name}_de{axis}", real=True) for axis in AXES)
 
 

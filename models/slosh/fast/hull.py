@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Efficient form for pendulums by angles: one small symmetric set of equations for the hull.
+"""Symmetric 6 x 6 equations of the hull for pendulums described by angles.
 
-A pendulum of mass m, length l and moment of inertia I with D = m l^2 + I pulls at its pivot P as a constant mass
-m I/D would, plus terms that depend on its direction. The constant masses are lumped with hull and fixed fuel; C is the
-centre of mass of the lump, at x_C. The unknowns are the acceleration a_C of C, the roll acceleration and two components
-of G = Omega' x e_x + Omega x (Omega x e_x), so that every point of the x axis has the acceleration a_C + (x - x_C) G.
-With them the lump's own matrix is diagonal and constant.
+The force of a pendulum on its pivot is that of a constant mass m I/D, with D = m l^2 + I, plus terms that depend on
+its direction. Constant masses, hull and fixed fuel form the lump, whose centre of mass C is at x_C. The unknowns are
+the acceleration a_C of C, the roll acceleration and two components of G = Omega' x e_x + Omega x (Omega x e_x), so
+that every point of the x axis has the acceleration a_C + (x - x_C) G. In these unknowns the matrix of the lump is
+diagonal and constant.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Lump:
     xy, xz : Expr
         W1 W2 and W1 W3, 1/s^2.
     gyration : tuple of (Expr, Expr)
-        Velocity terms of the roll, G_y and G_z equations: constant and product of rates.
+        Velocity terms in the equations of roll, G_y and G_z: a constant and a product of rates.
     applied : tuple of Expr
-        Force, roll moment, and moments about C as they go with G_y and G_z.
+        Force, roll moment, and moments about C in the order of G_y and G_z.
     """
 
     mass: Expr
@@ -65,7 +65,7 @@ class Arm:
     ratio : Expr
         m l/D, 1/m.
     lumped, moving : Expr
-        m I/D and m^2 l^2/D: the part of m that acts as a mass at the pivot and the rest, kg.
+        m I/D and m^2 l^2/D: the share of m that acts as a mass at the pivot, and the remainder, kg.
     lever : Expr
         Pivot from C, m.
     """
@@ -200,24 +200,24 @@ class Balance:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Accelerations, and the hull's equations for their inverse.
+    """Accelerations, and the hull's equations, with which laws invert them.
 
     Attributes
     ----------
     centre : Expr
         C on the x axis, whose acceleration a_C is an unknown, m.
     products : tuple of Expr
-        What G_y and G_z are beside Omega_z' and -Omega_y', 1/s^2.
+        Differences of G_y from Omega_z' and of G_z from -Omega_y', 1/s^2.
     direct : bool
-        Whether Omega_z' and -Omega_y' are the unknowns in place of G_y and G_z.
+        True if Omega_z' and -Omega_y' are the unknowns in place of G_y and G_z.
     balance : Balance
         K X + n = applied.
     factors : Factors
-        Of K's leading block, which goes with a_C.
+        Factors of K's leading block, which belongs to a_C.
     linear, angular, acceleration : tuple of Expr
         V', Omega' and the acceleration a of O.
     bobs : tuple of Expr
-        Accelerations of the pendulums, one after the other.
+        Accelerations of all pendulums in order.
     """
 
     centre: Expr

@@ -49,7 +49,7 @@ def law_constraints(
 
 
 def _largest_correction(bob: Pendulum, inertia: str, c: Group) -> Expr:
-    """Return a bound on a pendulum's effect on the eigenvalues of f: sum of m r |c|^2/D^2, with D_theta >= I."""
+    """Return a bound on a pendulum's effect on the eigenvalues of f, the sum of m r |c|^2/D^2 with D_theta >= I."""
     whole = bob.mass * bob.length**2 + bob.inertia
     if inertia == "ball":
         return bob.mass * c.r9 * (1 + bob.mass * bob.length * sp.Abs(bob.pivot) / whole) ** 2

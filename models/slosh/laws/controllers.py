@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two Lyapunov laws, equations (27)-(36).
 
-A law is found from its function V alone: dV/dt along the reduced model (20)-(26) is linear in the inputs,
-V' = A + B u1 + C u2 + (f u345 + g).Omega (29), and the inputs (31)-(36) make the terms that they multiply negative.
-The printed u1 = w1 B, u2 = w2 C have the wrong sign for positive gains; what is derived here is u1 = -w1 B, u2 = -w2 C.
+Each law follows from its function V. Along the reduced model (20)-(26) dV/dt is linear in the inputs: V' = A + B u1 +
+C u2 + (f u345 + g).Omega (29). The inputs (31)-(36) make their terms negative. The printed u1 = w1 B, u2 = w2 C have
+the wrong sign for positive gains; the derivation gives u1 = -w1 B, u2 = -w2 C.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Form:
 
 @dataclass(frozen=True)
 class Law:
-    """A law and the system that it was derived from.
+    """A Lyapunov function and the inputs of its law.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ def hull_rates(axial: Expr, attitude: Sequence[sp.Symbol]) -> dict[sp.Symbol, Ex
 
 
 def lyapunov_v2(c: Group, axial: Expr, attitude: Sequence[sp.Symbol], angles: Sequence[Expr], d: Derivation) -> Law:
-    """Derive the law of V2, which involves the hull only: (28), (34)-(36)."""
+    """Derive the law (34)-(36) of V2 (28), which involves only the hull."""
     value = hull_value(c, attitude)
     named = _renamed(attitude, angles)
     form = placed(derivative_form(value, hull_rates(axial, attitude)), named)
@@ -135,7 +135,7 @@ def lyapunov_v1(
     terms: Sequence[tuple[Expr, Form]],
     d: Derivation,
 ) -> Law:
-    """Derive the law of V1, which also weighs the pendulums' rates: (27), (31)-(33).
+    """Derive the law (31)-(33) of V1 (27), which also weights the pendulums' rates.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def lyapunov_v1(
     axial : Expr
         a_x (19).
     attitude, angles : sequence
-        Symbols of the attitude angles, and what they stand for.
+        Symbols of the attitude angles, and their expressions.
     terms : sequence of (Expr, Form)
         The pendulums' terms of V1 and their part of (29).
     d : Derivation

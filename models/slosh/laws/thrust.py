@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From demanded accelerations to thrust direction and moments within the gimbal limits.
+"""Conversion of demanded accelerations to thrust direction and moments within the gimbal limits.
 
-The thrust F is constant, so a_x cannot be demanded: it is what remains of F once the lateral force is served. The
-force f = q + P a_x is affine in a_x and |f| = F gives a quadratic, of which the larger root is taken. Moments are
-found last, from the thrust that really acts, so that the demanded Omega' is met even where the lateral demand is not.
+The thrust F is constant, so a_x follows from F and the lateral force. The force f = q + P a_x is affine in a_x, and
+|f| = F is a quadratic equation, whose larger root is used. Moments are computed last from the acting thrust: the
+demanded Omega' is met even if the lateral demand is not.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Inputs:
     lateral : Expr
         Demanded force across x, N.
     excess : Expr
-        How much of it is beyond the thrust, N; zero for a feasible demand.
+        Lateral demand in excess of the thrust, N; zero for a feasible demand.
     """
 
     command: tuple[Expr, ...]
@@ -155,7 +155,7 @@ COMMANDED = Group(
 
 
 def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
-    """Limit delta2, then delta1 for the remaining z force; new moments preserve Omega'."""
+    """Limit delta2, then delta1 for the remaining z force, and recompute the moments that give Omega'."""
     d.section("Gimbal limits")
     *moments, angle1, angle2 = COMMANDED.symbols
     delta2 = _clip(angle2, p.delta2_max)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pendulum terms of V1 (27) and of its derivative (29).
 
-Each weighs a rate squared, and holds a product with Omega that cancels the coupling of that rate to Omega'. The printed
-products lack factors (m_i, parts of l^2), so that (29) would not hold; here they are the rows of (25), (26) themselves.
+Each term contains a weighted squared rate and a product with Omega that cancels the rate's coupling to Omega'. The
+printed products lack factors (m_i, parts of l^2), so that (29) would not hold; here they come from (25), (26).
 
 With D the inertia of the pendulums' rates q and c their coupling to Omega', V1 = 1/2 (r1 v_y^2 + r2 v_z^2 + r3 a_1^2 +
-r5 a_2^2 + r7 a_3^2 + Omega^T f Omega) + 1/2 sum m r (q + c^T Omega/D)^2, with f of (29): V1 is positive exactly where
-f is.
+r5 a_2^2 + r7 a_3^2 + Omega^T f Omega) + 1/2 sum m r (q + c^T Omega/D)^2, with f of (29): V1 is positive definite if
+and only if f is.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def ball_form() -> tuple[Expr, Form, sp.Matrix]:
     form : Form
         Its derivative.
     rest : sympy.Matrix
-        What k_x, k_y, k_z in it stand for: the terms without accelerations of D s'' + row = lambda s.
+        Meaning of k_x, k_y, k_z in it: the terms without accelerations in D s'' + row = lambda s.
     """
     turned = angular_acceleration.cross(direction) + rate.cross(_slip)
     relative = dict(zip((*arm_acceleration, *arm_rate), (*turned, *(_slip + rate.cross(direction))), strict=True))

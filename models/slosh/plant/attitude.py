@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Attitude of the body by the paper's small angles, 3-2-1 angles or a quaternion.
 
-The paper takes a_j' = Omega_j, which holds for small angles only. The 3-2-1 angles (roll a_1, pitch a_2, yaw a_3) are
-singular at a_2 = +-90 degrees; the quaternion nowhere.
+The paper uses a_j' = Omega_j, which holds only for small angles. The 3-2-1 angles (roll a_1, pitch a_2, yaw a_3) are
+singular at a_2 = +-90 degrees; the quaternion has no singularity.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class Attitude:
     rates : mapping of str to tuple of Expr
         Their rates, by name of the kinematics; the first is the default.
     angles : tuple of Expr
-        The three attitude angles that the laws look at.
+        The three attitude angles that the laws use.
     start : tuple of Expr
         States at the initial angles of a scenario.
     projected : tuple of Expr
-        States put back on their manifold.
+        States after projection to their manifold.
     """
 
     states: tuple[Quantity, ...]

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bob on a frictionless ball joint by its arm's direction s: an extension of the paper without singularity.
+"""Bob on a ball joint, described by the arm's direction s: an extension of the paper without singularity.
 
-The bob does not spin about its arm, so its rotation holds I/2 |sigma|^2 with sigma = s' + Omega x s, the inertial rate
-of s; T depends on s and sigma alone and needs no chart. Damping is R = eps/2 |s'|^2, that is
-eps/2 (phi'^2 + sin^2 phi theta'^2): it acts on the motion of the bob relative to the hull. Unlike eps/2 (phi'^2 +
-theta'^2) of (8) it does not see the turning of an arm about itself. With I = 0 and eps = 0 this is the pendulum of the
-other two conventions.
+The bob does not spin about its arm, so its rotational energy is I/2 |sigma|^2 with the inertial rate sigma = s' +
+Omega x s. T depends only on s and sigma and needs no chart. The dissipation R = eps/2 |s'|^2 = eps/2 (phi'^2 + sin^2
+phi theta'^2) depends on motion relative to the hull. Unlike eps/2 (phi'^2 + theta'^2) of (8), it ignores rotation of
+the arm about itself. With I = 0 and eps = 0 all three conventions agree.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ _slip_rate = sp.Matrix(sp.symbols(r"\ddot{s}_{ix} \ddot{s}_{iy} \ddot{s}_{iz}", 
 
 @functools.cache
 def contribution() -> Contribution:
-    """Derive a pendulum's contribution by (1)-(3) with Cartesian s; its equations lack the multiplier of |s| = 1.
+    """Derive a pendulum's contribution by (1)-(3) with Cartesian s, without the multiplier of |s| = 1.
 
     Returns
     -------
@@ -76,7 +75,7 @@ def tangential_rows() -> sp.Matrix:
 
 @functools.cache
 def arm_equation() -> sp.Matrix:
-    """Return sigma' for given a and Omega', the counterpart of (25), (26).
+    """Return sigma' for given a and Omega', as (25), (26) do for angles.
 
     row = D sigma' + rest = lambda s, and (sigma.s)' = 0 gives lambda.
     """
@@ -88,7 +87,7 @@ def arm_equation() -> sp.Matrix:
 
 
 def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
-    """Return the meanings of the generic symbols for pendulum k."""
+    """Return the values of the generic symbols for pendulum k."""
     generic = (GENERIC.mass, GENERIC.length, GENERIC.pivot, GENERIC.inertia, GENERIC.damping)
     values = (pendulum.mass, pendulum.length, pendulum.pivot, pendulum.inertia, pendulum.damping)
     states = (*direction_quantities(k), *arm_rate_quantities(k))

@@ -2,8 +2,8 @@
 """Equations of motion (1)-(17) for any number of pendulums, with energy and momentum.
 
 The kinetic energy is a sum over hull, fixed fuel and pendulums, so each part is derived once and the pendulum's part is
-copied for every pendulum. What is derived here is linear in the accelerations and implicit; the right-hand side is
-evaluated in another form (fast/) that has to agree with it.
+copied for every pendulum. The derived equations are implicit and linear in the accelerations. The right-hand side
+uses another form (fast/), which generation checks against them.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def hull_momentum(p: Group) -> tuple[Expr, ...]:
 
 
 def hull_wrench(p: Group) -> tuple[Expr, ...]:
-    """Return the terms of hull and fixed fuel on the left sides of (9)-(14)."""
+    """Return the hull's and fixed fuel's terms on the left sides of (9)-(14)."""
     force, moment = (galilean(side) for side in kirchhoff(hull_energy(p), velocity, rate, frame_rates()))
     return (*force, *moment)
 
@@ -89,7 +89,7 @@ _BALANCES = (
 def show_equations(p: Group, part: Contribution, rows: Sequence[tuple[str, Expr]], d: Derivation) -> None:
     """Show the derivation: energy, dissipation and equations of motion with their numbers.
 
-    A pendulum's terms stand once, with the index i; the balances hold their sums over i.
+    A pendulum's terms appear once, with index i; the balances contain their sums over i.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One spherical pendulum by its angles, (5)-(8), and its terms in (9)-(16), for generic symbols.
+"""One spherical pendulum in angles, (5)-(8), and its terms in (9)-(16), in generic symbols.
 
-The bob hangs at phi from -x with azimuth theta, from z towards y. Its inertia term is a modelling choice:
-`paper` gives it the rates (phi', 0, theta') beside the body's, as two rotors geared to the angles; `hinge` takes the
-angular velocity of the arm itself.
+The bob hangs at phi from -x with azimuth theta, from z towards y. Its inertia term is a modelling choice: `paper`
+uses the rates (phi', 0, theta') relative to the body, as of two rotors geared to the angles; `hinge` uses the angular
+velocity of the arm.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def contribution(inertia: str) -> Contribution:
     Raises
     ------
     ModelError
-        If V remains in the equations: it must drop out once they are written with a = V' + Omega x V (17).
+        If V remains in the equations; with a = V' + Omega x V (17) it must cancel.
     """
     m, length, pivot = GENERIC.mass, GENERIC.length, GENERIC.pivot
     turning = {phi: phi_rate, theta: theta_rate}
@@ -94,7 +94,7 @@ def contribution(inertia: str) -> Contribution:
 
 
 def _own_rate(inertia: str) -> sp.Matrix:
-    """Return omega_i of (5): the paper's choice, or that of an arm on hinges about -x and the rotated y axis."""
+    """Return omega_i of (5): the paper's, or that of an arm on hinges about -x and the rotated y axis."""
     if inertia == "paper":
         return sp.Matrix([phi_rate, 0, theta_rate])
     return phi_rate * sp.Matrix([0, sp.cos(theta), -sp.sin(theta)]) - theta_rate * sp.Matrix([1, 0, 0])
@@ -115,7 +115,7 @@ def galilean(left: sp.Matrix) -> sp.Matrix:
 
 
 def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
-    """Return the meanings of the generic symbols for pendulum k."""
+    """Return the values of the generic symbols for pendulum k."""
     values = (pendulum.mass, pendulum.length, pendulum.pivot, pendulum.inertia, pendulum.damping)
     generic = (GENERIC.mass, GENERIC.length, GENERIC.pivot, GENERIC.inertia, GENERIC.damping)
     states = (*angle_quantities(k), *angle_rate_quantities(k))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Equilibrium and reduced model, (18)-(26): the hull's accelerations are inputs, a_x is constant.
 
-The pendulums' equations (15), (16) are diagonal in their own accelerations, so they are solved one by one.
+Equations (15), (16) are diagonal in the pendulums' accelerations and are solved one by one.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class AngleEquation:
     inertia, bias : Expr
         D and k.
     force, moment : sympy.Matrix
-        g and c: how the accelerations of O and of the axes enter.
+        g and c, the coefficients of the accelerations of O and of the axes.
     """
 
     inertia: Expr
@@ -46,17 +46,17 @@ class AngleRow:
     Attributes
     ----------
     name, latex : str
-        "phi1" and how it is printed.
+        Name, such as "phi1", and LaTeX.
     pendulum : Pendulum
-        Whose angle it is.
+        Pendulum of the angle.
     speed : Symbol
         Rate of the angle.
     row : AngleEquation
-        Named parts.
+        The equation in named coefficients.
     generic : AngleEquation
-        The same in the symbols of pendulum i, for differentiation.
+        The equation in the generic symbols, for differentiation.
     names : mapping
-        What the generic symbols stand for.
+        Values of the generic symbols.
     """
 
     name: str
@@ -70,7 +70,7 @@ class AngleRow:
 
 @functools.cache
 def generic_rows(inertia: str) -> tuple[AngleEquation, AngleEquation]:
-    """Split the derived equations (15), (16) by the accelerations, in which they are linear."""
+    """Split the derived equations (15), (16) into coefficients of the accelerations."""
     rows = []
     for left, second in zip(contribution(inertia).rows, angle_acceleration, strict=True):
         zero = dict.fromkeys((*ACCELERATIONS, *angle_acceleration), sp.S.Zero)
@@ -83,7 +83,7 @@ def generic_rows(inertia: str) -> tuple[AngleEquation, AngleEquation]:
 
 
 def _shorten(expr: Expr, turned: bool = False) -> Expr:
-    """Simplify by sin^2 + cos^2 = 1; with `turned`, use the rates W_t and W_n in the pendulum's plane."""
+    """Simplify with sin^2 + cos^2 = 1; if `turned`, use the rates W_t and W_n of the pendulum's frame."""
     S, C = sp.sin(theta), sp.cos(theta)
     if turned:
         along, across = sp.symbols("W_t W_n", real=True)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bodies with mass: three points, optionally with rods.
 
-A uniform rod that stretches evenly moves linearly from end to end, so that its kinetic energy is
-m (v_i.v_i + v_i.v_j + v_j.v_j)/6. With half of each rod at either end that is (m/2)(v_i.v_i + v_j.v_j)/2 less
-m |v_j - v_i|^2/12: about the centre of mass all sums over bodies are sums over rods with mu_ij = m_i m_j/M - m/6. These
-are those of three points of other masses, sum of products of the mu over the mu across. So a triangle of rods with mass
-moves as one of points does, and the paper's kinematics hold in it.
+The velocity of a uniform, evenly stretched rod is linear from end to end. Its kinetic energy is m (v_i.v_i + v_i.v_j
++ v_j.v_j)/6, which equals that of half its mass at each end minus m |v_j - v_i|^2/12. About the centre of mass, sums
+over bodies are therefore sums over rods with mu_ij = m_i m_j/M - m/6. Three point masses have the same mu_ij: each is
+the sum of products of the mu, divided by the opposite mu. A triangle of rods with mass therefore moves like one of
+point masses, and the paper's kinematics hold.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ ENDS = ((1, 2), (2, 0), (0, 1))
 
 @dataclass(frozen=True)
 class Bodies:
-    """Equivalent point masses of the triangle; the masses of rods are distributed over them.
+    """Point masses that are equivalent to the triangle with its rods.
 
     Attributes
     ----------
     masses : tuple of Expr
-        Of three points that move about their centre as the triangle does.
+        Masses of three points that move like the triangle about its centre.
     lumps : tuple of Expr
-        Mass at each corner with half of its rods: these have the triangle's centre of mass.
+        Mass at each corner with half of its rods, which give the triangle's centre of mass.
     reduced : tuple of Expr
         mu_ij of the ends of rod k: sums over bodies about their centre are sums over rods with these.
     """
@@ -53,7 +53,7 @@ def bodies(p: Group, masses: str, rods: str, d: Derivation) -> Bodies:
     p : Group
         The plant's parameters.
     masses : {"equal", "general"}
-        One mass for all three, or m1, m2, m3; so the rods.
+        One mass for all three, or m1, m2, m3; likewise for the rods.
     rods : {"light", "uniform"}
         Without mass or with.
     d : Derivation

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's laws as references of rod rates, with forces that track them, and thrust.
+"""The paper's laws, converted to rod forces that track their rod rates, and thrust.
 
-A law of the paper says how the shape is to change, and with it at which rates the rods are to move. The forces make the
-rods' rates approach those exponentially, with all that acts along the rods taken off by the model: computed forces.
+A law of the paper determines the rate of the shape and thereby the rod rates. The forces make the rod rates approach
+these exponentially; the model compensates all other effects along the rods (computed forces).
 """
 
 from __future__ import annotations
@@ -83,11 +83,11 @@ def with_forces(
     Parameters
     ----------
     law : Controller
-        Whose command are the rates of zeta and mu.
+        Law that commands the rates of zeta and mu.
     rod_rates : sequence of Expr
-        Rates of the rods as a function of those.
+        Rod rates as functions of the rates of zeta and mu.
     plant : Plant
-        What is inverted.
+        Plant to invert.
     tracking : Group
         Parameters that are added to the law's.
     d : Derivation
@@ -108,8 +108,8 @@ def with_forces(
 def with_thrust(law: Controller, motion: Motion, plant: Plant, parameters: Group) -> Controller:
     """Add thrusters that compensate the gravity torque and remove angular momentum.
 
-    The thrust m_i J X_i is that of a rigid turn: it pushes the centre of mass nowhere and no rod along itself. m_i X_i
-    is the sum of m_i m_j/M (X_i - X_j) over its rods, which holds for rods with mass too.
+    The thrust m_i J X_i acts like a rigid rotation: it neither moves the centre of mass nor stretches a rod. m_i X_i
+    is the sum of m_i m_j/M (X_i - X_j) over its rods, also for rods with mass.
     """
     own = Group("c", (*law.parameters.quantities, *parameters.quantities))
     torque = -own.k_H * MOMENTUM.symbol - plant.torque

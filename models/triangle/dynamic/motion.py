@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Positions and velocities of the masses in axes along rod 3, from lengths, rates and angular momentum.
+"""Positions and velocities of the masses in axes along rod 3, from rod lengths, rod rates and angular momentum.
 
 Mass 1 is the origin, mass 2 lies on the first axis and mass 3 above it. Two positions X, V of the plane are sufficient.
 The rotation follows from the angular momentum H = sum m_i X_i x X_i', which is linear in the rate of these axes.
@@ -24,7 +24,7 @@ class Motion:
     Attributes
     ----------
     bodies : Bodies
-        What has mass.
+        The bodies with mass.
     places : tuple of Matrix
         X_i from the centre of mass.
     rods : tuple of Matrix
@@ -32,7 +32,7 @@ class Motion:
     inertia : Expr
         Moment of inertia about the centre of mass.
     turns : tuple of Expr
-        Rate at which each rod turns in the plane; the third is that of the axes.
+        Angular rate of each rod in the plane; the third is the rate of the axes.
     cosines : tuple of Expr
         Cosine of the angle at each mass.
     """

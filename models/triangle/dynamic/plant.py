@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Newton's law for three masses with rod forces, thrusters, and an orbit's gravity gradient.
 
-The length of a rod obeys l^2 = D . D. Differentiated twice, with D'' = A the difference of its ends' accelerations,
-that is l'' = l omega^2 + e . A, where omega is the rate at which the rod turns and e its direction. What acts across
-the rods moves the angular momentum only.
+The length of a rod obeys l^2 = D . D. Let D'' = A be the difference of its ends' accelerations, omega its angular
+rate and e its direction. Then l'' = l omega^2 + e . A. Forces normal to the rods only change the angular momentum.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ class Plant:
     free : tuple of Expr
         Accelerations of the lengths without forces of rods and thrusters.
     torque : Expr
-        Of gravity about the centre of mass.
+        Gravity torque about the centre of mass.
     rhs : tuple of Expr
         Rates of all states.
     """
@@ -89,7 +88,7 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
     Parameters
     ----------
     motion, field
-        Where the masses are, and gravity there.
+        Positions of the masses, and gravity.
     d : Derivation
         Receives the steps.
     """
@@ -119,7 +118,7 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
 
 
 def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
-    """Return E M^-1 E^T with E = dl/dX: the accelerations of all lengths by the force of each rod."""
+    """Return E M^-1 E^T with E = dl/dX, the accelerations of all lengths per force in each rod."""
     m = motion.bodies.masses
     matrix = sp.zeros(3, 3)
     for k, (i, j) in enumerate(ENDS):
@@ -168,7 +167,7 @@ def _torque(motion: Motion, field: Gravity) -> Expr:
 
 
 def kinetic(motion: Motion, drift: tuple[Expr, Expr]) -> Expr:
-    """Return the kinetic energy: a sum over rods, and that of the centre of mass."""
+    """Return the kinetic energy, a sum over rods plus that of the centre of mass."""
     about = sp.Add(
         *(
             mass * (rate**2 + (length * turn) ** 2)

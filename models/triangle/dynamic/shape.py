@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shape and attitude, as in the paper, of the dynamic triangle, from rod lengths and the direction of rod 3."""
+"""The paper's shape and attitude of the dynamic triangle, from rod lengths and the direction of rod 3."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def polar() -> tuple[Expr, Expr]:
 
 
 def first_state(s: Group, start: tuple[Expr, ...]) -> tuple[Expr, ...]:
-    """Return the state with the scenario's rods and attitude, and zero work of the thrust."""
+    """Return the initial state: the scenario's rods and attitude, and zero work of the thrust."""
     rho, phi, size, _ = start
     aside = Derivation()
     stretched = stretch(aside)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names of the states and inputs of the triangle with masses that forces move."""
+"""Names of the states and inputs of the dynamic triangle."""
 
 from __future__ import annotations
 

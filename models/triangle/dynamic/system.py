@@ -53,8 +53,9 @@ _ENERGIES = (
     Quantity("potential", "J", "potential energy in the gravity gradient"),
 )
 _IN_LINE = sp.Rational(1, 10**9)
-"""Margin relative to all rods below which masses count as collinear; angles then differ by at most 1e-4 from a
-line's. Without it, cancellation in the rates ends most runs as not finite."""
+"""Relative margin below which masses count as collinear; angles then differ from a line's by at most 1e-4. Without
+this limit most collinear runs end as not finite, because the rates lose all digits.
+"""
 _LIMITS = (
     Condition(
         sp.Min(*(sum(lengths) - 2 * length for length in lengths)) - _IN_LINE * sum(lengths),
@@ -64,7 +65,7 @@ _LIMITS = (
 
 
 def dynamic(masses: str, rods: str) -> System:
-    """Derive the triangle whose masses are moved by rod forces.
+    """Derive the triangle with masses that rod forces move.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ def _forceful(
 
 
 def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
-    """Return the paper's scenarios without expected results, those of this model, and all metrics."""
+    """Return the paper's scenarios without expected results, this model's scenarios, and all metrics."""
     paper, shared = read_scenarios(_HERE.parent / "scenarios.toml")
     further, costs = read_scenarios(_HERE / "scenarios.toml")
     runs = (*(dataclasses.replace(run, expect={}) for run in paper), *further)
@@ -153,7 +154,7 @@ def _runs(masses: str) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
 
 
 def _by_mass(run: Scenario) -> Scenario:
-    """Give each mass the value of a scenario's single mass."""
+    """Replace a scenario's single mass by three equal ones."""
     others = {name: value for name, value in run.values.items() if name != "mass"}
     each = {f"m{k}": run.values["mass"] for k in (1, 2, 3) if "mass" in run.values}
     return dataclasses.replace(run, values=others | each)

@@ -27,6 +27,8 @@ static double web_margins[WEB_MARGINS + 1], web_derived[WEB_NC + 1];
 static double web_t[WEB_ROWS], web_record_x[WEB_ROWS * WEB_NX + 1], web_record_u[WEB_ROWS * WEB_NU + 1];
 static double web_record_u_cmd[WEB_ROWS * WEB_NU + 1], web_record_y[WEB_ROWS * WEB_NY + 1];
 static double web_record_z[WEB_ROWS * WEB_NZ + 1];
+static double web_x_seen[WEB_SEEN + 1], web_r_seen[WEB_NR + 1], web_v_seen[WEB_NU + 1], web_z_seen[WEB_NZ + 1];
+static double web_u_own[WEB_NU + 1], web_z_own[WEB_NZ + 1];
 static double web_shown[WEB_POINTS + 1];
 static double web_work[WEB_WORK];
 static mv_single web_single;
@@ -35,7 +37,8 @@ static mv_single web_single;
 double *WEB_EXPORT(web_array)(int32_t which)
 {
     double *const arrays[] = {web_p, web_c, web_s, web_ticks, web_margins, web_derived, web_t,
-                              web_record_x, web_record_u, web_record_u_cmd, web_record_y, web_record_z};
+                              web_record_x, web_record_u, web_record_u_cmd, web_record_y, web_record_z,
+                              web_x_seen, web_r_seen, web_u_own};
     return arrays[which];
 }
 
@@ -68,6 +71,8 @@ void WEB_EXPORT(web_start)(int32_t law, int32_t ticks, int32_t record_every, int
     s->schedule = (mv_schedule){web_ticks, ticks, record_every, hold_every, max_steps, 0, rtol, atol, 0.0, 0};
     s->model = l->model;
     s->model.p = web_p, s->model.c = web_c, s->model.s = web_s, s->model.e = web_noise;
+    if (l->own) s->model.u_own = web_u_own, s->model.z_own = web_z_own;
+    s->x_seen = web_x_seen, s->r_seen = web_r_seen, s->v_seen = web_v_seen, s->z_seen = web_z_seen;
     s->q = web_q, s->z = web_z;
     s->record_t = web_t, s->record_x = web_record_x, s->record_u = web_record_u;
     s->record_u_cmd = web_record_u_cmd, s->record_y = web_record_y, s->record_z = web_record_z;
@@ -83,7 +88,8 @@ void WEB_EXPORT(web_start)(int32_t law, int32_t ticks, int32_t record_every, int
 /* The numbers of the noise for a seed, with which the module begins. */
 void WEB_EXPORT(web_draw)(double seed) { mv_normals((uint64_t)seed, 0, WEB_EVALUATIONS, WEB_NE, web_noise); }
 
-/* Go on until so many ticks are done; returns how many are, or -1 when the run has ended before. */
+/* Go on until so many ticks are done; a law of the page has written u_own from x_seen and r_seen before. Returns how many
+ * are, or -1 when the run has ended before. */
 int32_t WEB_EXPORT(web_run)(int32_t until)
 {
     mv_run(&web_single, (mv_work *)web_work, until);

@@ -30,6 +30,12 @@ const wasm = new WebAssembly.Module(Buffer.from(text, "latin1"));
 console.log(JSON.stringify(WebAssembly.Module.imports(wasm)));
 """
 
+LAW = """
+w1 = -0.5*(rho - rho_ref)
+w2 = -min(k_phi, 1)*sin(phi - phi_ref)
+w3 = mu_ref - mu
+"""
+
 
 @pytest.fixture(scope="module")
 def node():
@@ -51,7 +57,8 @@ def page(tmp_path_factory):
 
     def written(model):
         if model not in pages:
-            pages[model] = export_web(model, tmp_path_factory.mktemp("page"))
+            texts = {"success": "T_theta < 20 and T_rho < 25", "own_law": LAW} if model == "triangle" else {}
+            pages[model] = export_web(model, tmp_path_factory.mktemp("page"), **texts)
         return pages[model]
 
     return written
@@ -247,11 +254,20 @@ def test_sliders_end_on_values_that_their_bounds_allow(model, browser, opened):
     assert browser.execute_script(ENDS) == []
 
 
+SHOWN = """
+return Object.values(Report.groups.run.charts).map(({ scales: { x }, data: [t, ...lines] }) =>
+  [x.min, x.max, t.length > 100, lines.every((line) => line.some((value) => value !== null))]);
+"""
+
+
 def test_the_address_holds_the_run_and_two_runs_lie_over_one_another(page, browser, opened):
     first = opened("triangle")
     count = len(browser.find_elements("css selector", "#plots .u-series"))
     browser.find_element("id", "keep").click()
     assert len(browser.find_elements("css selector", "#plots .u-series")) > count
+    assert {tuple(row) for row in browser.execute_script(SHOWN)} == {(0, 35, True, True)}
+    resize(browser, 1000)
+    assert {tuple(row) for row in browser.execute_script(SHOWN)} == {(0, 35, True, True)}
     browser.execute_script(SET, "theta_0", 0.25)
     other = eventually(browser, f"(d => d && d !== '{first}' && d)(document.documentElement.dataset.done)")
     address = browser.current_url
@@ -272,6 +288,43 @@ def test_the_address_holds_the_run_and_two_runs_lie_over_one_another(page, brows
         eventually(browser, "document.getElementById('refusal').textContent")
         assert why in browser.find_element("id", "refusal").text
         assert not browser.find_element("id", "run").is_displayed()
+
+
+PRESS = "document.querySelector(`[data-preset=${arguments[0]}]`).click()"
+TYPE = """
+const text = document.getElementById("text");
+text.value = arguments[0];
+text.dispatchEvent(new Event("input"));
+"""
+
+
+def test_presets_and_a_typed_law_which_agrees_with_the_script_it_prints(browser, opened):
+    first = opened("triangle")
+    other = f"(d => d && d !== '{first}' && d)(document.documentElement.dataset.done)"
+    browser.execute_script(PRESS, "fails")
+    fails = eventually(browser, other)
+    assert browser.find_element("id", "verdict").text == "the same bits"
+    assert "T_theta < 20 and T_rho < 25 is not so" in browser.find_element("id", "outcome").text
+    browser.execute_script(PRESS, "own")
+    own = eventually(browser, f"(d => d !== '{fails}' && d)({other})")
+    script, address = browser.find_element("id", "script").get_property("textContent"), browser.current_url
+    given = {}
+    exec(script, given)
+    ends = browser.execute_script(
+        "return Object.fromEntries(Report.groups.run.charts.flatMap(({ panel: { lines }, data: [, ...values] }) =>"
+        " lines.map(({ name }, k) => [name, values[k].at(-1)])))"
+    )
+    there = {name: float(given["run"][name][-1]) for name in ends if name in given["run"]}
+    assert {"theta", "theta_error"} < set(there)
+    assert {name: ends[name] for name in there} == pytest.approx(there, rel=1e-9, abs=1e-12)
+    browser.execute_script(TYPE, LAW.replace("mu_ref - mu", "mu_rof - mu"))
+    eventually(browser, "document.getElementById('refusal').textContent")
+    assert "line 4, column 6: mu_rof is no name" in browser.find_element("id", "refusal").text
+    browser.get("about:blank")
+    browser.get(address)
+    assert eventually(browser, "document.documentElement.dataset.done") == own
+    browser.execute_script(PRESS, "first")
+    assert eventually(browser, f"(d => d === '{first}' && d)(document.documentElement.dataset.done)")
 
 
 def test_a_zoom_outlasts_the_next_run(browser, opened):

@@ -12,6 +12,7 @@ def places(craft, **values):
     """Return the points of each shape of a craft, at states and parameters that differ from their defaults."""
     system = craft.system()
     at = {q.symbol: q.default for q in (*system.parameters, *system.scenario_parameters)}
+    at |= {q.symbol: 0 for q in system.inputs}
     start = {q.symbol: sp.sympify(v).subs(at) for q, v in zip(system.states, system.initial, strict=True)}
     steps = {step.symbol: step.expr for step in system.steps if hasattr(step, "symbol")}
     own = {q.symbol: values[q.name] for q in (*system.states, *system.inputs) if q.name in values}
@@ -58,6 +59,20 @@ def test_wheels_show_their_axes_and_thrusters_their_jets():
     assert np.allclose(tail, 0)
     assert np.allclose(head / np.linalg.norm(head), (0, 1, 0))
     assert np.allclose(at["jet"], [(-0.5, 0, 0), (-0.5 - head[1] / 2, 0, 0)])
+
+
+def test_torques_are_arrows_and_a_ball_shows_how_fast_a_wheel_turns():
+    built = craft("free")
+    built.add(Wheel("wheel", axis=(0, 3, 0), inertia=0.02, torque_limit=0.1, speed_limit=50.0))
+    built.add(Torquer("T"))
+    at = places(built, wheel_torque=-0.05, wheel_speed=25.0, Tx=0.008, Ty=0.0, Tz=0.006)
+    tip = at["wheel"][1]
+    assert np.allclose(at["wheel torque"], [tip, 0.75 * tip])
+    assert np.allclose(at["wheel speed"], tip / 2)
+    tail, head = at["T"]
+    assert np.allclose(tail, 0)
+    assert np.allclose(head / np.linalg.norm(head), (0.8, 0.0, 0.6))
+    assert np.linalg.norm(tip) / 2 < np.linalg.norm(head) < np.linalg.norm(tip)  # about what turns the hub noticeably
 
 
 @pytest.mark.parametrize("motion", ["attitude", "plane"])

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Search for a run of a page that does not succeed: one parameter away from a run that does."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mehvar.base.errors import InputError
+from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.model.model import Model
+from mehvar.runtime.run.metrics import metrics
+from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.simulate import Run, simulate
+
+from .cases import Case
+
+_FACTORS = (1.25, 0.8, 1.5, 0.5, 2.0, 0.25)
+"""Of a parameter, the nearest first. The search takes some ten runs for each of the parameters at most."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A run that does not succeed.
+
+    Attributes
+    ----------
+    case : int
+        Place of the run that succeeds.
+    name, value
+        The parameter that differs, and its value.
+    text : str
+        What happens, in words.
+    checksum : str
+        Of the run on this machine.
+    """
+
+    case: int
+    name: str
+    value: float
+    text: str
+    checksum: str
+
+
+def failure_of(model: Model, cases: Sequence[Case], success: str | None) -> Failure | None:
+    """Return the first run found that does not succeed, or None.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    cases : sequence of Case
+        Runs of its page; the first that succeeds is varied.
+    success : str, optional
+        A condition as of `mehvar batch --success`; without it a run succeeds that reaches its end.
+
+    Raises
+    ------
+    InputError
+        If the text is no condition on metrics of the model.
+    """
+    criterion = None if success is None else Criterion(success)
+    if criterion is not None:
+        criterion.check_names({name: metric.unit for name, metric in model.manifest.metrics.items()}, {})
+    for place, case in enumerate(cases):
+        if _succeeds(case.run, model, criterion):
+            return next(_failures(model, place, case, criterion), None)
+    return None
+
+
+def _failures(model: Model, place: int, case: Case, criterion: Criterion | None) -> Iterator[Failure]:
+    law, scenario = case.run.controller, case.run.scenario
+    values = case.run.parameters.values
+    names = [q.name for q in (*law.parameters, *model.manifest.scenario_parameters, *model.manifest.parameters)]
+    free = [name for name in names if values[name] and name not in (law.period, law.delay, *case.formulas)]
+    for factor in _FACTORS:
+        for name in free:
+            value = float(f"{values[name] * factor:.4g}")
+            run = _run(model, law.name, scenario.name, name, value)
+            if run is not None and not _succeeds(run, model, criterion):
+                yield Failure(place, name, value, _text(run, model, criterion), run.checksum)
+
+
+def _run(model: Model, law: str, scenario: str, name: str, value: float) -> Run | None:
+    """Return a run with another value, or None where bounds or constraints refuse it."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return simulate(model, law, scenario, {name: value})
+    except InputError:
+        return None
+
+
+def _succeeds(run: Run, model: Model, criterion: Criterion | None) -> bool:
+    if criterion is None:
+        return run.status is Status.DONE
+    numbers = metrics(run, model.manifest)
+    return bool(criterion.succeeds(np.array([run.status]), lambda name: np.array([numbers[name]]))[0])
+
+
+def _text(run: Run, model: Model, criterion: Criterion | None) -> str:
+    if criterion is None or run.status is not Status.DONE:
+        return run.reason
+    numbers: dict[str, Any] = metrics(run, model.manifest)
+    units = {name: metric.unit for name, metric in model.manifest.metrics.items()}
+    parts = [f"{name} = {numbers[name]:.4g} {units[name]}".removesuffix(" 1") for name in sorted(criterion.names)]
+    return f"{criterion.text} is not so: {', '.join(parts)}"
