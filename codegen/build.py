@@ -35,7 +35,7 @@ class Assembly(Protocol):
 
 
 def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
-    """Generate a system in the cache, unless it is there already, and return its folder.
+    """Return the cached generated folder of a system; generate the system if the cache lacks it.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def _run() -> None:
 
 
 def _how_to_install(module: str) -> str:
-    """Return the command that installs one of our dependencies; other packages get none."""
+    """Return the command that installs one of mehvar's dependencies; empty for other packages."""
     from mehvar.base.versions import extra_of, required
 
     package = module.partition(".")[0]

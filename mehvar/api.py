@@ -48,13 +48,13 @@ if TYPE_CHECKING:
 
 
 def build(system: System | Spacecraft | Callable[[], System], backend: BackendName | None = None) -> Model:
-    """Generate a system that was made in Python, and load it. The cache keeps earlier results.
+    """Generate a system defined in Python, and load it. Results are cached.
 
     Parameters
     ----------
     system : System, Spacecraft or callable
-        What is generated, or a function that returns a System: within it, `min(p, 1)` and other branches on a symbol
-        are refused with file and line.
+        The system, or a function that returns it. Branches on symbols in the function, such as `min(p, 1)`, are
+        refused with file and line.
     backend : {"c", "python"}, optional
         As of `mehvar.load`.
 
@@ -85,7 +85,7 @@ def simulate(
     memory: ArrayLike | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Integrate one loop: closed by a law of the model or by your own law in Python, or open.
+    """Simulate one run: closed with a law of the model, closed with your own Python law, or open.
 
     Parameters
     ----------
@@ -93,24 +93,24 @@ def simulate(
         Name of a model, a generated folder, or a loaded model.
     controller : str or callable
         A law of the model by name; or a function law(t, x) -> u, or law(t, x, z) -> (u, z_next) with `memory`. `x` is
-        an array with named elements, as in `x.roll`, and named references; it is the sensor's measurement where the
-        model has a sensor and there is a period. None for an open loop.
+        an array with named elements, as in `x.roll`, and named references. If the model has a sensor and `period` is
+        given, `x` is the measurement. None for an open loop.
     scenario : str, optional
         Default: the model's first scenario.
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name; an array for a vector or a matrix of parameters.
     initial : mapping, optional
-        States with another start than the scenario's.
+        Initial states that differ from the scenario's.
     inputs : mapping or xarray.Dataset, optional
-        For an open loop: inputs by name, each a number, a pair (t, values) of arrays or a function of t, zero unless
-        named; or the result of an earlier run, whose commands are given again.
+        For an open loop: inputs by name, each a number, a pair (t, values) of arrays or a function of t; default:
+        zero. Or the result of an earlier run, whose commands are repeated.
     interpolation : {"hold", "linear"}, optional
-        What an array means between its instants; default: "hold".
+        Interpolation of arrays between their instants; default: "hold".
     period : float, optional
-        Time in s between evaluations of a function of state or time, whose result is held in between. Without it, a
-        function is continuous: it is evaluated for every slope.
+        Time in s between evaluations of a Python law or input, whose result is held in between. Without it the
+        function is continuous and is evaluated for every slope.
     memory : array_like, optional
-        What a function keeps, before the first sample.
+        Initial memory of a Python law.
     **options
         Options of the run, as in `t_end=5.0` (`mehvar simulate` has a table of them), choices of the model, as in
         `plant="reduced"`, parameters by name, as in `disturbance=0.001`, and `progress`, `law` and `origin` as in
@@ -125,7 +125,7 @@ def simulate(
     Raises
     ------
     InputError
-        For anything unknown, out of bounds or infeasible.
+        If a name is unknown, a value is out of bounds, or a start is infeasible.
     LawError
         If a function fails, or returns an invalid input; the message has the instant and the value.
     """
@@ -175,7 +175,7 @@ def batch(
     report: BatchProgress | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Integrate many closed loops.
+    """Simulate many closed loops.
 
     Parameters
     ----------
@@ -193,14 +193,15 @@ def batch(
     inputs, interpolation, period, memory
         As in `simulate`; the same in all runs. What is not held needs a period.
     vary : mapping of str to str, optional
-        Names of parameters or initial states to distributions, as in `{"m1": "normal(50, 2)"}`, with units as in
-        `"uniform(10 deg, 20 deg)"`; or to a list of values, one for each run, which also says how many runs there are.
+        Distributions of parameters or initial states by name, as in `{"m1": "normal(50, 2)"}`, with units as in
+        `"uniform(10 deg, 20 deg)"`. Or a list of values, one per run, whose length is the number of runs.
     points : pandas.DataFrame, mapping or path, optional
-        Points of your own: a column for each varied name and a row for each run; a path is a CSV file with these names.
+        Your own points: a column per varied name and a row per run; a path names a CSV file.
     design : {"grid"}, optional
         Every combination of the lists of `vary`, the last name fastest.
     seed : int, optional
-        Seed of all random numbers; default: 0. Run i of a seed is the same run wherever and however it is computed.
+        Seed of all random numbers; default: 0. Run i of a seed is the same on every machine and with any number of
+        threads.
     sampling : str, optional
         Design of the drawn points: "random", "latin", "sobol" or "saltelli"; default: "random".
     save : float, optional
@@ -210,18 +211,18 @@ def batch(
     resume : bool
         Continue the store `out`.
     success, until : str, optional
-        What a run must fulfil to succeed, as in "T_theta < 20"; when to stop, as in "ci(success) < 0.01", or "decided"
-        for when each requirement is.
+        Condition for success, as in "T_theta < 20". Condition to stop, as in "ci(success) < 0.01", or "decided" to
+        stop when each requirement is decided.
     require, confidence : mapping of str to str, float, optional
-        Requirements on all runs by name, and the confidence they are decided with; see `mehvar.require`.
+        Requirements on all runs by name, and the confidence of their verdicts; see `mehvar.require`.
     strict : bool
-        Stop at a run whose drawn values are not allowed, instead of marking it `impossible`.
+        Stop at a run with invalid drawn values, instead of marking it `impossible`.
     threads : int, optional
         Default: all processors.
     scheduler : str or distributed.Client, optional
         A dask cluster that computes the runs.
     report : callable, optional
-        Called at the start and after each block with runs stored, runs in all, and runs that did not reach their end.
+        Called at the start and after each block with the numbers of stored runs, all runs, and runs that ended early.
     **options
         `t_end`, `dt_out`, `method`, ... and choices as in `simulate`, `profile`, or parameters by name.
 
@@ -234,7 +235,7 @@ def batch(
     Raises
     ------
     InputError
-        For anything unknown, out of bounds or infeasible.
+        If a name is unknown, a value is out of bounds, or a start is infeasible.
     OSError
         If the store cannot be written; `resume=True` continues from its blocks.
     """
@@ -387,7 +388,7 @@ def posed_batch(
     save: float | None = None,
     **options: Any,
 ) -> tuple[Campaign, OwnLaw | None]:
-    """Return the campaign of a batch, and its Python law if it has one; see `batch`."""
+    """Return the campaign of a batch and its Python law, if any; see `batch`."""
     origin = "the call"
     check_arguments("text", origin, scenario=scenario)
     check_arguments("mapping", origin, parameters=parameters, initial=initial, vary=vary)
@@ -424,14 +425,13 @@ def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
     Parameters
     ----------
     path : path
-        A `.nc` file that `save` or `mehvar simulate --out` wrote, or the folder that a batch wrote, whose values are
-        read on use. Or an orbit in an `.oem` or an attitude in an `.aem` file. The other formats are for other
-        programs.
+        A `.nc` file from `save` or `mehvar simulate --out`; the folder of a batch, whose values are read on use; an
+        orbit in an `.oem` file; or an attitude in an `.aem` file.
 
     Raises
     ------
     InputError
-        If there is no such file, or it is no result in NetCDF, no store and no message.
+        If the path does not exist or is none of these.
     """
     if isinstance(path, str | os.PathLike) and os.path.isdir(path):  # noqa: PTH112 - pathlib raises for a name that is too long
         return open_store(path).dataset()
@@ -441,7 +441,7 @@ def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) -> dict[str, str]:
-    """Return all dispersions as texts: distributions, lists of values, grids of lists, and the user's own points."""
+    """Return all dispersions as texts: distributions, lists, grids of lists, and the user's own points."""
     if design is not None and not (isinstance(design, str) and design == "grid"):
         raise bad_value("design", design, '"grid"; sampling has the designs of drawn points', "the call")
     own = {} if points is None else table(points, "the call")
@@ -453,7 +453,7 @@ def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) ->
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
     """Return distributions in the units of their variables.
 
-    Values that are not texts pass unchanged; a later check refuses them.
+    Values of other types pass unchanged; a later check refuses them.
     """
     units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
     return {

@@ -33,8 +33,8 @@ class Save(_Table):
 class CampaignFile(_Table):
     """Contents of a campaign file, overridden by the command line. `Campaign` defines the valid values.
 
-    `set` takes parameters, options and choices as `--set` does, `vary` distributions as `--vary` does, `initial`
-    states, `require` requirements by name. A text may be a number with a unit; this also holds for `t_end` and `save`.
+    `set` has parameters, options and choices as in `--set`, `vary` distributions as in `--vary`, `initial` states,
+    and `require` requirements by name. A text may be a number with a unit, also in `t_end` and `save`.
     """
 
     model: str
@@ -55,7 +55,7 @@ class CampaignFile(_Table):
     require: dict[str, str] = {}
 
     def under(self, flags: Mapping[str, Any]) -> CampaignFile:
-        """Return the campaign with values of the command line; entries of `set` and `vary` are merged by name."""
+        """Return the campaign with values of the command line; `set` and `vary` are merged by name."""
         tables = {name: {**getattr(self, name), **flags.get(name, {})} for name in ("set", "vary")}
         return self.model_copy(update={**flags, **tables})
 
@@ -97,14 +97,13 @@ def _number(value: Any, units: Mapping[str, str], name: str, origin: str) -> Any
 def read_campaign(path: Path) -> CampaignFile:
     """Read a campaign file. Relative paths in it refer to its own folder.
 
-    `model` is a name that comes with mehvar or is of the project that the file is in, or else a folder; a relative one
-    counts from the file's folder, and so does `out`. What is called like a known model is reached as "./NAME".
+    `model` is a model of mehvar or of the file's project, or a folder. Relative folders, also in `out`, start at the
+    file's folder. Write "./NAME" for a folder with the name of a known model.
 
     Raises
     ------
     InputError
-        For a file that cannot be read, is not TOML, or says something that is not understood; the message names the
-        field.
+        If the file cannot be read, is not TOML, or has an invalid field, which the message names.
     """
     try:
         file = CampaignFile.model_validate(parse_toml(path.read_text(encoding="utf-8-sig")))
@@ -125,7 +124,7 @@ _KINDS = {
     **dict.fromkeys(("string_type", "path_type"), "a text"),
     "literal_error": either(DESIGNS),
 }
-"""Messages for pydantic's error types in a TOML file. The only literal field is the sampling design."""
+"""Messages for pydantic's error types in a TOML file; the only literal field is the sampling design."""
 
 
 def _sentence(item: dict[str, object]) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""HTML pages of mehvar: one template environment that escapes all texts and prints formulas as MathML."""
+"""Templates of HTML pages, with escaped texts and formulas as MathML."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
     template : str
         File below `mehvar/templates`; it may include others by their path from there.
     filters : mapping of str to callable
-        What the template uses beyond `mathml` and `words`, which are `typeset` and `typeset_within`.
+        Further filters besides `mathml` and `words`, which are `typeset` and `typeset_within`.
     **content
-        What it is about.
+        Variables of the template.
     """
     text = _environment(frozenset(filters.items())).get_template(template).render(content)
     return text.replace(_FONT_PLACE, _formula_font(text), 1)
@@ -62,7 +62,7 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
 
 @functools.lru_cache(maxsize=8)
 def _environment(filters: frozenset[tuple[str, Callable[..., Any]]]) -> jinja2.Environment:
-    """Return the template environment with some filters; it is cached because compiling templates is slow."""
+    """Return the template environment with given filters, cached because compiling templates is slow."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
         autoescape=True,
@@ -78,7 +78,7 @@ def _environment(filters: frozenset[tuple[str, Callable[..., Any]]]) -> jinja2.E
 def _formula_font(text: str) -> str:
     """Return the style that embeds a font for a page's formulas; empty for a page without formulas.
 
-    A browser lowers subscripts and stretches brackets by the table of a font for mathematics, which many systems lack.
+    Browsers need a font with mathematical tables for subscripts and brackets, which many systems lack.
     """
     formulas = "".join(re.findall(r"<math\b.*?</math>", text, re.DOTALL))
     signs = frozenset(html.unescape(re.sub(r"<[^>]*>", "", formulas)))
@@ -90,7 +90,7 @@ def _formula_font(text: str) -> str:
 
 @functools.lru_cache(maxsize=16)
 def _font(signs: frozenset[str]) -> bytes:
-    """Return the font with only the given characters; without fontTools the whole font, six times as large."""
+    """Return the font reduced to the given characters; without fontTools the whole font, six times as large."""
     try:
         from fontTools import subset
         from fontTools.ttLib import TTFont

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments of the command line: completion of names, and settings NAME=VALUE."""
+"""Arguments of the command line: completion of names, and reading of settings NAME=VALUE."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from mehvar.runtime.units import read_value, setting_units
 
 
 def whole(text: str) -> int:
-    """Return a whole number from the command line; refuse Python's form `1_0`."""
+    """Return an integer from the command line; refuse Python's form `1_0`."""
     value = number(str(text))
     if not isinstance(value, int):
         raise typer.BadParameter(f"{text!r} is not a whole number.")
@@ -69,7 +69,7 @@ def complete_inputs(ctx: typer.Context, incomplete: str) -> list[tuple[str, str]
 
 
 def _parameters(ctx: typer.Context, manifest: Manifest) -> dict[str, str]:
-    """Return the parameters by name, of the law in the command or of all laws."""
+    """Return the parameters of the law in the command, or of all laws, by name."""
     laws = manifest.controllers
     law = laws.get(ctx.params.get("controller") or "")
     groups = [q.parameters for q in ((law,) if law else laws.values())]
@@ -89,9 +89,9 @@ def _of_model(ctx: typer.Context, kind: str, incomplete: str) -> list[str]:
 
 
 def _manifest(ctx: typer.Context) -> Manifest | None:
-    """Return the manifest of the model in the command; None on errors, as completion shows no messages.
+    """Return the manifest of the model in the command; None on errors, because completion shows no messages.
 
-    While the option to complete has no value yet, click leaves the preceding arguments in `ctx.args`.
+    If the option to complete has no value yet, click leaves the preceding arguments in `ctx.args`.
     """
     try:
         return find_model(ctx.params.get("model") or next(iter(ctx.args), ""))
@@ -127,7 +127,7 @@ def required_law(manifest: Manifest, controller: str | None) -> str:
 
 
 def check_names(names: Iterable[str], manifest: Manifest) -> None:
-    """Refuse, in one message, names that are neither options nor parameters of any law of a model."""
+    """Refuse names that are neither options nor parameters of any law of a model, in one message."""
 
     def check(name: str) -> None:
         if name not in known:
@@ -145,7 +145,7 @@ def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str,
     texts : iterable of str, optional
         NAME=VALUE each.
     flag : str
-        What they were given with.
+        Option that gave them.
     """
     settings: dict[str, str] = {}
     for text in texts or ():
@@ -164,7 +164,7 @@ def read_values(texts: Iterable[str] | None, manifest: Manifest) -> dict[str, fl
     Raises
     ------
     InputError
-        For a text of another form than NAME=VALUE, a name given twice, or a unit of another kind.
+        If a text is not NAME=VALUE, a name occurs twice, or a unit has the wrong dimension.
     """
     units = setting_units(manifest)
     values: dict[str, float | str] = {}

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Terminal output: tables, progress bars, messages, and readers that close a pipe early.
+"""Terminal output: tables, progress bars, messages, closed pipes.
 
-Rich is imported at the first print with it; `mehvar --version` does not need it.
+The library rich is imported on first use; `mehvar --version` does not need it.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ Line = tuple[int, "Text"]
 """A line of text and its indentation."""
 
 _ENDLESS = re.compile(r"(\S{200})\S{600,}(\S{200})")
-"""Characters above which a name in a message is shortened: more than users type."""
+"""Number of characters above which a name in a message is shortened, more than users type."""
 _NARROWEST = 40
-"""Smallest width for a line's text; on narrower terminals, words are cut."""
+"""Smallest width of a line's text; narrower terminals cut words."""
 
 PAGE = 80
 """Width of long texts: the default width of a terminal."""
@@ -41,7 +41,7 @@ _GAP = 2
 _INDENT = 4
 """Indentation of a text below its cells."""
 _TEXT = 36
-"""Smallest width of readable text: half of it holds three words a line."""
+"""Smallest width of readable text; half of it holds three words per line."""
 
 
 class Advance(Protocol):
@@ -52,7 +52,7 @@ class Advance(Protocol):
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table; without a width limit if the output is not a terminal."""
+    """Print a table, without a width limit if the output is not a terminal."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -69,7 +69,7 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 
 def print_folded(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table in several parts that each fit a page and repeat the first column."""
+    """Print a table in parts that fit a page and repeat the first column."""
     cells = list(zip(columns, *rows, strict=True))
     widths = [max(map(len, column)) for column in cells]
     first, parts, free = cells[0], [], 0
@@ -104,7 +104,7 @@ def print_entries(title: str, columns: Sequence[str], rows: Sequence[Sequence[st
 
 
 def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
-    """Return cells in columns; a cell beyond the last width keeps its own."""
+    """Return cells in columns; cells beyond the last width are not padded."""
     return (" " * _GAP).join(cell.ljust(width) for cell, width in zip(cells, [*widths, 0], strict=False))
 
 
@@ -115,7 +115,7 @@ def _styled(text: str, style: str) -> Text:
 
 
 _WIDTH = 110
-"""Width of a report in a notebook; wider output scrolls."""
+"""Width of a report in a notebook, in which wider output scrolls."""
 
 
 def print_lines(lines: Iterable[Line]) -> None:
@@ -152,7 +152,7 @@ def html_text(lines: Iterable[Line]) -> str:
 
 
 class BatchMeter:
-    """Progress of a batch: finished runs, rate since the first report, and runs that ended early."""
+    """Progress of a batch: finished runs, rate, and runs that ended early."""
 
     def __init__(self, advance: Advance) -> None:
         self._advance = advance
@@ -174,7 +174,7 @@ class BatchMeter:
 
 @contextmanager
 def cell_progress(title: str) -> Iterator[Advance | None]:
-    """Show a progress bar below a notebook's cell; yield its update function, elsewhere None."""
+    """Show a progress bar below a notebook cell and yield its update function; elsewhere yield None."""
     if not in_notebook():
         yield None
         return
@@ -186,7 +186,7 @@ def cell_progress(title: str) -> Iterator[Advance | None]:
 def progress(title: str) -> Iterator[Advance]:
     """Show a progress bar on a terminal or in a notebook; yield its update function (done, total, what).
 
-    Until the first call the duration is unknown: the bar shows activity and the elapsed time.
+    Until the first call the bar shows activity and elapsed time.
     """
     with cell_progress(title) as advance_cell:
         if advance_cell is not None:
@@ -229,13 +229,13 @@ def progress(title: str) -> Iterator[Advance]:
 
 @contextmanager
 def working(what: str) -> Iterator[None]:
-    """Show that work of unknown length is running, with the bar of `progress`."""
+    """Show the bar of `progress` during work of unknown length."""
     with progress(what):
         yield
 
 
 class _Screen(io.StringIO):
-    """Output stream that keeps colours as a terminal does."""
+    """Output stream that keeps colours like a terminal."""
 
     def isatty(self) -> bool:
         """Return True, so that colours are kept."""
@@ -266,7 +266,7 @@ def print_json(facts: object) -> None:
 
 
 def finite(value: object) -> object:
-    """Return facts with infinity and NaN as texts, which JSON can hold."""
+    """Return facts with infinity and NaN as texts, because JSON lacks them."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):
@@ -300,12 +300,12 @@ def interruptible() -> Iterator[None]:
 
 
 def warn_in_a_line() -> None:
-    """Show a warning as its message only: source lines do not help on the command line."""
+    """Show only the message of a warning, without source lines."""
     warnings.formatwarning = lambda message, *_, **__: f"mehvar: {message}\n"
 
 
 def let_readers_leave() -> None:
-    """Continue silently if the reader closes the output early, as in `mehvar show slosh | head -3`."""
+    """Ignore output after the reader has closed it, as in `mehvar show slosh | head -3`."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout = _Output(sys.stdout)
     if isinstance(sys.stderr, io.TextIOWrapper):

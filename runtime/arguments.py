@@ -29,7 +29,7 @@ _TYPES: Mapping[Argument, tuple[Callable[[object], bool], str]] = {
 
 
 def number(text: str) -> int | float | None:
-    """Return the number in a text, or None; forms that only Python accepts, such as `1_0`, are refused."""
+    """Return the number in a text, or None. Forms that only Python accepts, such as `1_0`, are refused."""
     if text.isascii() and "_" not in text:
         for kind in (int, float):  # a whole number exactly; as a float above 2^53 it would lose digits
             with contextlib.suppress(ValueError):
@@ -55,7 +55,7 @@ def literals_are_numbers(tree: ast.AST, text: str) -> bool:
 
 
 def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None:
-    """Refuse arguments of a wrong type; None means that an argument is not given.
+    """Refuse arguments of a wrong type; None stands for a missing argument.
 
     Parameters
     ----------
@@ -64,12 +64,12 @@ def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None
     origin : str
         How error messages call the arguments.
     **arguments
-        By name.
+        Arguments by name.
 
     Raises
     ------
     InputError
-        For the first that is something else.
+        For the first argument of another type.
     """
     holds, allowed = _TYPES[kind]
     for name, value in arguments.items():
@@ -78,7 +78,7 @@ def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None
 
 
 def check_units(data: xarray.Dataset, units: Mapping[str, str], origin: str) -> None:
-    """Refuse variables of a dataset with another unit than the model's, and dates or durations.
+    """Refuse variables of a dataset whose unit differs from the model's, and dates or durations.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def check_units(data: xarray.Dataset, units: Mapping[str, str], origin: str) -> 
     Raises
     ------
     InputError
-        For the first that is in something else.
+        For the first variable with another unit.
     """
     for name, unit in units.items():
         if data[name].dtype.kind in "mM":  # as a number such an instant counts nanoseconds

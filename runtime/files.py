@@ -21,12 +21,12 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     Parameters
     ----------
     path : path
-        The file to be written; an old one of that name stays untouched until the new one is complete.
+        File to write; an old file stays unchanged until the new one is complete.
 
     Yields
     ------
     pathlib.Path
-        Where the block writes. It is removed when the block raises.
+        Path for the block's output, removed if the block raises an error.
 
     Raises
     ------
@@ -54,19 +54,19 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def check_folder(folder: str | os.PathLike[str], maker: str = "", names: Iterable[str] = ()) -> None:
-    """Refuse, before the work, a folder that cannot be written.
+    """Refuse an unwritable folder before the work starts.
 
     Parameters
     ----------
     folder : path
-        Made later if it does not exist.
+        Folder, created later if it does not exist.
     maker, names : str
-        The command with its subject, as `filling` records it, and the names that it writes there.
+        The command with its subject, as for `filling`, and the names that it writes.
 
     Raises
     ------
     InputError
-        If it is no folder, cannot be made or written, or has one of the names from elsewhere.
+        If it is not a folder, cannot be created or written, or has an entry of this name from another command.
     """
     target = Path(folder)
     there = next(place for place in (target, *target.absolute().parents) if place.exists())
@@ -94,7 +94,7 @@ def _makers(folder: Path) -> dict[str, str]:
 
 
 def check_file(path: str | os.PathLike[str]) -> None:
-    """Refuse, before the work, a file that cannot be written.
+    """Refuse an unwritable file before the work starts.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def check_file(path: str | os.PathLike[str]) -> None:
 
 
 _MAKERS = ".mehvar"
-"""File that records the command behind each entry of a folder; the same command may replace the entry."""
+"""File with the command that wrote each entry of a folder, which may replace the entry."""
 
 
 @contextmanager
@@ -120,19 +120,19 @@ def filling(folder: str | os.PathLike[str], maker: str) -> Iterator[Path]:
     Parameters
     ----------
     folder : path
-        Made if it does not exist; its other contents stay.
+        Folder, created if necessary; its other contents stay.
     maker : str
-        The command with its subject; entries of another command, or of the user, are not replaced.
+        The command with its subject; entries of other commands and of the user are not replaced.
 
     Yields
     ------
     pathlib.Path
-        Where the block writes. It is removed when the block raises.
+        Path for the block's output, removed if the block raises an error.
 
     Raises
     ------
     InputError
-        If a file of the same name is there that this command did not write.
+        If the folder has an entry of the same name that this command did not write.
     OSError
         If something cannot be written; the message names `folder`.
     """
@@ -163,7 +163,7 @@ def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:
     path : path
         The file.
     content : str or bytes
-        Text is written as UTF-8 with the line ends it has.
+        Content; text is written as UTF-8 with its own line ends.
     """
     with replacing(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exceptions of signal handlers, such as Ctrl-C, where Python would drop them or no interrupt is possible."""
+"""Exceptions of signal handlers, such as Ctrl-C: kept where Python drops them, delayed where interrupts are unsafe."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from typing import Any
 
 _SIGNALS = tuple(map(int, signal.valid_signals()))
 _PATIENCE = 2.0
-"""Seconds after which another signal interrupts at once. A slow disk takes half of this for a block; after twice this
-time, a program seems stuck."""
+"""Seconds after which another signal interrupts at once. A slow disk needs half of this for a block; twice as long
+would seem stuck.
+"""
 
 
 def is_of_handler(error: BaseException) -> bool:
@@ -29,10 +30,10 @@ def is_of_handler(error: BaseException) -> bool:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Delay signal handlers until the end of the block; after 2 s, another signal acts at once.
+    """Delay signal handlers until the end of the block; after 2 s another signal interrupts at once.
 
-    An exception inside `threading.Condition` leaves its lock taken for ever, and zarr, dask and thread pools wait by
-    such locks. Handlers run in the main thread: in other threads this does nothing.
+    An exception inside `threading.Condition` never releases its lock, and zarr, dask and thread pools use such locks.
+    Handlers run in the main thread; in other threads this function does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -67,10 +68,10 @@ def deferred() -> Iterator[None]:
 
 
 class KeptInterrupts:
-    """Keeps exceptions of handlers in callbacks of C and of weak references, because Python drops them there.
+    """Context that keeps exceptions of handlers in callbacks of C and of weak references, where Python drops them.
 
-    The block ends with that exception, whatever else it raises; `check` raises it earlier. Handlers run in the main
-    thread: in other threads this does nothing.
+    The block ends with that exception; `check` raises it earlier. Handlers run in the main thread; in other threads
+    this class does nothing.
     """
 
     def __init__(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Units in numbers of a run or batch, written as text: `30deg`, `uniform(5ms, 20ms)`."""
+"""Reader of numbers with units in text, such as `30deg` or `uniform(5ms, 20ms)`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _FACTOR = r"(?:°|[^\W\d]+)(?:(?:\^|\*\*)(?:-?\d|\(-?\d(?:/\d)?\)))?"
 _NUMBER = r"(?>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
-"""Pattern of a complete number: the `e` of 1e-3 is not the charge of an electron."""
+"""Pattern of a complete number, in which the `e` of 1e-3 is not the electron's charge."""
 
 _WITH_UNIT = re.compile(rf"([+-]?{_NUMBER})\s*((?:1?/\s*)?{_FACTOR}(?:(?:\s*[*/]\s*|\s+){_FACTOR})*)")
 """Pattern of a number with a unit: products of units with powers of one digit or a fraction, as in s^(1/2). Pint
@@ -38,12 +38,13 @@ _BASE = {
 """Pint's names of the SI base units, and of the radian, which counts as one."""
 
 _ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|arcsecond$|grade$")
-"""Pint's names of angles. Pint treats them as numbers, so 1 Hz or a count would pass as radians."""
+"""Pint's names of angles, which must be tested because pint treats them as numbers: 1 Hz or a count would pass as
+radians.
+"""
 
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
 _LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
-"""Distributions with arguments in the unit of the drawn value. Arguments of a lognormal are logarithms, covariances are
-squares."""
+"""Distributions whose arguments have the unit of the drawn value."""
 
 
 def setting_units(manifest: Manifest) -> dict[str, str]:
@@ -59,9 +60,9 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
     Parameters
     ----------
     names : str
-        A name, or several with commas between them.
+        Names, separated by commas.
     text : str
-        As in "uniform(10deg, 20deg)".
+        Text such as "uniform(10deg, 20deg)".
     units : mapping of str to str
         By name.
     origin : str
@@ -70,7 +71,7 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
     Raises
     ------
     InputError
-        For a unit that pint does not know, or that is of another kind.
+        If pint does not know a unit, or its dimension is wrong.
     """
     targets = {units.get(name.strip()) for name in names.split(",")}
     kind = text.partition("(")[0].strip()
@@ -81,21 +82,21 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
 
 
 def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
-    """Return the number in a command line text, in the unit of its name; other texts unchanged.
+    """Return the number in a text of the command line, converted to the unit of its name; other texts unchanged.
 
     Parameters
     ----------
     text : str
-        As in "0.5", "30deg" or "5 mN m"; only a command line writes numbers so.
+        Text such as "0.5", "30deg" or "5 mN m".
     unit : str, optional
-        What a number is in, where that is known.
+        Unit of the number, if known.
     name, origin : str
         For the message.
 
     Raises
     ------
     InputError
-        For a unit that pint does not know, or that is of another kind.
+        If pint does not know a unit, or its dimension is wrong.
     """
     value = number(text)
     if value is not None:
@@ -105,14 +106,14 @@ def read_value(text: str, unit: str | None = None, name: str = "value", origin: 
 
 
 def without_units(text: str, quantity: Callable[[float, str, str], str], name: str) -> str:
-    """Return a formula with its numbers with units replaced by other texts.
+    """Return a formula in which other texts replace numbers with units.
 
     Parameters
     ----------
     text : str
         As in "T_x < 2 min and final(roll) < 5 deg".
     quantity : callable
-        Returns what stands for a quantity: its number and unit in the SI, and its text.
+        Returns the replacement of a quantity, given number and unit in SI and its text.
     name : str
         For the message.
 
@@ -152,7 +153,7 @@ def _converted(text: str, number: str, given: str, unit: str, name: str, origin:
 
 @functools.cache
 def _units() -> UnitRegistry:
-    """Return pint's registry of units; it is loaded at first use, because this takes half a second."""
+    """Return pint's registry of units, loaded at first use because this takes half a second."""
     import pint
 
     units = pint.UnitRegistry()

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cache of derived models and compiled libraries. A folder's name is a hash of all inputs of its contents.
 
-An entry is complete or absent: it is filled under another name and then renamed. It holds the digests of its files, so
-that a damaged entry is detected and made again.
+An entry is filled under another name and then renamed, so that it is complete or absent. It stores digests of its
+files. A damaged entry is detected and made again.
 """
 
 from __future__ import annotations
@@ -21,12 +21,11 @@ from mehvar.base.errors import BuildError, InputError
 
 _DIGESTS = ".sha256"
 _PRIVATE, _WRITABLE = 0o700, 0o022
-"""File mode of new entries; mode bits that would let the group or others write."""
+"""File mode of new entries; mode bits for writing by group and others."""
 _OWN: list[Path] = []
 """Temporary folder of this process, after its first use."""
 _TRIES = 3
-"""Number of attempts to make an entry. A user may empty the cache during one attempt; a third failure has another
-cause."""
+"""Number of attempts to make an entry, because a user may empty the cache during an attempt."""
 
 
 def key(*parts: str) -> str:
@@ -53,9 +52,9 @@ def entry(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
     Parameters
     ----------
     kind : str
-        What it is, as in "libraries".
+        Kind of entry, such as "libraries".
     name : str
-        What it is of, with the `key` of all that its contents follow from.
+        Name of its subject with the `key` of all inputs.
     fill : callable
         Writes the files into the empty folder that it receives. It is called again if the cache is emptied meanwhile.
 
@@ -200,13 +199,13 @@ def _own_temporary() -> Path:
 
 
 def _exposure(folder: Path) -> str:
-    """Return a text that says how other users could have written to a folder; an empty text if they could not."""
+    """Return a description of how other users could have written to a folder, or an empty text."""
     status = folder.stat()
     return _writer(folder, status) if stat.S_ISDIR(status.st_mode) else "it is no folder"
 
 
 def _writer(path: Path, status: os.stat_result) -> str:
-    """Return words for the other users that may write to a file or a folder; an empty text if none may."""
+    """Return a description of the other users that may write to a file or folder, or an empty text."""
     if not hasattr(os, "getuid"):
         return ""  # a system without owners
     if status.st_uid != os.getuid():

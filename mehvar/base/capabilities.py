@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Table of capabilities: for each feature of a model, the operations that refuse it and the features that exclude it.
 
-Every refusal of a feature by name follows this table, and `python -m docs.site.capabilities` writes its page. A place
-takes what no row withholds.
+Every refusal of a feature by name follows this table, and `python -m docs.site.capabilities` writes its page. An
+operation accepts each feature that no row refuses.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -39,15 +39,15 @@ class Feature:
     Attributes
     ----------
     name : str
-        As in "has process noise".
+        Name, as in "has process noise".
     fields : tuple of str
         Fields of `System` and `Controller` that declare it.
     names : callable
-        From a manifest, and a law or none, what of it has the feature.
+        Returns the names of the parts of a manifest, and of an optional law, that have the feature.
     refused : tuple of Place
-        Places that refuse it by name.
+        Operations that refuse it by name.
     limited : mapping of Place to str
-        Places that take a part of it, and which.
+        Operations that accept a part of it, with a description of that part.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Feature:
     limited: Mapping[Place, str] = field(default_factory=dict)
 
     def listed(self, names: Names) -> str:
-        """Return the name of the feature and of the parts that have it; an empty text if the model lacks it."""
+        """Return the name of the feature and of the parts that have it, or an empty text."""
         texts = ", ".join(names) if not isinstance(names, bool) else ""
         return f"{self.name} ({texts})" if texts else self.name if names is True else ""
 
@@ -145,7 +145,7 @@ EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
 
 
 def withheld(manifest: Manifest, place: Place, law: Controller | None = None) -> str:
-    """Return the first feature of a model that an operation refuses; an empty text if it accepts all features."""
+    """Return the first feature of a model that an operation refuses, or an empty text."""
     present = (f.listed(f.names(manifest, law)) for f in FEATURES if place in f.refused)
     return next(filter(None, present), "")
 
@@ -156,7 +156,7 @@ def refuse(manifest: Manifest, place: Place, law: Controller | None = None) -> N
     Raises
     ------
     InputError
-        Naming the model, the feature with the parts that have it, and the place.
+        With the model, the feature, the parts that have it, and the operation.
     """
     for feature in FEATURES:
         feature.refuse(manifest, place, law)

@@ -13,7 +13,7 @@ from typing import Any
 _PATIENCE = 1.0
 """Delay before the progress bar appears, s. Most cells end earlier."""
 _REFRESH = 0.25
-"""Time between two updates of the bar, s: longer than a browser takes to draw, shorter than a person takes to read."""
+"""Time between updates of the bar, s, longer than a browser needs to draw one."""
 
 
 def heading(text: str) -> str:
@@ -52,7 +52,7 @@ def in_notebook() -> bool:
 
 
 class CellProgress:
-    """Progress bar below a cell of a notebook. It appears after a moment and disappears when the work ends."""
+    """Progress bar below a notebook cell, which appears after a moment and disappears when the work ends."""
 
     def __init__(self, title: str) -> None:
         self._title, self._what, self._share = title, "", ""

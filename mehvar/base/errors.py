@@ -20,9 +20,9 @@ class MehvarError(Exception):
     Attributes
     ----------
     exit_status : int
-        What the command line ends with: 2 for bad usage or input, 3 when the run itself failed.
+        Exit status of the command: 2 for bad usage or input, 3 for a failed run.
     resumable : bool
-        True where results so far are kept, and the same command continues from them.
+        True if results are kept and the same command continues from them.
     """
 
     exit_status = 2
@@ -51,7 +51,7 @@ class BuildError(MehvarError, RuntimeError):
 
 
 class Origin(str):
-    """Origin of a set of values, for messages. Some names may have an origin of their own.
+    """Origin of a set of values, for messages; single names may have other origins.
 
     Parameters
     ----------
@@ -91,9 +91,9 @@ def bad_value(field: str, value: object, allowed: str, origin: str = "") -> Inpu
     field : str
         Name of the parameter or argument.
     value : object
-        What was given.
+        The given value.
     allowed : str
-        What would have been right, as in "a number > 0".
+        Allowed values, as in "a number > 0".
     origin : str, optional
         Where the value came from, as in "--set" or "scenario paper".
     """
@@ -114,7 +114,7 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
     kind : str
         Its kind and place, as in "parameter", "controller of triangle" or "variable in metric T_theta".
     name : object
-        What was given.
+        The given value.
     known : iterable of str
         Every name that is allowed.
     origin : str, optional
@@ -129,12 +129,12 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
 
 
 def together(*checks: Callable[[], object]) -> None:
-    """Run several checks and raise all their refusals as one message, one line each.
+    """Run several checks and raise one error with all their messages, one per line.
 
     Raises
     ------
     InputError
-        If any check raises it; the other checks run anyway.
+        If any check raises it; all other checks still run.
     """
     errors = []
     for check in checks:
@@ -151,7 +151,7 @@ def together(*checks: Callable[[], object]) -> None:
 def shown(value: object) -> str:
     """Return a value as messages show it: on one line, shortened in the middle if it is long.
 
-    The `repr` of a long list fills the terminal, and Python refuses to spell out an integer of 5000 digits.
+    The `repr` of a long list would fill the terminal, and Python refuses to print an integer of 5000 digits.
     """
     try:
         text = repr(str(value) if isinstance(value, PurePath) else value)
@@ -162,7 +162,7 @@ def shown(value: object) -> str:
 
 
 _CONTROL = re.compile("[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
-"""Control characters: HTML and XML forbid them, and terminals obey them. Tabs and line ends are allowed."""
+"""Control characters, which HTML and XML forbid and terminals execute; tabs and line ends are allowed."""
 
 
 def printable(text: str) -> str:
@@ -171,6 +171,6 @@ def printable(text: str) -> str:
 
 
 def whence(origin: str, name: str = "") -> str:
-    """Return the words of a message about the origin of a value."""
+    """Return the part of a message that names the origin of a value."""
     source = origin.names.get(name, origin) if isinstance(origin, Origin) else origin
     return f" (from {source})" if source else ""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Schema of manifest.json: the description of a generated model.
 
-Generation writes these classes and the runtime reads them, through `schema`; neither depends on the other. A field that
-older manifests lack has a default, which stands for the older meaning when revisions are compared. A run refuses older
+Generation writes these classes and the runtime reads them, through `schema`; neither depends on the other. A field
+that older manifests lack has a default with the older meaning, for comparisons of revisions. Runs refuse older
 manifests.
 """
 
@@ -24,7 +24,7 @@ from mehvar.base.schema import Lower, SchemaError, Upper, json_key, json_text, p
 FILE = "manifest.json"
 SCHEMA = 1
 OPEN_LOOP = "none"
-"""Name that a run without a law has instead of a law's name. No law can have this name."""
+"""Name in place of a law's for a run without a law. No law can have this name."""
 Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """C file of a model, by purpose."""
 PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}
@@ -65,8 +65,8 @@ class Quantity:
 class Parameter:
     """A quantity with a default (a number, or a formula in other parameters) and bounds.
 
-    `readers` are the functions that depend on it, also by way of the reference; of `initial` and of a law's formulas,
-    which a user may override one by one, the elements, as in "initial.rho".
+    `readers` are the functions that depend on it, directly or through the reference. For `initial` and a law's
+    formulas, whose elements a user may override, they are elements such as "initial.rho".
     """
 
     name: str
@@ -114,7 +114,7 @@ class Choice:
     Parameters
     ----------
     name, description : str
-        What it is called, and one line for people.
+        Its name, and one line for people.
     values : tuple of str
         Two or more; the first is the default.
     """
@@ -171,19 +171,19 @@ class Controller:
     name, title : str
         Identifier and one line for people.
     memory : tuple of Quantity
-        What a sampled law keeps from one sample to the next; a continuous law's own integrated states.
+        Values that a sampled law keeps between samples, or integrated states of a continuous law.
     period : str or None
         Plant parameter that is the sampling period; None for a law that is continuous in time.
     delay : str or None
-        The law's own parameter that is the delay of the loop, in samples; None for a law that is not designed for one.
+        Parameter of the law with the delay of the loop in samples; None for a law without one.
     tolerates_loss : bool
-        Whether a sampled law keeps its memory finite when a measurement is not, and commands zero.
+        True if a sampled law commands zero and keeps its memory finite when a measurement is not finite.
     parameters : tuple of Parameter
         The vector c.
     constraints, warnings
-        Conditions that parameters must satisfy, and those they should satisfy, in words.
+        Required and recommended conditions on parameters, in words.
     outputs : tuple of Output
-        What the law reports.
+        Quantities that the law reports.
     events : tuple of Event
         Switching surfaces of a continuous law.
     """
@@ -242,19 +242,19 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that sums up a run.
+    """A number that summarises a run.
 
     Parameters
     ----------
     name, kind, unit, description : str
         `kind` is "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final" or
-        "events"; docs/reference/parameters-and-scenarios-toml.md says what each is.
+        "events"; docs/reference/parameters-and-scenarios-toml.md defines them.
     of : tuple of str
         Variables of the result, or differences of two as in "roll - ym_roll".
     band : float
         Settling band or dead band, in the unit of the variables.
     since, until : float
-        Part of the run that counts, s.
+        Time window of the metric, s.
     """
 
     name: str
@@ -322,10 +322,10 @@ def result_shape(function: str, result: Array, arguments: Sequence[Array]) -> tu
     Parameters
     ----------
     function : str
-        Its name, with the word `jac` in that of a derivative; the result J of `jac_ARG` is differentiated with respect
-        to ARG.
+        Its name. The name of a derivative contains `jac`; the result J of `jac_ARG` is differentiated with respect to
+        ARG.
     result : Array
-        One called `J_ARG` is differentiated with respect to ARG.
+        The result; `J_ARG` is differentiated with respect to ARG.
     arguments : sequence of Array
         Of the function.
     """
@@ -358,25 +358,25 @@ class Manifest:
     controllers, scenarios, metrics, choices, functions : mapping by name
         Laws, runs, criteria for runs, options with named values, and the generated functions.
     measured : tuple of Quantity
-        What laws receive in place of the state; none where they receive the state.
+        Measurements that laws receive in place of the state; empty if they receive the state.
     wiener, random_step : tuple of Quantity
         The Wiener processes of process noise, and the random numbers of a random step.
     delays : mapping of str to str
-        For inputs by name, the parameter that is the number of samples after which each acts.
+        For inputs by name, the parameter with the delay in samples.
     geometry : tuple of Shape
-        What a picture of the system shows.
+        Shapes in a picture of the system.
     events : tuple of Event
-        What happens where guards cross zero.
+        Events at zero crossings of guards.
     constraints, limits, reference_constant
-        Conditions on parameters and runs, in words; True where r does not depend on time.
+        Conditions on parameters and on runs, in words; True if r does not depend on time.
     limits_of_state : bool
-        True where limits do not depend on the input, in a system whose continuous loops integrate the state itself.
+        True if limits do not depend on the input and continuous loops integrate the state itself.
     versions : mapping of str to str
-        Of the libraries that derived it.
+        Versions of the libraries that derived it.
     inputs_sha256, files_sha256 : mapping of str to str
         SHA-256 of every source file it depends on and of every other file of its folder.
     shapes_sha256 : mapping of str to str
-        SHA-256 of each table with every number taken as zero; empty where new numbers need a new derivation.
+        SHA-256 of each table with all numbers set to zero; empty if new numbers need a new derivation.
     digest : str
         SHA-256 of the file without this entry.
     folder, text
@@ -450,7 +450,7 @@ class Manifest:
 
     @property
     def algebraic(self) -> bool:
-        """True if there are algebraic states. The row of `rhs` of such a state is zero along a run."""
+        """True if there are algebraic states, whose rows of `rhs` are zero along a run."""
         return "mass_diagonal" in self.functions
 
     @property
@@ -459,13 +459,13 @@ class Manifest:
         return "project" in self.functions and len(self.functions["project"].arguments) > 1
 
     def module_of(self, function: Function) -> str:
-        """Return the name of the Python file of a function: that of the C file, except for derivatives of rates."""
+        """Return the name of a function's Python file: as in C, except for derivatives of rates."""
         own = function.file == file_of(self.model, "jac")
         return file_of(self.model, "", "py") if own else function.file.removesuffix(".c") + ".py"
 
     @property
     def whole(self) -> Self:
-        """Return the manifest without split functions: Python and CasADi's C do not have these."""
+        """Return the manifest without split functions, which Python and CasADi's C lack."""
         functions = {name: f for name, f in self.functions.items() if not f.internal}
         return replace(self, functions=functions)
 
@@ -483,8 +483,8 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
     Raises
     ------
     InputError
-        If the file is missing, is not JSON, has another schema, a field is missing, not known or of a wrong kind, or
-        its parts do not fit together.
+        If the file is missing or is not JSON of this schema, a field is missing, unknown or of a wrong type, or parts
+        contradict each other.
     """
     path = Path(folder) / FILE
     try:
@@ -521,7 +521,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
 
 
 def check_manifest(manifest: Manifest) -> None:
-    """Refuse a manifest with contradictory parts, because a run allocates its arrays by the sizes in the manifest.
+    """Refuse a manifest with contradictory parts; a run allocates its arrays by the manifest's sizes.
 
     Raises
     ------
@@ -549,10 +549,10 @@ def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
 
 
 def made_when_asked(model: str) -> frozenset[str]:
-    """Return the names of rarely used files that a generated folder omits; they are made at first use.
+    """Return the names of rarely used files, which a generated folder omits and mehvar makes at first use.
 
-    They are CasADi's own C, the derivatives by parameters and of laws and closed loops, and of derivatives in Python
-    all but those of the rates.
+    They are CasADi's own C; derivatives by parameters, of laws and of closed loops; and all derivatives in Python
+    except those of the rates.
     """
     derivatives = [part for part in get_args(Part) if part.endswith("_jac")]
     return frozenset(
@@ -762,12 +762,12 @@ def manifest_text(manifest: Manifest) -> str:
 def sealed(text: str) -> str:
     """Insert the digest of the rest of a manifest.json into its text.
 
-    A run trusts its manifest for the order of a law's outputs, the bounds of parameters, and units. Code and header
-    confirm only names and sizes.
+    The digest protects data that neither code nor header confirms: the order of a law's outputs, bounds of
+    parameters, and units.
     """
     blank = _DIGEST.sub(_NO_DIGEST, text)
     return blank.replace(_NO_DIGEST, f'\n "digest": "{hashlib.sha256(blank.encode()).hexdigest()}"')
 
 
 _DIGEST, _NO_DIGEST = re.compile(r'\n "digest": "[^"]*"'), '\n "digest": ""'
-"""Patterns of the digest at the top level. Deeper levels have a larger indentation."""
+"""Patterns of the digest at the top level of the JSON; deeper levels have more indentation."""

@@ -11,7 +11,7 @@ RESULT_NAMES = frozenset(
     t run state variable event final minimum maximum events t_stop error steps violated status
     """.split()  # noqa: SIM905
 )
-"""Names of variables and axes in results and stores. A model must not use them."""
+"""Names of variables and axes in results and stores, which a model must not use."""
 
 ARGUMENTS = frozenset(
     """
@@ -20,11 +20,12 @@ ARGUMENTS = frozenset(
     t_end dt_out hold delay run real method rtol atol step max_steps backend profile
     """.split()  # noqa: SIM905
 )
-"""Names of arguments and options of runs and batches. Parameters and choices must have other names: keywords would be
-ambiguous."""
+"""Names of arguments and options of runs and batches. Parameters and choices must differ from them, because all are
+keywords.
+"""
 
 WORK = "work"
-"""Word for the current sources in `models/`, in place of a git revision. No model may have this name."""
+"""Word for the current sources in `models/`, in place of a git revision; no model may have this name."""
 
 CLOCK = "clock"
 """Name of the time as a state: the last state of a time-varying plant, with rate one."""
@@ -39,7 +40,7 @@ _GREEK = frozenset(
 
 
 def typeset(name: str) -> str:
-    r"""Return LaTeX for a name that declares none: `theta_dot` is \dot{\theta}, `k_energy` has an upright subscript."""
+    r"""Return default LaTeX for a name: `theta_dot` gives \dot{\theta}, and `k_energy` an upright subscript."""
     base, *marks = name.split("_")
     word, digits = re.fullmatch(r"(.*?)([0-9]*)", base, re.DOTALL).groups()  # type: ignore[union-attr]
     below = [*([digits] if word and digits else ()), *(m for m in marks if m not in ("", "dot", "ddot"))]
@@ -58,5 +59,5 @@ def _typeset_word(word: str) -> str:
 
 @functools.lru_cache(maxsize=4096)  # of a few hundred names a model
 def identifier(name: str) -> str:
-    """Return a name as an identifier of C and Python: other characters become underscores."""
+    """Return a name as an identifier of C and Python, with underscores for other characters."""
     return re.sub(r"\W", "_", name, flags=re.ASCII)

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Conversion of frozen dataclasses to and from JSON, with their type hints as the schema.
 
-A hint is str, int, float, bool, `X | None`, `tuple[X, ...]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which is
-a list in JSON. Three things are not what a reader would guess:
+A hint is str, int, float, bool, `X | None`, `tuple[X, ...]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which
+is a list in JSON. Three rules are special:
 
 - In a mapping of dataclasses the key is the entry's `name`.
-- `Upper` and `Lower` are floats of which infinity is null, because JSON has no infinity.
-- `json_key` declares a field that has another key in JSON than its name, or none.
+- `Upper` and `Lower` are floats whose infinity becomes null, because JSON has no infinity.
+- `json_key` gives a field another key in JSON, or omits it.
 
-Nothing here is special to a class, and the module that holds the classes must not postpone the evaluation of its hints
-(`from __future__ import annotations`): evaluating them costs more than reading a manifest.
+The module that defines the classes must not postpone the evaluation of hints (`from __future__ import annotations`),
+because evaluating them costs more than reading a manifest.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ T = TypeVar("T")
 _Convert = Callable[..., Any]
 _KEY = "json_key"
 _LONGEST = 60
-"""Characters of a value in a message: one line of a terminal together with its place."""
+"""Largest number of characters of a value in a message, so that value and location fit one line."""
 _WIDTH = 120
 """Largest number of characters in a line of JSON that people read."""
 _MAY_CONTROL = re.compile(r"[\x7f-\x9f]|\\(?:u|[bfr])")
-"""Pattern of control characters in JSON, plain or escaped. The test is quick, because most files have none."""
+"""Pattern of control characters in JSON, plain or escaped; most files have none."""
 _SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
 
 
 class SchemaError(MehvarError, ValueError):
-    """Data that contradicts the schema. The message begins with its place, as in "controllers.pd.parameters[0]"."""
+    """Error for data that contradict the schema; the message begins with a location such as "controllers.pd.delay"."""
 
     def __init__(self, problem: str, place: str = "") -> None:
         super().__init__(problem, place)
@@ -55,12 +55,12 @@ class SchemaError(MehvarError, ValueError):
 
 
 def json_key(key: str | None) -> dict[str, str | None]:
-    """Return field metadata with another key for JSON; None omits the field from JSON."""
+    """Return metadata that give a field another key in JSON, or with None omit it."""
     return {_KEY: key}
 
 
 def key_of(field: Field[Any]) -> str | None:
-    """Return the JSON key of a field; None for a field that JSON omits."""
+    """Return the JSON key of a field, or None if JSON omits it."""
     key: str | None = field.metadata.get(_KEY, field.name)
     return key
 
@@ -71,8 +71,7 @@ def parse(text: str) -> Any:
     Raises
     ------
     SchemaError
-        If it is not JSON, is nested too deeply, repeats a key (of which JSON readers silently keep one), or has a text
-        with control characters.
+        If it is not JSON, is nested too deeply, repeats a key, or has a text with control characters.
     """
     try:
         data = json.loads(text, parse_constant=_no_number, object_pairs_hook=_once)
@@ -102,15 +101,15 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def json_text(table: Mapping[str, Any]) -> str:
-    """Return readable JSON that diffs well: one line per entry, with long entries split in the same way.
+    """Return JSON with one line per entry, in which long entries are split in the same way.
 
-    A list of texts or numbers is one line of any length.
+    A list of texts or numbers stays on one line.
     """
     return _json_lines(table, "\n") + "\n"
 
 
 def _json_lines(value: Any, start: str) -> str:
-    """Return JSON text whose lines, except the first, begin with `start`."""
+    """Return JSON text in which all lines except the first begin with `start`."""
     line = json.dumps(value, ensure_ascii=False)
     entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     nested = any(isinstance(entry, dict | list) for entry in entries)
@@ -126,7 +125,7 @@ def _json_lines(value: Any, start: str) -> str:
 
 
 def _check_texts(data: object, place: str) -> None:
-    """Refuse a text with control characters, because texts appear on terminals, pages and pictures."""
+    """Refuse texts with control characters, because texts appear on terminals, pages and pictures."""
     if isinstance(data, str) and printable(data) != data:
         raise SchemaError(_wrong(data, "a text without control characters").problem, place)
     if isinstance(data, dict):
@@ -161,14 +160,14 @@ def read(schema: type[T], data: object, any_age: bool = False, **others: object)
     data : object
         What `json.loads` returns.
     any_age : bool
-        Accept data of another version: unknown keys are ignored, and missing fields have their defaults.
+        Accept data of another version: ignore unknown keys and use defaults for missing fields.
     **others : object
-        Values of the fields that JSON does not hold.
+        Values of fields that JSON omits.
 
     Raises
     ------
     SchemaError
-        If a field is missing, not known or of the wrong kind.
+        If a field is missing, unknown or of the wrong type.
     """
     record = _reader(cast(Any, schema), any_age)(data)
     record.__dict__.update(others)
@@ -183,7 +182,7 @@ def plain(schema: type, value: object) -> Any:
     schema : type
         The dataclass.
     value : object
-        Of that class, or with the same attributes.
+        Object of that class, or with the same attributes.
     """
     return _writer(schema)(value)
 
@@ -300,7 +299,7 @@ def _exact(hint: Any) -> frozenset[type]:
 
 
 def _placed(parts: Iterable[tuple[str, _Convert, Any]]) -> SchemaError:
-    """Return the error of the first invalid part, with its place. This search runs only after a failure."""
+    """Search the first invalid part after a failure, and return its error with the location."""
     for place, convert, value in parts:
         try:
             convert(value)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""SI units in tables and quantities, and their dimensions."""
+"""SI units of tables and quantities, and their dimensions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 Dimension = Mapping[str, Fraction]
-"""Exponents of base units; a unit with exponent zero is omitted."""
+"""Exponents of base units, without zeros."""
 
 UNITS: Mapping[str, Mapping[str, int]] = {
     "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "A": {"A": 1}, "K": {"K": 1}, "mol": {"mol": 1}, "cd": {"cd": 1},
@@ -21,8 +21,9 @@ UNITS: Mapping[str, Mapping[str, int]] = {
     "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1}, "T": {"kg": 1, "s": -2, "A": -1},
     "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
 }  # fmt: skip
-"""Base and derived units of the SI. Angles in radians are plain numbers. A degree is a separate base unit, so that
-sums of degrees and radians are refused."""
+"""Base and derived units of the SI. A radian is a plain number. A degree is a separate base unit, so that sums of
+degrees and radians are refused.
+"""
 
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\^(-?\d+|\(-?\d+(?:/\d+)?\)))?")
 _SLASH = re.compile(r"/(?![^()]*\))")
@@ -31,7 +32,7 @@ _FORM = "written like 'kg m^2/s', '1/(kg m)' or 'kg^(1/2) m', or '1' for a dimen
 
 @functools.cache
 def dimension(unit: str) -> Dimension:
-    """Return the dimension of a unit: "N m s/rad" divides by everything after the slash, "1/(kg m)" by the parenthesis.
+    """Return the dimension of a unit such as "N m s/rad" or "1/(kg m)".
 
     Raises
     ------
@@ -55,7 +56,7 @@ def dimension(unit: str) -> Dimension:
 
 
 def has_radians(unit: str) -> bool:
-    """Return True if a unit contains radians. Dimensions ignore radians: rad/s and Hz have the same dimension."""
+    """Return True if a unit contains radians, which dimensions ignore: rad/s and Hz have the same dimension."""
     return "rad" in re.findall("[A-Za-z]+", unit)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The environment: installed packages and the current project."""
+"""Installed packages and the current project."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def installed(*packages: str) -> dict[str, str]:
-    """Return the versions of installed packages by name; "python" stands for Python itself."""
+    """Return the versions of installed packages by name; "python" is Python itself."""
     from importlib.metadata import PackageNotFoundError, version  # costs more to import than all of the runtime
 
     numbers = {}
@@ -22,7 +22,7 @@ def installed(*packages: str) -> dict[str, str]:
 
 
 def required() -> frozenset[str]:
-    """Return the names of our dependencies, extras included."""
+    """Return the names of mehvar's dependencies, including those of extras."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
@@ -32,7 +32,7 @@ def required() -> frozenset[str]:
 
 
 def extra_of(package: str) -> str:
-    """Return the first extra that installs a package, without combined extras; an empty text if no extra does."""
+    """Return the first extra that installs a package, except combined extras, or an empty text."""
     from importlib.metadata import PackageNotFoundError, requires
 
     try:
@@ -46,8 +46,8 @@ def extra_of(package: str) -> str:
 def project_root(start: Path) -> Path | None:
     """Return the nearest folder, from `start` upwards, that has generated/ and a model in models/.
 
-    A model has system.py, or plant.toml if it is a law; where that is missing or misspelt, it has at least parameters.
-    One of a single file defines `system` in its `__init__.py`.
+    A model is recognised by system.py, by plant.toml for a law, by parameters.toml, or by `system` in its
+    `__init__.py`.
     """
     patterns = ("system.py", "*/system.py", "*/plant.toml", "*/parameters.toml")
     for folder in (start, *start.parents):

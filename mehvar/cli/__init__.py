@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands: each parses, calls the package that does the work, and prints."""
+"""The commands, each of which parses arguments, calls a package for the work, and prints."""

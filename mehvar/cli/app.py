@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The list of commands. Each is the function `command` of a module, imported when the command is called."""
+"""List of commands. Each command is the function `command` of a module that is imported when it is called."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ EXPORT = {
 
 
 class _Commands(TyperGroup):
-    """Commands by name, from the tables above; a module is imported when its command is called.
+    """Commands by name, from the tables above, whose modules are imported when called.
 
-    The result of a command is the exit status. An interrupted command reports it, where typer would only exit.
+    The result of a command is its exit status. Unlike with typer, an interrupted command prints a message.
     """
 
     def make_context(self, *arguments: Any, **more: Any) -> Any:

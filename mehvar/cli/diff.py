@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar diff`: kind of comparison, output format and destination."""
+"""`mehvar diff`: comparison of two versions, in an output format and destination."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def command(
     Raises
     ------
     InputError
-        If the options do not go together, or a version or model does not exist.
+        If options exclude each other, or a version or model does not exist.
     """
     chosen = _format(form, out)
     if model is None and new is None and old is not None and names_model(old):
@@ -103,7 +103,7 @@ def _draw(diff: Diff, path: Path) -> None:
 
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
-    """Judge the equations that papers print."""
+    """Judge the printed equations of papers."""
     from mehvar.reproduction.judging import judged
     from mehvar.reproduction.ledger_text import counted, holds, lines
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar generate`: choice of the models and of the destination, and the report."""
+"""`mehvar generate`: derivation of models and generation of their files."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
     Raises
     ------
     InputError
-        If the options do not go together.
+        If options exclude each other.
     """
     tree = find_tree(Path.cwd())
     if tree is None and out is None:
@@ -92,7 +92,7 @@ def _check_own(out: Path, model: str) -> None:
 
 
 def _note_hidden(folder: Path) -> None:
-    """Print the names of result variables that xarray does not offer as attributes."""
+    """Print the names of result variables that cannot be attributes of an xarray dataset."""
     from mehvar.runtime.run.results import hidden_names
 
     for name in hidden_names(read_manifest(folder)):

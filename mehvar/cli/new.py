@@ -25,7 +25,7 @@ from mehvar.runtime.run.options import OPTIONS
 from mehvar.settings import complete_models
 
 PARTS = "parts"
-"""Argument of `--from` that means parts instead of a plant."""
+"""Value of `--from` for a craft from parts instead of a plant."""
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 _LONGEST = 40
@@ -70,9 +70,9 @@ def scaffold(name: str, into: Path, kind: str = "system") -> Path:
     Parameters
     ----------
     name : str
-        Of the system: lower-case letters, digits and underscores.
+        Name of the system, of lower-case letters, digits and underscores.
     into : Path
-        The folder NAME is made in this folder.
+        Parent of the new folder NAME.
     kind : {"system", "craft"}
         Derived step by step, or assembled from parts.
 
@@ -84,7 +84,7 @@ def scaffold(name: str, into: Path, kind: str = "system") -> Path:
     Raises
     ------
     InputError
-        If the name cannot name a system or the folder exists.
+        If the name is invalid or the folder exists.
     """
     target = _free(name, into)
     with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=into) as scratch:
@@ -102,11 +102,11 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
     Parameters
     ----------
     name : str
-        Of the law: lower-case letters, digits and underscores.
+        Name of the law, of lower-case letters, digits and underscores.
     plant : str
-        A model that comes with mehvar, or one of the project that `into` is in.
+        A model of mehvar or of the project around `into`.
     into : Path
-        The law becomes a model of the project that this folder is in; outside of one, the folder NAME is made in it.
+        Folder in the project to which the law is added; outside of a project, parent of the new folder NAME.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def scaffold_law(name: str, plant: str, into: Path) -> Path:
     Raises
     ------
     InputError
-        If the name cannot name a law, something of that name exists, or the plant is no model.
+        If the name is invalid or taken, or the plant is not a model.
     """
     manifest = find_model(plant)
     if manifest.model not in known_models():
@@ -179,7 +179,7 @@ def _free(name: str, into: Path) -> Path:
 
 
 def _holder(name: str) -> str | None:
-    """Return words for the owner of a name that a new system must not have; an empty text if the name is free."""
+    """Return the owner of a name that a new system must not have, in words; an empty text for a free name."""
     if name in shipped_models():
         return "a model that comes with mehvar"
     if name in project_models():

@@ -40,8 +40,8 @@ def command(
     Raises
     ------
     InputError
-        For a model, a result or a store that is none, a folder that cannot be made or has another page, or without
-        matplotlib.
+        If the subject is no model, result or store, the folder cannot be made or has another page, or matplotlib is
+        missing.
     """
     require_matplotlib()
     out, maker = out or Path(f"{Path(subject).stem}-report"), f"mehvar report {subject}"

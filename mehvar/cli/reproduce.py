@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every figure and claim of the papers, computed anew, as one HTML report."""
+"""`mehvar reproduce`: all figures and claims of the papers, computed anew, as an HTML report."""
 
 from __future__ import annotations
 
@@ -50,31 +50,31 @@ def command(
 
 
 def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], list[str]]:
-    """Compute all figures and claims of all papers, run a batch and a board for each system, then write the report.
+    """Compute all figures and claims of all papers, a batch and a board run per system, then write the report.
 
-    Everything is computed before anything is written.
+    Writing starts after all computations.
 
     Parameters
     ----------
     out : Path
-        Folder of the report, made if it does not exist: index.html and a page for each paper, which need nothing
-        else; claims.json and beyond.json with the verdicts on the papers' claims and on those beyond; figures/; with
-        zig, live/, the pages on which each system runs.
+        Folder of the report. It gets index.html and a self-contained page per paper; claims.json and beyond.json with
+        verdicts on the papers' claims and on claims about extensions; figures/; and with zig live/, the pages on
+        which each system runs.
     advance : callable, optional
         Called with the finished amount, the total, both in papers, and the current work.
 
     Returns
     -------
     list of str
-        Number of the papers' claims that hold, and number of our own rows that hold; a line for each.
+        Two lines: the number of the papers' claims that hold, and the number of our own claims that hold.
     list of str
-        Failures, a line for each kind: claims that do not hold and are not refuted as documented, laws that are not
-        bit-identical on the board and the host, functions that CasADi's own C computes differently. Empty if none.
+        Failures, one line per kind: claims that fail without a documented refutation, laws that are not bit-identical
+        on board and host, and functions that CasADi's own C computes differently.
 
     Raises
     ------
     InputError
-        If matplotlib is not installed, `out` cannot be the folder, or there is no paper.
+        If matplotlib is not installed, `out` is invalid, or there is no paper.
     OSError
         If a file cannot be written.
     """
@@ -105,7 +105,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
 
 @contextmanager
 def _in_background() -> Iterator[ThreadPoolExecutor]:
-    """Yield an executor that runs tasks one after the other and drops waiting tasks at the end."""
+    """Yield an executor that runs tasks one by one and drops waiting tasks at the end."""
     executor = ThreadPoolExecutor(1)
     try:
         yield executor

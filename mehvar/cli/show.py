@@ -84,7 +84,7 @@ def _scenarios(manifest: Manifest) -> None:
 
 
 def _functions(manifest: Manifest) -> None:
-    """Print the public functions; split parts, which only the integrator calls, are omitted."""
+    """Print the public functions, without split parts, which only the integrator calls."""
     rows = [
         [
             f.name,

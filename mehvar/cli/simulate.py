@@ -118,7 +118,7 @@ def _check(
     out: Path | None,
     plot: Path | None,
 ) -> None:
-    """Refuse all errors that can be found before a run, in one message."""
+    """Report all errors that can be found before a run in one message."""
 
     def check_settings() -> None:
         values = read_values(texts, manifest)
@@ -174,7 +174,7 @@ def _open_loop(
 def _check_inputs(
     manifest: Manifest, scenario: str | None, values: Mapping[str, Any], opened: Mapping[str, Any], origin: str
 ) -> None:
-    """Refuse invalid inputs in a message about --input, not about --set."""
+    """Refuse invalid inputs with a message that names --input instead of --set."""
     if opened:
         end = values.get("t_end") or manifest.scenario(scenario).duration
         law_of(manifest, None, **opened, period=None, memory=None, end=end, origin=origin)
@@ -196,7 +196,8 @@ def simulate(
     Raises
     ------
     InputError
-        For anything unknown, malformed, out of bounds or not writable; files are tried before the run.
+        If an argument is unknown, malformed or out of bounds, or a file cannot be written, which is tested before the
+        run.
     """
     parameters, options = split_settings(settings, find_model(model).choices, "run", origin)
     with progress(f"{model} {controller or OPEN_LOOP}") as advance:
@@ -215,8 +216,7 @@ def repeat(
     Raises
     ------
     InputError
-        For an invalid store, a run that it does not have, one whose drawn values are not allowed, or a model that only
-        the store names.
+        If the store is invalid, the run does not exist or had invalid values, or the model is not available.
     """
     from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
     from mehvar.runtime.batch.store.store import open_store

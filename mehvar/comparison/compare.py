@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _CODEGEN = Path(mehvar.codegen.__file__).parent
 _READ, _KEPT = ("equations.json", "manifest.json"), "comparison.pickle"
 _NAMED = 4
-"""Largest number of files in a message: as many as fit on one line."""
+"""Largest number of files in a message, which fit on one line."""
 
 
 def diff_versions(old: str, new: str, model: str | None = None, structures: Sequence[str] = ()) -> Diff:
@@ -44,9 +44,9 @@ def diff_versions(old: str, new: str, model: str | None = None, structures: Sequ
     old, new : str
         A git revision, a generated folder, a folder with generated/, or "work".
     model : str, optional
-        The only model to compare.
+        Model to compare; default: all.
     structures : sequence of str
-        Structures to compare beside the default one: "all", or NAME=VALUE with commas between several.
+        Further structures to compare: "all", or NAME=VALUE with commas between several.
 
     Raises
     ------
@@ -72,12 +72,12 @@ def diff(
     Parameters
     ----------
     model : str, System or Spacecraft
-        Its name. Or two systems made in Python, the older one first: `diff(before, after)`; for two spacecraft, `notes`
-        lists the changes part by part.
+        Name of the model. Or two systems defined in Python, the older one first: `diff(before, after)`; for two
+        spacecraft, `notes` lists the changes part by part.
     old, new : str
         A git revision, a generated folder, a folder with generated/, or "work": the current derivation of models/.
     structures : str or sequence of str
-        Structures to compare beside the default one: "all", or NAME=VALUE with commas between several.
+        Further structures to compare: "all", or NAME=VALUE with commas between several.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
-    """Compare two generated folders of a model. Run both unless only the form of the equations differs."""
+    """Compare two generated folders of a model, with runs of both unless only the form of equations differs."""
     return _with_consequences(compare_documents(_document(old), _document(new)), old, new)
 
 
@@ -183,7 +183,7 @@ def _stale(side: Version, model: str) -> Iterator[str]:
 
 
 def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str]:
-    """Return a note about changed sources that could affect structures outside the comparison."""
+    """Return a note about changed sources that could affect structures that were not compared."""
     if sources:
         instead = "other combinations were" if compared else "other structures than the default were"
         mend = "name them with --structures NAME=VALUE,NAME=VALUE" if compared else "--structures all compares them"
@@ -191,7 +191,7 @@ def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str
 
 
 def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelDiff, ...], list[str]]:
-    """Compare further structures; return those with additional changes, and a note about the others."""
+    """Compare further structures; return those with additional changes, and a note about the rest."""
     parts, known = [], _edits(model)
     named: dict[str, list[str]] = {}
     pairs = [(v.old, v.new) for v in variants if isinstance(v.old, Path) and isinstance(v.new, Path)]
@@ -251,7 +251,7 @@ def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
 
 
 def _contents(comparison: Comparison, equation: EquationChange) -> Iterator[str]:
-    """Yield the edits of an equation with their places and parts; for an equation without edits, both whole sides."""
+    """Yield the edits of an equation with their positions and parts; without edits, yield both whole sides."""
     for edit in equation.edits:
         yield from (edit.says, *edit.path, *(part.text if part else "" for part in (edit.old, edit.new)))
     if not equation.edits:

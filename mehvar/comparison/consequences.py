@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effects of a changed model, from running both versions: on laws, rates, eigenvalues and operation counts."""
+"""Effects of a changed model on laws, rates, eigenvalues and operation counts, from runs of both versions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .runs import Overlay, Runs, runs
 from .spectra import Loop, loops, moved, named, rest, start, undifferentiated
 
 SAMPLES = 512
-"""Number of random states. The reported largest difference is exceeded at half a percent of these states."""
+"""Number of random states; the reported largest difference is exceeded at half a percent of them."""
 _SEED = 20250
 _SMALL = 0.1
 """Displacement of states with initial value zero, in SI units: a tenth of a radian or of a metre per second."""
@@ -37,7 +37,7 @@ class Rate:
     largest : float
         Largest difference between old and new over the sampled states.
     typical : float
-        Root mean square of the old rate over the same states, to compare with.
+        Root mean square of the old rate over the same states.
     """
 
     name: str
@@ -67,9 +67,9 @@ class Consequences:
     operations : tuple of (str, int, int)
         Functions whose number of operations differs.
     runs : Runs
-        Results of the scenarios under the laws.
+        Results of all scenarios under all laws.
     note : str
-        Reason why something is missing.
+        Reason for missing results.
     """
 
     rates: tuple[Rate, ...] = ()
@@ -133,7 +133,7 @@ def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
 
 
 def _loaded(folder: Path) -> Model:
-    """Load a model with a manifest of any version. Comparisons do not need newer fields."""
+    """Load a model with a manifest of any version, as comparisons do not need newer fields."""
     manifest = read_manifest(folder, any_age=True)
     return Model(manifest.whole, PythonBackend(manifest))
 
@@ -174,7 +174,7 @@ def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
 
 
 def _rest(model: Model) -> FloatArray:
-    """Search for an equilibrium without inputs, from the zero state or a scenario's start."""
+    """Search for an equilibrium without inputs, starting at the zero state or a scenario's start."""
     p, u = model.parameters(), np.zeros(len(model.input_names))
     x = np.zeros(len(model.state_names))
     if not (np.all(np.isfinite(model.rhs(x, u, p))) and np.all(np.isfinite(model.jac_x(x, u, p)))):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading of a git revision; the working tree and the index stay unchanged."""
+"""Reader of git revisions, which leaves working tree and index unchanged."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Revision:
     Attributes
     ----------
     root : Path
-        Folder of the tree, the repository's or one inside it.
+        Folder of the project, the repository's root or one inside it.
     name : str
-        What the user called it, as in HEAD~1.
+        Name that the user gave, as in HEAD~1.
     commit : str
         Its full hash.
     """

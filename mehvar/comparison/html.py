@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as one HTML page without external files: MathML formulas, old and new side by side."""
+"""Comparison as a self-contained HTML page with old and new formulas side by side in MathML."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def html_page(diff: Diff) -> str:
 
 
 class _Sheet:
-    """Prepares the page's content about one model."""
+    """Builder of the page's content about one model."""
 
     def __init__(self, model: ModelDiff) -> None:
         self._model = model
@@ -181,7 +181,7 @@ class _Sheet:
 
     @staticmethod
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
-        """Return True for an equation without a separate card: equal parts, such as pendulums, share a card."""
+        """Return True for an equation that shares the card of an equal part, such as another pendulum."""
         return equation not in apart and (
             equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
         )
@@ -202,12 +202,12 @@ class _Sheet:
         )
 
     def _is_by_length(self, equation: EquationChange) -> bool:
-        """Return True if only the number of equal parts changed. Their formulas are too long to show twice."""
+        """Return True if only the number of equal parts changed; such formulas are too long to show twice."""
         longer = bool(self._comparison.extended())
         return equation.extended or (longer and equation.verdict is Fate.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
-        """Print both forms with the comparison's edits marked; without edits, mark the textual differences."""
+        """Print both forms with the edits marked or, without edits, the textual differences."""
         comparison, old, new = self._comparison, equation.old_node, equation.new_node
         old_marks, new_marks = self._marks(equation)
         before = after = None
@@ -256,7 +256,7 @@ def _picture(model: ModelDiff) -> _Image | None:
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
-    """Return the terms of a formula as separate elements, because browsers break lines only between elements."""
+    """Return the terms of a formula as separate elements, between which browsers break lines."""
     printer = Printer(nodes, SymbolNames(latex), MATHML, marks)
     return [(element(text), marked) for text, marked in printer.parts(root)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gain and phase margins of a loop that is cut at its inputs."""
+"""Gain and phase margins of a loop, cut at each input in turn."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.linear import LinearSystem
 
 _MARGINAL = 1e-6
-"""Tolerance relative to the largest eigenvalue. An integrator outside the law has the eigenvalue zero up to rounding,
-1e-8 for a double integrator. A tolerance ten times as large hides slow instabilities; a tenth of it misses triple
-integrators."""
+"""Tolerance relative to the largest eigenvalue, for integrators outside the law, whose eigenvalues are zero up to
+rounding (1e-8 for a double one). Ten times the tolerance hides slow instabilities; a tenth misses triple integrators.
+"""
 _INTEGRATOR = 1e-7
-"""The same tolerance for a double integrator, whose eigenvalues have errors of 1e-8."""
+"""Tolerance for a double integrator, whose eigenvalues have errors of 1e-8."""
 _POINTS = 1000
-"""Number of frequencies in the grid that finds crossings. The grid also has the frequencies of the eigenvalues, where a
-response is steepest. Half or twice this number changes no margin of the three shipped models."""
+"""Number of frequencies in the grid that finds crossings, besides those of the eigenvalues, where responses are
+steepest. Half or twice this number changes no margin of the three shipped models.
+"""
 _DECADES = 2
 """Decades of the grid below the slowest and above the fastest eigenvalue. At both ends a first-order lag is within 1 %
 of its asymptote."""
@@ -43,9 +44,9 @@ class Margin:
     input : str
         The input at which the loop is opened.
     gain : float
-        The factor nearest to one by which the loop's gain may change; infinite if no factor does.
+        Gain factor nearest to one that makes the loop unstable; infinite if there is none.
     phase : float
-        The phase that the loop may lose, rad; infinite if no phase does.
+        Loss of phase that makes the loop unstable, rad; infinite if there is none.
     """
 
     input: str
@@ -54,7 +55,7 @@ class Margin:
 
 
 def margins(cut: LinearSystem) -> tuple[Margin, ...]:
-    """Return the margins at each input that a law uses; none if the closed loop is unstable.
+    """Return the margins at each input that a law uses, or nothing if the closed loop is unstable.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def _is_stable(closed: FloatArray, period: FloatArray | None) -> bool:
 
 
 class _Loop:
-    """Response of the open loop at one input, with the opposite sign.
+    """Frequency response of the open loop at one input, with opposite sign.
 
     The closed loop is unstable if the response encircles -1.
     """
@@ -105,7 +106,7 @@ class _Loop:
         return min(factors, key=lambda factor: abs(math.log(factor)), default=math.inf)
 
     def _ends(self) -> Iterator[complex]:
-        """Yield the response at the frequencies at which it is real: zero and, for a sampled loop, the highest."""
+        """Yield the response at frequencies where it is real: zero and, for a sampled loop, the Nyquist frequency."""
         ends = (0.0,) if self._period is None else (0.0, math.pi / self._period)
         poles = np.linalg.eigvals(self._A)
         for w in ends:
@@ -114,7 +115,7 @@ class _Loop:
                 yield self.at(w)
 
     def _rounded(self, poles: NDArray[Any]) -> float:
-        """Return the largest distance at which a pole still counts as an integrator's."""
+        """Return the largest distance from an integrator at which a pole counts as one."""
         return _INTEGRATOR * (float(np.max(np.abs(poles), initial=0.0)) if self._period is None else 1.0)
 
     def phase(self) -> float:

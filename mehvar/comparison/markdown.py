@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as Markdown for a pull request: effects in tables, edits as diffs, details folded."""
+"""Comparison as Markdown for a pull request, with tables of effects, edits as diffs, and folded details."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ from .text import (
 )
 
 _LONGEST = 60_000
-"""Largest number of characters. Forges refuse comments above 65 536, and a sender may add some lines."""
+"""Largest number of characters; GitHub refuses comments above 65 536, and a sender may add some lines."""
 _WHOLE = 20
-"""Number of causes that are shown with their edits. Few people read longer comments to the end."""
+"""Number of causes that are shown with their edits."""
 
 
 def markdown(diff: Diff) -> str:

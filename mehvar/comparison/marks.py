@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Textual differences of two forms of an expression, marked on pages that show both.
+"""Textual differences of two forms of an expression, for marks on pages that show both.
 
-Only the form is compared; `mehvar.codegen.diff` decides whether and why the value changed.
+This module compares only the form; `mehvar.codegen.diff` decides if and why the value changed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _ALIKE = Fraction(1, 2)
 
 
 class Alignment:
-    """Two graphs in which equal parts have equal numbers, for any order of operands.
+    """Two graphs with equal numbers for equal parts, regardless of the order of operands.
 
     Parameters
     ----------

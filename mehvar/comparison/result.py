@@ -29,19 +29,19 @@ class ModelDiff:
     model : str
         Its name.
     status : ModelStatus
-        In one word.
+        Status in one word.
     comparison : Comparison
         Equation by equation; empty for a model that only one side has.
     consequences : Consequences or None
-        Effects of the change; None where nothing changed or nothing could be run.
+        Effects of the change; None if nothing changed or no run was possible.
     overlay : Overlay or None
-        The run that differs most, of both versions; None where none does.
+        The run that differs most, in both versions; None if none differs.
     variant : str
         The structural choices that differ from the defaults, as in "inertia=ball"; empty for the default structure.
     notes : tuple of str
         Further remarks: stale folders, structures that were not compared.
     structures : tuple of ModelDiff
-        Other structures that were compared and have changes of their own.
+        Other compared structures with additional changes.
     """
 
     model: str
@@ -60,7 +60,7 @@ class ModelDiff:
 
     @property
     def differs(self) -> bool:
-        """True if more than the form of equations differs in any compared structure."""
+        """True if any compared structure differs in more than the form of equations."""
         return self.status is not ModelStatus.SAME or any(other.differs for other in self.structures)
 
     def __iter__(self) -> Iterator[ModelDiff]:
@@ -69,7 +69,7 @@ class ModelDiff:
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
-        """Equations with a value that differs or is undecided, because of their own or other expressions."""
+        """Equations whose value differs or is undecided, by their own text or through definitions."""
         return self.comparison.changed
 
     @property
@@ -132,7 +132,7 @@ class Diff:
     old, new : str
         Names of the versions.
     models : tuple of ModelDiff
-        Every model of either side.
+        All models of either side.
     """
 
     old: str

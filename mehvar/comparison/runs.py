@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Effects on the laws: runs of every scenario and law with both versions."""
+"""Runs of every scenario and law with both versions."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class MetricChange:
     name, unit : str
         The metric.
     old, new : float
-        Its values; infinite for a signal that does not settle, NaN for a run that ended too soon.
+        Its values: infinite for a signal that does not settle, NaN for a run that ended too early.
     """
 
     name: str
@@ -62,11 +62,11 @@ class RunChange:
     Attributes
     ----------
     law, scenario : str
-        What was run.
+        Law and scenario of the run.
     old, new : str
-        How each version's run ended, in words; empty where it reached its end.
+        End of each version's run in words; empty if it reached its end time.
     metrics : tuple of MetricChange
-        Those that differ.
+        Metrics that differ.
     count : int
         Metrics that both versions have.
     """
@@ -95,7 +95,7 @@ class MarginChange:
     law, scenario : str
         The run; the loop is linearised at its end.
     old, new : tuple of Margin
-        Of the inputs that the law acts through; none where the closed loop is not stable.
+        Margins at the inputs that the law uses; empty for an unstable loop.
     """
 
     law: str
@@ -251,7 +251,7 @@ def _end(run: Run | str) -> str:
 
 
 def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
-    """Return the margins at the end of a run, with the remaining motion frozen; none if they are undefined."""
+    """Return the margins at the end of a run, linearised with the state held fixed; empty if they are undefined."""
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
     p, s, c = run.parameters.p, run.parameters.s, run.parameters.c

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two versions of a comparison as generated folders, from a git revision, a folder or current sources."""
+"""The two versions of a comparison as generated folders, from git revisions, folders or current sources."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ class Version:
     Attributes
     ----------
     label : str
-        What to call it.
+        Its name in messages.
     folders : mapping
         Generated folder of each model that is compared, with equations.json and manifest.json.
     models : tuple of str
         Every model that the version has.
     single : bool
-        Whether the user named one generated folder, so that nothing else is to be compared.
+        True if the user named a single generated folder.
     tree : Tree or None
-        Where its models/ can be read; None for folders without them.
+        Project with its models/; None for folders without one.
     stale : mapping
-        Models derived anew because their generated folder does not match their sources, each with the reason.
+        Models that were derived again because their generated folder was stale, with the reason.
     """
 
     label: str
@@ -68,7 +68,7 @@ def _tree_here() -> Tree:
 
 
 class Sources:
-    """Finds versions. Git revisions are unpacked below `scratch`, which the caller removes."""
+    """Finder of versions, which unpacks git revisions below `scratch`; the caller removes this folder."""
 
     def __init__(self, scratch: Path, model: str | None = None) -> None:
         self.scratch = scratch
@@ -111,7 +111,7 @@ class Sources:
         return {name: path for name, path in folders.items() if self.model in (None, name)}
 
     def _of_folders(self, folders: Mapping[str, Path], label: str, single: bool = False) -> Version:
-        """Return generated folders. Folders that do not match the models/ in the same project are derived again."""
+        """Return generated folders, after deriving those again that do not match the models/ of their project."""
         chosen, models = self._chosen(folders), tuple(folders)
         tree = _tree_around(chosen)
         if tree is None:
@@ -159,7 +159,7 @@ def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
 
 
 def _mixed(folder: Path) -> tuple[str, ...]:
-    """Name the files of a revision's generated folder that come from different derivations, as after a merge."""
+    """Return the files of a revision's generated folder that come from another derivation, as after a merge."""
     try:
         check_unedited(read_manifest(folder, any_age=True))
     except InputError as error:
@@ -192,7 +192,7 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
     Raises
     ------
     InputError
-        If a model cannot be derived; the message ends with that of the derivation.
+        If a model cannot be derived; the message ends with the derivation's message.
     """
     if not models:
         return {}
@@ -202,7 +202,7 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
 
 
 def derived(tree: Tree, model: str, label: str, structure: Mapping[str, str] | None = None) -> Path:
-    """Return the current derivation of a model; the previous folder lists the additional files that it reads.
+    """Return the current derivation of a model, whose previous folder lists additional files that it reads.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linearisation points of two versions, and differing eigenvalues of plant and loops there."""
+"""Linearisation points of two versions, and the eigenvalues of plant and loops that differ at them."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ from mehvar.runtime.model.parameters import vector
 Pairs = tuple[tuple[complex, complex], ...]
 
 _STEPS = 20
-"""Number of Gauss-Newton steps. Near an equilibrium each step doubles the number of correct digits; elsewhere more
-steps do not help."""
+"""Number of Gauss-Newton steps; near an equilibrium each step doubles the number of correct digits."""
 _ROUNDING = 1e-9
-"""Bound relative to a state. Smaller values print as zero."""
+"""Bound relative to a state, below which values print as zero."""
 _EIGENVALUE_ROUNDING = 1e-5
 """Tolerance relative to the largest eigenvalue: a triple eigenvalue has an error of 6e-6, the cube root of the
 machine's precision."""
@@ -36,12 +35,11 @@ class Loop:
     law : str
         Name of the law.
     period : float or None
-        Sampling period of the new law, s: its eigenvalues are those of the map over a period. None for continuous time.
+        Sampling period of the new law, s, for eigenvalues of the map over a period. None for continuous time.
     point : tuple of (str, float)
-        Where the old loop was linearised: the first scenario's start, with a law's memory before a run. Zeros are left
-        out.
+        Linearisation point of the old loop: the first scenario's start with the law's initial memory, without zeros.
     eigenvalues : tuple of (complex, complex)
-        Old and new, matched; conjugates left out.
+        Pairs of old and new eigenvalues, without conjugates.
     """
 
     law: str
@@ -59,7 +57,7 @@ def start(model: Model) -> FloatArray:
 def rest(
     rate: Callable[[FloatArray], FloatArray], slope: Callable[[FloatArray], FloatArray], x: FloatArray
 ) -> FloatArray:
-    """Search for a zero of the rates by Gauss-Newton steps of least length."""
+    """Search for a zero of the rates by Gauss-Newton steps of minimum norm."""
     for _ in range(_STEPS):
         matrix = slope(x)
         if not np.all(np.isfinite(matrix)):
@@ -91,7 +89,7 @@ def moved(old: FloatArray, new: FloatArray) -> Pairs:
 
 
 def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
-    """Return the loops whose eigenvalues differ, and the reasons why other loops have none.
+    """Return the loops whose eigenvalues differ, and the reasons why others could not be compared.
 
     Loops are compared for laws that both versions have with the same number of states.
     """
@@ -115,7 +113,7 @@ def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...
 
 
 def undifferentiated(models: Sequence[Model]) -> bool:
-    """Return True for a version of mehvar that did not generate derivatives of laws."""
+    """Return True for a folder from a version of mehvar without derivatives of laws."""
     return any(not differentiable(model, law) for model in models for law in model.manifest.controllers.values())
 
 

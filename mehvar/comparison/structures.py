@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structures of a model besides the default: the sources that may change them, and folders of both sides."""
+"""Structures of a model besides the default: sources that affect them, and folders of both sides."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Variant:
     name : str
         As in "inertia=ball,attitude=quaternion".
     old, new : Path or str
-        Its generated folder, or the reason why there is none.
+        Generated folder of each side, or the reason why there is none.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Selection:
 
 
 def changed_sources(model: str, old: Version, new: Version) -> tuple[str, ...]:
-    """Return changed files that uncompared structures depend on; comments and layout do not count.
+    """Return changed files on which structures depend that were not compared; comments and layout do not count.
 
     Empty for a model without structural choices.
     """
@@ -122,7 +122,7 @@ def _without_words(value: object) -> object:
 
 
 def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> Selection:
-    """Derive the structures that a user names on both sides, each in its own process, or take them from the cache.
+    """Return the structures that a user names, derived on both sides or taken from the cache.
 
     Parameters
     ----------

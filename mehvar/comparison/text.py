@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A comparison as indented text, coloured and wrapped on a terminal."""
+"""Comparison as indented text, coloured and wrapped on a terminal."""
 
 from __future__ import annotations
 
@@ -28,24 +28,22 @@ from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
 
 _ZERO = 1e-9
-"""Bound on rounding errors: of a rate at an equilibrium, and of the smaller part of an eigenvalue relative to the
-larger."""
+"""Bound on rounding errors, of a rate at an equilibrium and of the smaller part of an eigenvalue."""
 _ALIKE = ("family", "symmetric")
 """Kinds of groups that are reported once, by their first member."""
 _CAUSAL = ("follows", "solved")
 """Kinds of groups that follow their cause in the report."""
 _PART = 1e-3
-"""Relative change of a metric that three digits show. Smaller changes are only counted."""
+"""Relative change of a metric that three digits show; smaller changes are only counted."""
 _NAMED = 12
 """Number of equations that a shared report names: two lines of a terminal. A page lists all."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
 _TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
 """Verdicts with separate reports, in this order."""
 _WHOLE = 8
-"""Number of causes with counterexample and evidence. The other causes share a line; a page has all."""
+"""Number of causes with counterexample and evidence; the other causes share a line, and a page has all."""
 _RUNS, _METRICS = 4, 5
-"""Number of runs that are listed with metrics, the most changed runs first; number of metrics per run. A page has
-all."""
+"""Numbers of listed runs, most changed first, and of metrics per run; a page has all."""
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
@@ -88,7 +86,7 @@ def counted(comparison: Comparison) -> str:
 
 
 def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
-    """Return the name of an equation, or of those of equal parts, with number and title."""
+    """Return the name of an equation, or the names for equal parts, with number and title."""
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
         return about
@@ -102,7 +100,7 @@ def families(comparison: Comparison) -> dict[str, Story]:
 
 
 def stories(comparison: Comparison) -> list[str]:
-    """Return the reports about several equations; equal parts and consequences have their own."""
+    """Return the reports about groups of equations, except equal parts and consequences."""
     return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
@@ -117,7 +115,7 @@ def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story |
 
 
 def following(comparison: Comparison, equation: EquationChange | None = None) -> str:
-    """Return the consequences of a cause, or of changed equations of motion, in one line; empty without any."""
+    """Return the consequences of a cause or of changed equations of motion on one line, or an empty text."""
     kind, source = ("solved", "") if equation is None else ("follows", handle(equation))
     for group in comparison.groups:
         names = group.names if equation is None else group.names[1:]
@@ -135,12 +133,12 @@ def _many(names: Sequence[str]) -> str:
 
 
 def is_quiet(equation: EquationChange) -> bool:
-    """Return True for an equation that only names a value, and that other equations began or ceased to use."""
+    """Return True for an added or removed definition that only names a value."""
     return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
 
 
 def evidence(equation: EquationChange) -> str:
-    """Return the evidence for the verdict, with the test of the edits if there is one."""
+    """Return the evidence for the verdict and, if available, the test of the edits."""
     replayed = "; the edits, applied to the old form, give the new one" if equation.replayed and equation.edits else ""
     return equation.how + replayed
 
@@ -155,7 +153,7 @@ def example(equation: EquationChange) -> str:
 
 
 def edit_title(edit: Edit) -> str:
-    """Return place and effect of an edit; the place is omitted if it equals the edited part."""
+    """Return position and effect of an edit, without a position that equals the edited part."""
     places = [place for place in edit.path if edit.old is None or place != edit.old.text]
     where = " > ".join(places)
     return f"in {where}: {edit.says}" if where else edit.says
@@ -167,7 +165,7 @@ def is_complete(edit: Edit) -> bool:
 
 
 def listed_parameters(comparison: Comparison) -> list[ParameterChange]:
-    """Return the reported names and numbers; the first stands for all equal parts."""
+    """Return the reported names and numbers, with the first of equal parts for all."""
     extended = comparison.extended()
     return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
 
@@ -260,7 +258,7 @@ def _consequences(follows: Consequences) -> Iterator[Line]:
 
 
 def consequence_lines(follows: Consequences) -> Iterator[str]:
-    """Yield the effects of a change, one line each. Closed loops come first, because they decide the motion."""
+    """Yield the effects of a change, one line each, closed loops first."""
     yield from run_lines(follows.runs)
     yield from plant_lines(follows)
 
@@ -314,7 +312,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
 
 
 def _first(texts: Iterable[str], count: int = _NAMED) -> Iterator[str]:
-    """Yield the first lines of a table and the number of the others."""
+    """Yield the first lines of a table and the number of omitted ones."""
     rows = list(texts)
     kept = rows if len(rows) <= count + 1 else rows[:count]
     yield from kept
@@ -323,7 +321,7 @@ def _first(texts: Iterable[str], count: int = _NAMED) -> Iterator[str]:
 
 
 def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
-    """Return runs with their scenarios. Scenarios with equal differences under one law share an entry."""
+    """Return runs with their scenarios; scenarios with equal differences under one law share an entry."""
     groups: dict[RunChange, list[str]] = {}
     for run in runs:
         groups.setdefault(replace(run, scenario=""), []).append(run.scenario)
@@ -358,7 +356,7 @@ def listed_metrics(run: RunChange) -> list[MetricChange]:
 
 
 def relative(metric: MetricChange) -> str:
-    """Return the change of a metric relative to its old value; empty where that has no meaning."""
+    """Return the change of a metric relative to its old value, or an empty text if that is undefined."""
     part = (metric.new - metric.old) / abs(metric.old) if metric.old else math.inf
     return f"  ({100 * part:+.3g} %)" if math.isfinite(part) else ""
 

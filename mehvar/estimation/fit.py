@@ -28,15 +28,15 @@ _STEP = 3e-4
 """Relative step of a central difference: the cube root of a run's relative error, about 1e-11, balances both errors.
 A derivative then has an error of about 1e-7."""
 _UNSEEN = 1e-6
-"""Bound on singular values relative to the largest one: a combination of parameters with a smaller effect on the
-data is lost in derivative errors of 1e-7."""
+"""Bound on singular values relative to the largest one. Smaller effects on the data are lost in derivative errors of
+1e-7.
+"""
 _RUN_ERROR = 1e-11
 """Relative error of a run with default tolerances. Divided by the step, it bounds the error of a derivative."""
 _FLAT = 0.1
-"""Relative change that separates parameters without any effect from those that act in steps, such as a time between
-two samples."""
+"""Relative change that separates parameters without effect from those that act in steps, such as times."""
 _FAR = 1e3
-"""Residual, in standard deviations, of a sample that a trial run did not reach."""
+"""Residual, in standard deviations, of samples after the end of a trial run."""
 
 
 @dataclass(frozen=True)
@@ -46,23 +46,23 @@ class Fit:
     Attributes
     ----------
     names : tuple of str
-        The free values, in the order of `values` and `covariance`.
+        Names of the free values, in the order of `values` and `covariance`.
     values : ndarray
         Their estimates, shape (k,).
     covariance : ndarray
-        Their covariance, shape (k, k); infinite for what the data do not determine.
+        Their covariance, shape (k, k); infinite for undetermined values.
     sigma : mapping of str to float
         Standard deviation of each variable's noise, as given or as estimated.
     unseen : tuple of mapping of str to float
-        Combinations of relative changes that the data do not see.
+        Combinations of relative changes without effect on the data.
     misfit : float
-        Probability of residuals as large as these if the noise is as given (chi-square test); NaN for estimated noise.
+        Probability of residuals at least as large for the given noise (chi-square test); NaN for estimated noise.
     correlation : mapping of str to float
-        Probability of residuals of each variable as correlated from sample to sample if they are independent.
+        For each variable, the probability of such correlation between successive residuals if they are independent.
     converged : bool
-        False where the search ended before the residuals were at their least.
+        False if the search ended before a minimum.
     bounded : tuple of str
-        Values that ended at a bound of their parameter; the covariance does not hold there.
+        Values at a bound of their parameter, for which the covariance is invalid.
     run : xarray.Dataset
         The run with the estimates.
     """
@@ -87,7 +87,7 @@ class Fit:
         return math.sqrt(self.covariance[k, k])
 
     def interval(self, name: str, confidence: float = 0.95) -> tuple[float, float]:
-        """Return the interval of an estimate; its coverage is asymptotic, for many samples."""
+        """Return the interval of an estimate, whose coverage holds for many samples."""
         from scipy.special import ndtri
 
         if not 0 < confidence < 1:
@@ -122,8 +122,8 @@ def fit(
 ) -> Fit:
     """Estimate parameters and initial states from a recorded run.
 
-    The sum of the squared residuals, each in standard deviations of its variable's noise, is least at the estimates.
-    SciPy's trust-region method searches them, from the values that the run would have.
+    The estimates minimise the sum of squared residuals, each divided by the standard deviation of its variable's
+    noise. SciPy's trust-region method starts at the values of the scenario and of `parameters`.
 
     Parameters
     ----------
@@ -135,15 +135,15 @@ def fit(
     free : sequence of str
         Parameters, and states for their initial values.
     sigma : mapping of str to float, optional
-        Variables that are compared, and the standard deviation of the noise of each, in its unit. Unless given, all
-        states and outputs of the data are compared, and the deviations are estimated from the residuals.
+        Standard deviation of the noise of each compared variable, in its unit. Default: all states and outputs of the
+        data, with deviations estimated from the residuals.
     **options
-        As of `mehvar.simulate`, without `t_end` and `dt_out`, which the data decide.
+        As of `mehvar.simulate`, except `t_end` and `dt_out`, which follow from the data.
 
     Raises
     ------
     InputError
-        For unknown names, data that are no such samples, or a start whose run ends before the data.
+        If a name is unknown, the samples are invalid, or the run with the start values ends before the data.
     """
     check_arguments("mapping", "the call", parameters=parameters, initial=initial, sigma=sigma)
     loaded = model if isinstance(model, Model) else load(model)
@@ -236,7 +236,7 @@ class _Problem:
         return simulate(self._model, self._controller, self._scenario, parameters, initial, **self._options)
 
     def _residuals(self, relative: FloatArray) -> FloatArray:
-        """Return the residuals in standard deviations of the noise; large for runs that fail or are not allowed."""
+        """Return the residuals in standard deviations of the noise, with large values for failed or invalid runs."""
         values = self._start + relative * self._scale
         try:
             run = self._run(dict(zip(self._free, map(float, values), strict=True)))
@@ -269,7 +269,7 @@ class _Problem:
         return np.stack(columns, axis=1)
 
     def _bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Return the bounds of the relative changes; an open bound is moved inwards by a step."""
+        """Return the bounds of the relative changes, with open bounds moved inwards by a step."""
         manifest, law = self._model.manifest, self._law()
         rows = {q.name: q for q in (*manifest.parameters, *manifest.scenario_parameters)}
         rows |= {} if law is None else {q.name: q for q in law.parameters}
@@ -323,7 +323,7 @@ class _Problem:
         return rows
 
     def _check_flat(self, relative: FloatArray, residuals: FloatArray, directions: FloatArray) -> None:
-        """Refuse combinations of parameters with zero slope whose larger changes affect the data."""
+        """Refuse combinations of parameters that affect the data but have zero slope."""
         for direction in directions:
             for step in (_FLAT * direction, -_FLAT * direction):
                 moved = self._residuals(np.clip(relative + step, *self._bounds()))

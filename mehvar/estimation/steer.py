@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs of least effort that bring a plant to a given state, by CasADi and Ipopt on the generated right-hand side."""
+"""Inputs of least effort that bring a plant to a given state, computed with CasADi and Ipopt."""
 
 from __future__ import annotations
 
@@ -28,14 +28,15 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 _INTERVALS = Option("count", "Intervals with a constant input each", least=2, below=100_001, name="n")
 _TURN = 0.5
-"""Product of a fourth-order step and the largest eigenvalue at the start: an error of about 1e-4 per radian of that
-motion. Half as much doubles the time; `miss` shows if it is needed."""
+"""Product of a fourth-order step and the largest eigenvalue at the start, with an error of about 1e-4 per radian of
+that motion. Half the product doubles the time; `miss` shows if it is needed.
+"""
 _MOST = 64
-"""Largest number of steps in an interval; a motion that needs more is too fast for the intervals."""
+"""Largest number of steps in an interval; a motion that needs more is too fast for its intervals."""
 
 
 class SteeringError(MehvarError):
-    """No inputs to the final state were found."""
+    """Error if no inputs to the final state were found."""
 
     exit_status = 3
 
@@ -51,13 +52,13 @@ class Steering:
     effort : float
         Integral of the squared inputs, each over its limit or 1, in s.
     miss : mapping of str to float
-        Where the run ended, less where it should: the error of the plan's integration.
+        Final state of the run minus the desired one, the error of the plan's integration.
     iterations : int
-        Of Ipopt.
+        Number of Ipopt's iterations.
     run : xarray.Dataset
         The plant under the planned inputs, without a law.
     gains : array
-        Of the regulator about the plan, shape (n, nu, nx).
+        Gains of the regulator about the plan, shape (n, nu, nx).
     period : float
         Length of an interval, s.
     """
@@ -74,7 +75,7 @@ class Steering:
 
     @property
     def law(self) -> Callable[[float, Any], FloatArray]:
-        """Python law that flies the plan with a linear regulator, sampled at `period`."""
+        """Python law that follows the plan with a linear regulator, sampled at `period`."""
         states, inputs = self._names
         x = np.stack([self.plan[name].values for name in states])
         u = np.stack([self.plan[f"u_{name}"].values for name in inputs])
@@ -102,26 +103,26 @@ def steer(
 ) -> Steering:
     """Find the inputs of least effort from the start of a scenario to a final state.
 
-    Each input is constant over an interval (direct multiple shooting). Ipopt has the exact sparse derivatives of the
-    generated right-hand side. It finds a least effort near its first guess, a straight line, and not the least of all.
+    Each input is constant over an interval (direct multiple shooting). Ipopt uses exact sparse derivatives of the
+    generated right-hand side. It finds a local minimum near its first guess, a straight line.
 
     Parameters
     ----------
     model, scenario, parameters, initial
         As of `mehvar.simulate`: the start and the plant.
     to : mapping of str to float
-        Final values of states by name; the others are free.
+        Final values of states by name; other states are free.
     t_end : float
         Duration, s.
     n : int
-        Intervals.
+        Number of intervals.
     limits : mapping of str to float, optional
         Largest magnitude of inputs by name.
 
     Raises
     ------
     InputError
-        For unknown names, a model that is not smooth, or without CasADi.
+        If a name is unknown, the model is not smooth, or CasADi is missing.
     SteeringError
         If Ipopt finds no inputs.
     """
@@ -175,7 +176,7 @@ def _check(model: Model, to: Mapping[str, float], limits: Mapping[str, float]) -
 
 
 def _step(model: Model, start: xr.Dataset, t_end: float, n: int) -> float:
-    """Return the step of a run that holds the planned inputs: an interval, or the period of a sampled actuator."""
+    """Return the hold time of planned inputs in a run: an interval, or the period of a sampled actuator."""
     values, length = json.loads(start.attrs["parameters"]), t_end / n
     for name in sampled_parameters(model.manifest):
         count = length / values[name]
@@ -204,7 +205,7 @@ class _Problem:
         self._end = self._interval()
 
     def _steps(self) -> int:
-        """Return the number of steps per interval that the fastest motion at the start needs."""
+        """Return the steps per interval needed for the fastest motion at the start."""
         slopes = self._model.jac_x(self._x0, np.zeros(len(self.limits)), self._p)
         fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
         steps: int = max(1, math.ceil(self._step * fastest / _TURN))
@@ -275,7 +276,8 @@ class _Problem:
     def gains(self, states: FloatArray, inputs: FloatArray) -> FloatArray:
         """Return the gains of the linear regulator about the plan, by Riccati's recursion from its end.
 
-        It weighs the states with a final value by their travel, each input by its limit, and the end as all before it.
+        The weights are the travel of states with a final value and the limits of inputs; the end has the weight of
+        all intervals.
         """
         weight = np.diag(self._weights(np.ptp(states, axis=1)))
         price, after = np.diag(1 / self.scale**2), self._n * weight
@@ -288,7 +290,7 @@ class _Problem:
         return gains
 
     def _weights(self, travel: FloatArray) -> FloatArray:
-        """Return the weights of the states; one that hardly moves gets a tenth of those with its unit."""
+        """Return the weights of the states; a state that hardly moves gets a tenth of the others with its unit."""
         units = [q.unit for q in self._model.manifest.states]
         largest = np.array([travel[[unit == other for other in units]].max() for unit in units])
         scale = np.where(largest > 0, np.maximum(travel, 0.1 * largest), 1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gradient-based tuning of gains against a mean cost over dispersed runs with common random numbers."""
+"""Gradient-based minimisation of a mean cost over dispersed runs with common random numbers."""
 
 from __future__ import annotations
 
@@ -41,18 +41,18 @@ class Tuning:
     Attributes
     ----------
     start, gains : mapping of str to float
-        The free values before and after.
+        The free parameters before and after.
     cost : tuple of float
         Mean cost over the runs of the search, before and after.
     held_out : tuple of float
         Mean cost over runs of another seed, before and after.
     gain, low, high : float
-        Mean reduction of the cost over these, and its 95 % interval by Student's distribution, run by run. With few
-        runs it holds for differences that are normally distributed.
+        Mean reduction of this cost, and its 95 % interval by Student's distribution of the differences per run. With
+        few runs the interval assumes normally distributed differences.
     runs : int
-        Runs that the search took.
+        Number of runs in the search.
     converged : bool
-        False where the search ended before it was at a minimum.
+        False if the search ended before a minimum.
     bounded : tuple of str
         Gains that ended at a bound of their parameter.
     """
@@ -96,28 +96,26 @@ def tune(
 ) -> Tuning:
     """Search gains with a small mean cost over dispersed runs.
 
-    All trials have the same random numbers, so the mean is a smooth function of the gains where the cost of a run
-    is. The search is SciPy's L-BFGS-B, which ends at a minimum near the start, not at the least of all. Gains that
-    are positive, and may not be negative, are searched by their logarithm. Runs of a neighbouring seed, which the
-    search has not seen, say whether the new gains are better.
+    All trials use the same random numbers, so the mean cost is smooth if the cost of each run is. SciPy's L-BFGS-B
+    finds a local minimum near the start. Gains that must be positive are scaled logarithmically. Runs with another
+    seed test if the new gains are better.
 
     Parameters
     ----------
     model, controller, vary, n, seed, parameters
         As of `mehvar.batch`; `vary` may be left out for a model with noise.
     free : sequence of str
-        Parameters that are tuned; a formula or the scenario gives the start unless `parameters` does.
+        Parameters to tune. `parameters` gives the start, by default a formula or the scenario.
     cost : str
-        A number of a run, as in conditions of success: "final(roll) * final(roll) + 100 * final(wx) * final(wx)". The
-        weights may have units, which are not checked.
-        A cost that jumps, as a settling time on a grid does, has no gradient there.
+        A number of a run, as in conditions of success: "final(roll) * final(roll) + 100 * final(wx) * final(wx)".
+        Units of weights are not checked. A cost with jumps, such as a settling time on a grid, has no gradient there.
     **batch
-        More arguments of `mehvar.batch` that act on a cost.
+        Further arguments of `mehvar.batch` that affect a cost.
 
     Raises
     ------
     InputError
-        For unknown names, or a start with runs that do not end, or that have no cost.
+        If a name is unknown, or runs with the start values end early or have no cost.
     """
     check_arguments("mapping", "the call", vary=vary, parameters=parameters)
     check_arguments("text", "the call", controller=controller, cost=cost)
@@ -222,7 +220,7 @@ class _Scales:
 def _scales(
     model: Model, controller: str, free: Sequence[str], start: FloatArray
 ) -> tuple[_Scales, FloatArray, FloatArray]:
-    """Return scales and bounds of the search; it stays a difference step away from an excluded end."""
+    """Return scales and bounds of the search, one difference step away from an excluded bound."""
     law = model.manifest.controllers[controller]
     rows = {q.name: q for q in all_parameters(model.manifest, law)}
     logarithmic = np.array([rows[name].lower >= 0 and value > 0 for name, value in zip(free, start, strict=True)])

@@ -21,9 +21,9 @@ _TEXT = 1024
 
 
 def refusals(subject: Subject) -> list[str]:
-    """Return a C function that refuses invalid values v and writes the reason.
+    """Return the text of a C function that refuses invalid values v and writes the reason.
 
-    Conditions with scenario parameters, which an FMU does not have, apply only to its start.
+    Conditions with scenario parameters, which an FMU lacks, apply only to its start.
     """
     manifest, law = subject.model.manifest, subject.law
     bounds = [

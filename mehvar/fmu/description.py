@@ -27,11 +27,11 @@ def description(subject: Subject, version: Version, interface: Interface, name: 
     subject : Subject
         Model and law.
     version, interface : str
-        Of the standard: "2.0" or "3.0", "me" for model exchange or "cs" for co-simulation.
+        Version of the standard, "2.0" or "3.0"; "me" for model exchange or "cs" for co-simulation.
     name : str
-        Identifier of the FMU, which the binary is called by.
+        Identifier of the FMU and name of its binary.
     token : str
-        The same as in the sources.
+        Token that the sources contain too.
     """
     manifest, two = subject.model.manifest, version == "2.0"
     about = {

@@ -19,7 +19,7 @@ UNITS = ("unit.c", "tangents.c")
 _UNOPTIMISED = (
     '#if defined __clang__\n#pragma clang optimize off\n#elif defined __GNUC__\n#pragma GCC optimize ("O0")\n#endif\n'
 )
-"""Compiler flags for derivatives, which are rarely called: short compilation matters more than speed."""
+"""Compiler flags for derivatives, which are rarely called, so that compile time matters more than speed."""
 _CLASSES = {
     "parameter": "p",
     "input": "i",
@@ -41,7 +41,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
     version : str
         "2.0" or "3.0".
     token : str
-        What an importer proves with that description and binary belong together.
+        Token by which an importer checks that description and binary belong together.
     """
     manifest = subject.model.manifest
     names = (f"{manifest.model}.h", file_of(manifest.model, ""))
@@ -63,7 +63,7 @@ def c_sources(subject: Subject, version: str, token: str) -> dict[str, str]:
 
 
 def _tangents(manifest: Manifest) -> str:
-    """Return C text that compiles the generated functions again for dual numbers, under other names."""
+    """Return C that compiles the generated functions a second time for dual numbers, under other names."""
     own = [f.name for f in manifest.functions.values() if f.file == file_of(manifest.model, "")]
     names = [f"{identifier(manifest.model)}_{identifier(name)}" for name in own]
     units = ("dual.h", file_of(manifest.model, ""), "tangents.h")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Variables of an FMU: groups of variables in a fixed order, whose positions are the value references."""
+"""Variables of an FMU, in groups of a fixed order; their positions are the value references."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ KINDS: tuple[Kind, ...] = ("plant", "loop", "sampled")
 """Kinds of FMU: plant alone, continuous loop, sampled loop; numbered as in native/fmu/core.h."""
 _IDLE = " (without effect in this FMU)"
 _STATES = 64
-"""Number of random states, enough to reach nearly all branches of a sensor."""
+"""Number of random states at which a sensor's branches are tested."""
 NO_LAW = Controller(name=OPEN_LOOP, title="", memory=(), period=None, parameters=(), constraints=(), warnings=())
 
 
@@ -39,7 +39,7 @@ class Variable:
         "time", "parameter", "constant" for a parameter without effect, "input", "state", "derivative", "output",
         "discrete" or "local".
     start : float
-        Its value at the start; not used where it follows from others.
+        Start value; unused if it follows from other variables.
     bounds : tuple of float
         Least and greatest value of a parameter.
     """
@@ -71,7 +71,7 @@ class Subject:
     duration, step : float
         Duration and step of the scenario, s.
     s : array
-        Parameters of the scenario, which the model's conditions use.
+        Parameters of the scenario, for the model's conditions.
     """
 
     model: Model
@@ -85,7 +85,7 @@ class Subject:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """Events of the loop, one guard each."""
+        """Events of the loop, each with one guard."""
         return events_of(self.model.manifest, self.law or NO_LAW, self.kind != "loop")
 
     @property
@@ -105,7 +105,7 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
     Raises
     ------
     InputError
-        For an unknown law or scenario, or parameters that do not fit together.
+        If law or scenario is unknown, or parameters contradict each other.
     """
     manifest = model.manifest
     law = None if controller is None else manifest.controller(controller)
@@ -177,7 +177,7 @@ def _parameters(
 
 
 def _acting(model: Model, law: Controller, kind: Kind, x: FloatArray, p: FloatArray) -> frozenset[str]:
-    """Return the parameters with an effect: an FMU has no noise or delay, and a plant alone has no actuator."""
+    """Return the parameters with an effect; an FMU has no noise or delay, and a plant without law no actuator."""
     manifest = model.manifest
     calls = {identifier(f.name) for f in loop_calls(manifest, law, "", kind != "loop").values()} - {"reference"}
     calls -= {"actuate", "measure"} if law is NO_LAW else set()
@@ -188,7 +188,7 @@ def _acting(model: Model, law: Controller, kind: Kind, x: FloatArray, p: FloatAr
 
 
 def _measures(model: Model, name: str, x: FloatArray, p: FloatArray) -> bool:
-    """Return True if a parameter affects measurements without noise, at states around some x."""
+    """Return True if a parameter affects noise-free measurements, at random states around x."""
     place = [q.name for q in model.manifest.parameters].index(name)
     row = model.manifest.parameters[place]
     states = x + np.random.default_rng(0).normal(0, 1, (_STATES, len(x)))

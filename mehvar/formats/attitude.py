@@ -49,7 +49,7 @@ NAMES: Mapping[str, Mapping[str, str]] = {
 }  # fmt: skip
 """Names that each format needs; the optional `rates` are three components in frame B."""
 _DIGITS = 1e-6
-"""Tolerance of a quaternion's norm: far above a run's error of 1e-12, far below the norm of anything else."""
+"""Tolerance of a quaternion's norm, far above a run's error of 1e-12."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class Attitude:
     t : array
         Times since the epoch, s.
     quaternion : array
-        Vector part and scalar part of the turn that takes frame A into frame B, a row each time.
+        Rotation from frame A to frame B, vector part first, one row per time.
     rates : array or None
         Rate of B relative to A, in B, rad/s.
     about : mapping of str to str
-        What was named.
+        Names that the user gave.
     """
 
     t: FloatArray
@@ -89,7 +89,7 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
     Raises
     ------
     InputError
-        For a name that is unknown or missing, variables of other units, or numbers that are no attitude.
+        If a name is unknown or missing, a unit is wrong, or the numbers are no attitude.
     """
     check_named(to, about, NAMES[to], ("rates",))
     quaternion = columns(run, "quaternion", about["quaternion"], 4, {"1": 1.0})
@@ -109,9 +109,9 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
 
 
 def _check_reading(t: FloatArray, quaternion: FloatArray, rates: FloatArray, about: Mapping[str, str]) -> None:
-    """Refuse an order or a direction that the rates contradict while they agree with another one.
+    """Refuse an order or direction of components that contradicts the rates, if another one agrees with them.
 
-    Rates that agree with none, as those of a vibration between the samples, are accepted.
+    Rates that agree with none, such as those of a vibration between samples, are accepted.
     """
     given = _mismatch(t, quaternion, rates)
     if given < DOUBTFUL:
@@ -138,7 +138,7 @@ _LARGEST_TURN = 0.3
 
 
 def _mismatch(t: FloatArray, quaternion: FloatArray, rates: FloatArray) -> float:
-    """Return the difference between the turns from sample to sample and the integral of the rates, relative."""
+    """Return the relative difference between rotations from sample to sample and the integral of the rates."""
     turns = Rotation.from_quat(quaternion)
     return mismatch(t, (turns[:-1].inv() * turns[1:]).as_rotvec(), rates, _LARGEST_TURN)
 
@@ -162,7 +162,7 @@ def kernel(attitude: Attitude) -> bytes:
     Raises
     ------
     InputError
-        If spiceypy is missing, or SPICE refuses what was named.
+        If spiceypy is missing, or SPICE refuses a name.
     """
     try:
         import spiceypy

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results and batches in the formats of other programs."""
+"""Conversion of results and batches to the formats of other programs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ENDINGS = {
     "parquet": ".parquet", "arrow": ".arrow", "netcdf": ".nc", "csv": ".csv", "mat": ".mat", "mat73": ".mat",
     "aem": ".aem", "oem": ".oem", "ck": ".bc",
 }  # fmt: skip
-"""File endings by the format name of `--to`. If two names share an ending, the ending means the first."""
+"""File endings by the format name of `--to`. An ending that two formats share selects the first."""
 _MATLAB = {"mat": matlab5, "mat73": matlab73}
 _MESSAGES: Mapping[str, Callable[[xarray.Dataset, Mapping[str, str]], bytes]] = {
     "aem": lambda run, about: message(attitude(run, "aem", about)),
@@ -60,7 +60,7 @@ class Conversion:
 
 
 def flat_name(name: str, unit: str) -> str:
-    """Return a column name with its unit in letters, digits and underscores: "wx_rad_per_s"; the unit 1 is omitted."""
+    """Return a column name with its unit, such as "wx_rad_per_s"; the unit 1 is omitted."""
     if unit in ("", "1"):
         return name
     above, *below = unit.split("/")
@@ -92,10 +92,9 @@ def convert(
 ) -> Conversion:
     """Write a result or a batch in another format.
 
-    In a flat format, `parquet`, `arrow` or `csv`, a batch is a table with a row for each run. Its series, if any, are a
-    second table beside it, with a row for each run and sample and a file name that ends in `_series`. Flat columns have
-    names `NAME_UNIT`; Parquet and Arrow also have unit and description in the metadata of each column. Runs of an
-    unfinished batch that were not made are left out.
+    In the flat formats `parquet`, `arrow` and `csv` a batch is a table with a row per run. Its series, if any, are a
+    second file with the suffix `_series` and a row per run and sample. Columns have names `NAME_UNIT`; Parquet and
+    Arrow also store unit and description as metadata. Missing runs of an unfinished batch are omitted.
 
     Parameters
     ----------
@@ -107,17 +106,17 @@ def convert(
     out : path
         The file to write.
     about : mapping of str to str, optional
-        Of an attitude or orbit its variables, frames and epoch, by the names of `attitude.NAMES` and `orbit.NAMES`.
+        For an attitude or orbit, its variables, frames and epoch, by the names in `attitude.NAMES` and `orbit.NAMES`.
 
     Returns
     -------
     Conversion
-        The files that were written, and how many runs of an unfinished batch are in them.
+        The written files, and the number of runs if the batch is unfinished.
 
     Raises
     ------
     InputError
-        For anything unknown, a source that is neither, a batch without a run, or a missing package.
+        If a name is unknown, the source is no result or batch or has no run, or a package is missing.
     OSError
         If a file cannot be written.
     """
@@ -210,7 +209,7 @@ def _column(array: xarray.DataArray) -> Column:
 
 
 def _units(dataset: xarray.Dataset) -> dict[str, str]:
-    """Return the unit of each summarised variable from the model; empty if the model is not available."""
+    """Return the unit of each summarised variable; empty if the model is not available."""
     name = dataset.attrs["model"]
     if name not in known_models():
         return {}
@@ -252,7 +251,7 @@ def _table(columns: Mapping[str, Column], dataset: xarray.Dataset) -> pyarrow.Ta
 
 
 def _netcdf(dataset: xarray.Dataset) -> bytes:
-    """Return a batch as NetCDF-4, with names of fixed length and attributes as plain texts."""
+    """Return a batch as a NetCDF-4 file, with names of fixed length and attributes as plain texts."""
     plain = dataset.assign_coords({n: c.astype(object) for n, c in dataset.coords.items() if c.dtype.kind not in "fiu"})
     return bytes(plain.assign_attrs({n: _text(v) for n, v in dataset.attrs.items()}).to_netcdf(engine="h5netcdf"))
 

@@ -28,14 +28,14 @@ _NEEDED = {
 }
 _QUATERNION, _WITH_RATES = "QUATERNION", "QUATERNION/ANGVEL"
 _NORM = 1e-3
-"""Tolerance of a quaternion's norm: messages write three digits at least."""
+"""Tolerance of a quaternion's norm; messages have at least three digits."""
 _EPOCH = re.compile(r"(?P<day>\d{4}-\d\d-\d\d|\d{4}-\d{3})T(?P<time>\d\d:\d\d:\d\d)(?:\.(?P<part>\d+))?Z?", re.ASCII)
 _PAIR = re.compile(r"([A-Z0-9_]+)\s*=\s*(.*)", re.ASCII)
 
 
 @dataclass(frozen=True)
 class _Segment:
-    """Metadata and rows of the only segment, with the numbers of their lines."""
+    """Metadata and rows of a message's segment, with their line numbers."""
 
     about: Mapping[str, str]
     rows: Sequence[tuple[int, list[str]]]
@@ -59,7 +59,7 @@ def read_message(path: Path) -> xarray.Dataset:
     Raises
     ------
     InputError
-        For a file that is no such message; the message of the error names the line.
+        If the file is not such a message; the error names the line.
     """
     kind = path.suffix.lower()
     try:
@@ -168,7 +168,7 @@ def _dataset(path: Path, segment: _Segment, columns: Mapping[str, tuple[FloatArr
 
 
 def _instant(path: Path, number: int, text: str) -> tuple[datetime, int]:
-    """Return whole seconds and nanoseconds of an epoch; days have 86 400 s."""
+    """Return seconds and nanoseconds of an epoch; days have 86 400 s."""
     match = _EPOCH.fullmatch(text)
     try:
         if match is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MAT-files of version 7.3, which are HDF5 files: without the limit of 2 GB of version 5."""
+"""MAT-files of version 7.3, which are HDF5 files without the 2 GB limit of version 5."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 
 _HEADER = b"MATLAB 7.3 MAT-file, written by mehvar".ljust(116) + bytes(8) + b"\0\2IM"
 _BLOCK = 512
-"""Bytes before the HDF5 contents, beginning with the header."""
+"""Number of bytes before the HDF5 contents, which hold the header."""
 _CLASSES = {"f8": "double", "f4": "single", "b1": "logical"}
-"""MATLAB classes by NumPy type; integer types have equal names."""
+"""MATLAB classes by NumPy type, except integers, whose names agree."""
 
 
 def matlab73(values: Mapping[str, Any]) -> bytes:
@@ -40,7 +40,7 @@ def _fill(group: Any, values: Mapping[str, Any]) -> None:
 
 
 def _matrix(value: Any) -> tuple[np.ndarray[Any, Any], str]:
-    """Return a value as an array of at least two dimensions, with its class; a vector is a column, a text a row."""
+    """Return a value as a two-dimensional array with its MATLAB class; vectors are columns, texts rows."""
     array = np.asarray(value)
     if array.dtype.kind in "US":
         texts = np.atleast_1d(array).astype("U")

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names and epochs of a run for flight dynamics, and messages of CCSDS in KVN.
+"""Names and epochs of runs for flight dynamics, and CCSDS messages in KVN.
 
-A result has quantities under names of its own, in frames of its own, from a time zero of its own. The user names what
-they are elsewhere.
+A result has its own names, frames and time origin. The user gives the names, frames and epoch of the message.
 """
 
 from __future__ import annotations
@@ -33,12 +32,13 @@ OBJECT = {
 }
 _EPOCH = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,9})?", re.ASCII)
 DOUBTFUL, BETTER = 0.03, 0.1
-"""Mean relative difference between changes and the integral of rates above which another reading is looked for, and
-the share of it below which that reading is the right one. The trapezoidal rule errs by less at 0.3 rad a sample."""
+"""Mean relative difference between changes and integrated rates above which other readings are tested, and the share
+of it below which such a reading is accepted. The trapezoidal rule errs less for up to 0.3 rad per sample.
+"""
 
 
 def check_named(to: str, about: Mapping[str, str], needed: Mapping[str, str], optional: Sequence[str] = ()) -> None:
-    """Refuse unknown and missing names, and an epoch that is none."""
+    """Refuse unknown and missing names and invalid epochs."""
     for name in about:
         if name not in (*needed, *optional):
             raise unknown_name(f"name of {to}", name, [*needed, *optional], ORIGIN)
@@ -51,7 +51,7 @@ def check_named(to: str, about: Mapping[str, str], needed: Mapping[str, str], op
 
 
 def times(run: xarray.Dataset) -> FloatArray:
-    """Return the times of a run, s; there must be two at least, which increase."""
+    """Return the times of a run, s; at least two, which must increase."""
     t = run["t"].values
     if len(t) < 2 or not (np.diff(t) > 0).all():
         raise InputError("a message needs at least two samples at increasing times")
@@ -59,7 +59,7 @@ def times(run: xarray.Dataset) -> FloatArray:
 
 
 def columns(run: xarray.Dataset, name: str, text: str, size: int, units: Mapping[str, float]) -> FloatArray:
-    """Return the variables that a text names, a column each, in the unit of factor 1."""
+    """Return the variables that a text names as columns in SI units."""
     names = text.split(",")
     if len(names) != size:
         raise bad_value(name, text, f"{size} variables, separated by commas", ORIGIN)
@@ -76,18 +76,18 @@ def columns(run: xarray.Dataset, name: str, text: str, size: int, units: Mapping
 
 
 def mismatch(t: FloatArray, change: FloatArray, rates: FloatArray, largest: float = np.inf) -> float:
-    """Return the mean difference between changes from sample to sample and the integral of rates, relative.
+    """Return the mean relative difference between changes from sample to sample and the integral of rates.
 
     Parameters
     ----------
     t : array, shape (n,)
         Times, s.
     change : array, shape (n - 1, 3)
-        Changes of a vector, or turns.
+        Changes of a vector, or rotation vectors.
     rates : array, shape (n, 3)
         Its rates, or angular velocities.
     largest : float
-        Changes above it are left out.
+        Larger changes are ignored.
     """
     expected = (rates[:-1] + rates[1:]) / 2 * np.diff(t)[:, None]
     size = np.maximum(np.linalg.norm(change, axis=1), np.linalg.norm(expected, axis=1))

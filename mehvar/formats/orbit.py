@@ -37,7 +37,7 @@ NAMES: Mapping[str, str] = {
     **TIME,
     **OBJECT,
 }
-"""Names that the message needs."""
+"""Names that an orbit message needs."""
 
 
 def orbit_message(run: xarray.Dataset, about: Mapping[str, str]) -> bytes:
@@ -53,7 +53,7 @@ def orbit_message(run: xarray.Dataset, about: Mapping[str, str]) -> bytes:
     Raises
     ------
     InputError
-        For a name that is unknown or missing, variables of other units, or velocities that contradict the positions.
+        If a name is unknown or missing, a unit is wrong, or velocities contradict the positions.
     """
     check_named("oem", about, NAMES)
     t = times(run)
@@ -65,7 +65,7 @@ def orbit_message(run: xarray.Dataset, about: Mapping[str, str]) -> bytes:
 
 
 def _check_velocity(t: FloatArray, position: FloatArray, velocity: FloatArray, about: Mapping[str, str]) -> None:
-    """Refuse an order of velocities that the positions contradict while they agree with another one."""
+    """Refuse an order of velocity components that contradicts the positions, if another order agrees with them."""
     change = np.diff(position, axis=0)
     given = mismatch(t, change, velocity)
     if given < DOUBTFUL:

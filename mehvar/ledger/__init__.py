@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Vocabulary of `papers/MODEL/ledger.py`: printed equations of a paper, and the derived meaning of its symbols.
 
-`mehvar diff --paper` judges a ledger, and so does `judge`; `judge_entry` judges one entry while it is being written.
-How an entry is written stands in `mehvar.models.paper`.
+`mehvar diff --paper` and `judge` judge a ledger; `judge_entry` judges a single entry. `mehvar.models.paper` describes
+how to write entries.
 """
 
 from __future__ import annotations

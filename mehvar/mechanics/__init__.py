@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rotations, rates and equations of motion in SymPy, as models and ledgers use them."""
+"""Rotations, rates and equations of motion in SymPy, for models and ledgers."""
 
 from __future__ import annotations
 

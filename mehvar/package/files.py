@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a package: sources in `src`, and the build files from a folder of templates."""
+"""Files of a package: sources in `src`, and build files from templates."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KINDS = {
     "fprime": "A component of F Prime: put this folder into a deployment and `add_fprime_subdirectory` it.",
     "stm32cube": "A CMSIS pack's folder: add `src` to sources and include paths of a project, or install the pack.",
 }
-"""Kinds of packages with their use; each has a folder of templates of that name."""
+"""Kinds of packages with descriptions; each has a folder of templates of its name."""
 FRAMEWORKS = ("cfs", "fprime")
 """Kinds of packages for frameworks, which call the law themselves."""
 _NUMBERS = """\
@@ -42,7 +42,7 @@ _ARITHMETIC = """\
 
 """
 _NOT_IN_A_PACKAGE = ("boards/", "main.c")
-"""Files that each project supplies itself: the functions of mehvar/board.h, and a main loop."""
+"""Files that are not in a package, because each project supplies them: functions of mehvar/board.h and a main loop."""
 
 
 def package(
@@ -53,7 +53,7 @@ def package(
     Parameters
     ----------
     link : bool
-        The law behind its line to mehvar, in place of the law as functions.
+        True for a law with a serial link to mehvar, False for the law as functions.
     ranges : mapping of str to (float, float), optional
         Allowed values of measurements and references of the law as functions.
     """
@@ -76,7 +76,7 @@ def package(
 
 
 def _rendered(kind: str, facts: Mapping[str, object]) -> dict[str, str]:
-    """Return the files of a folder of templates, and the page about the package."""
+    """Return the files from a folder of templates, and the package's README."""
     environment = text_environment(TEMPLATES)
     environment.filters["identifier"] = identifier
     names = ["README.md.j2", *(name for name in environment.list_templates() if name.startswith(f"{kind}/"))]

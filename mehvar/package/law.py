@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law as two C files: functions on a state that the caller owns, without unused parts of the model."""
+"""Law as two C files, with functions on a state that the caller owns and without unused parts of the model."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Vector:
     Attributes
     ----------
     word : str
-        Its name in the header: MEASURED, REFERENCE, COMMAND, PLANT, LAW or MEMORY.
+        Its name in the header, such as MEASURED, REFERENCE, COMMAND, PLANT, LAW or MEMORY.
     prefix : str
         Start of the enumerators of the generated C, such as SATELLITE_X.
     places : tuple of int
-        Places of its quantities in the model's vector.
+        Positions of its quantities in the model's vector.
     values : tuple of float
         The scenario's parameters, as floats.
     """
@@ -53,7 +53,7 @@ class Vector:
 
     @property
     def size(self) -> int:
-        """Length of its array in C, which has at least one element."""
+        """Length of its C array, at least one."""
         return max(1, len(self.places))
 
 
@@ -68,14 +68,14 @@ def law_files(firmware: Program, ranges: Mapping[str, tuple[float, float]], vers
     Parameters
     ----------
     ranges : mapping of str to (float, float)
-        Allowed values of measurements and references by name; default: every finite one.
+        Allowed values of measurements and references by name; default: all finite ones.
     version : str
-        The program that writes the files.
+        Version of mehvar.
 
     Raises
     ------
     InputError
-        For the range of a quantity that the law does not read, or an empty one.
+        If a range is empty or belongs to a quantity that the law does not read.
     """
     name, facts = law_name(firmware), law_facts(firmware, ranges) | {"version": version}
     environment = text_environment(TEMPLATES / "law")
@@ -136,14 +136,14 @@ def _functions(text: str, name: str) -> dict[str, str]:
 
 
 def _apart(functions: Mapping[str, str]) -> str:
-    """Return the functions, declared local to the source."""
+    """Return the text of the functions, declared static."""
     return "\n".join(
         re.sub(r"^(static )?void", "APART void", f, count=1, flags=re.MULTILINE) for f in functions.values()
     )
 
 
 def _vectors(firmware: Program, text: str) -> tuple[Vector, ...]:
-    """Return the vectors of the public header. Except for memory and command, they contain only what the law reads."""
+    """Return the vectors of the public header; except for memory and command, only elements that the law reads."""
     manifest, law = firmware.model.manifest, firmware.law
     model, name = identifier(manifest.model).upper(), law_name(firmware).upper()
     period = f"{1000 * firmware.period:g} ms"
@@ -176,7 +176,7 @@ def _vector(
 
 
 def _names(vectors: Sequence[Vector], name: str) -> list[tuple[str, str]]:
-    """Return pairs of constants: of the generated functions, and of the public header."""
+    """Return pairs of constants, each of the generated functions and of the public header."""
     return [
         (f"{v.prefix}_{word}", f"{name.upper()}_{v.word}_{word}")
         for v in vectors
@@ -185,7 +185,7 @@ def _names(vectors: Sequence[Vector], name: str) -> list[tuple[str, str]]:
 
 
 def _layout(vectors: Sequence[Vector], name: str) -> str:
-    """Return a 32-bit hash of the law's interface: other inputs or parameters give another value."""
+    """Return a 32-bit hash of the law's inputs and parameters."""
     rows = [(v.word, [(q.name, q.unit) for q in v.quantities]) for v in vectors if v.word != "MEMORY"]
     return hashlib.sha256(repr((name, rows)).encode()).hexdigest()[:8]
 
@@ -226,7 +226,7 @@ def _calls(name: str, memory: bool, starts: bool) -> dict[str, str]:
 
 
 def _filled(values: Sequence[float]) -> Sequence[float]:
-    """Return the elements of a C array, which has at least one."""
+    """Return the elements of a C array, at least one."""
     return values or [0.0]
 
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physical laws that every wrong term should violate. A model declares the applicable ones and its quantities.
+"""Physical laws as gates that wrong terms should violate; a model declares applicable ones and their quantities.
 
-A gate compares two sides at random points. Balances differentiate a reading along the motion and compare it with its
-supply; symmetries transform point and right-hand side together; limits compare with a smaller system.
+A gate compares two sides at random points. Balances differentiate a quantity along the motion and compare its rate
+with the supply. Symmetries transform point and right-hand side together. Limits compare with a smaller system.
 """
 
 from __future__ import annotations
@@ -15,20 +15,21 @@ import numpy as np
 from mehvar.physics.machine import Array, Machine, Points, points
 
 TOLERANCE = 1e-9
-"""Tolerance relative to a side. The shipped equations have errors up to 1.2e-12, mostly from differences along the
-motion. Terms below 1e-9 of their equation are not detected."""
+"""Relative tolerance. The shipped equations have errors up to 1.2e-12, mostly from differences along the motion.
+Terms below 1e-9 of their equation remain undetected.
+"""
 Reading = Callable[[Points], Array]
 Change = Callable[[Points], Points]
 
 
 @dataclass(frozen=True)
 class Gate:
-    """Two sides that are equal if the equations are true.
+    """Two sides that are equal for correct equations.
 
     Attributes
     ----------
     name : str
-        What must hold.
+        Statement that must hold.
     sides : callable
         Points -> both sides, each of shape (n,) or (n, size).
     """
@@ -52,13 +53,13 @@ class Symmetry:
     Attributes
     ----------
     name : str
-        What it is.
+        Its name.
     signs : frozenset of str
         States, inputs and parameters that change sign.
     swaps : mapping of str to str
-        Each takes the value of another.
+        Quantities that take the value of another.
     shifts : mapping of str to float
-        Added afterwards.
+        Amounts that are added afterwards.
     """
 
     name: str
@@ -97,7 +98,7 @@ def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", whe
     reading, supply : callable
         Points -> values, shape (n,) or (n, size).
     flow : str
-        The right-hand side that moves the points.
+        Name of the right-hand side that moves the points.
     where : callable, optional
         Points -> points at which it holds.
     """
@@ -130,7 +131,7 @@ def symmetric(symmetry: Symmetry, flow: str = "rhs") -> Gate:
 
 
 def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapping[str, float | Reading]) -> Gate:
-    """Require that a system moves in the same way as a smaller one.
+    """Require that a system moves like a smaller one.
 
     Parameters
     ----------
@@ -139,9 +140,9 @@ def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapp
     part : Machine
         The smaller system.
     source : callable
-        Name of a quantity -> the quantity of the smaller system that it copies, or "" for none.
+        Maps the name of a quantity to the quantity of the smaller system that it copies, or "".
     values : mapping
-        Quantities that are set instead: a number, or a function of the smaller system's points.
+        Other quantities: numbers, or functions of the smaller system's points.
     """
 
     def sides(at: Points) -> tuple[Array, Array]:
@@ -166,7 +167,7 @@ MEASUREMENTS = "measurements without noise"
 
 
 def measures(truth: Reading, of: Callable[[Array], Array] = np.asarray, where: Change | None = None) -> Gate:
-    """Require that a sensor with zero random numbers shows the true value.
+    """Require that a sensor without noise measures the true value.
 
     Parameters
     ----------

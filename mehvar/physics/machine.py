@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Functions of a system in CasADi's virtual machine, with arguments by quantity name, and random points for them.
 
-Every additive term may carry a weight, 1 as derived: with another value the same compiled functions evaluate a mutant.
+Each additive term may have a weight, by default 1. With other weights the same functions evaluate a mutant.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _STENCIL = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 """Coefficients of sixth-order central differences."""
 _STEP = 3e-3
 """Step of the differences for a motion of speed one. Gate errors are 1e-13 to 1.2e-12 at this step, up to twice that
-at half of it, 3e-12 at twice and 2e-10 at four times: truncation grows with the sixth power, rounding with the
-inverse."""
+at half the step, 3e-12 at twice and 2e-10 at four times.
+"""
 
 
 class Machine:
@@ -41,7 +41,7 @@ class Machine:
     system : System
         As derived.
     ranges : mapping of str to (float, float)
-        Where random values of its quantities lie; see `draw` for those without a range.
+        Ranges of random values; see `draw` for quantities without a range.
     weights : sequence of Symbol
         Symbols of the system that are neither quantities nor definitions; attribute `weights` holds their values.
     """
@@ -105,7 +105,7 @@ class Points:
     Attributes
     ----------
     machine : Machine
-        Whose points they are.
+        Machine to which the points belong.
     values : mapping of str to array
         By name of the group, shape (n, size).
     """
@@ -195,7 +195,7 @@ def points(subject: Machine, n: int = 12, seed: int = 0) -> Points:
 def draw(ranges: Ranges, group: Group, n: int, rng: np.random.Generator) -> Array:
     """Draw n random vectors of a group, shape (n, size); an empty group gets one unused number.
 
-    A quantity without a range lies around its default, or else in [0.1, 1]; the points of a table increase.
+    Values without a range are around the default, or else in [0.1, 1]; the points of a table increase.
     """
     if not len(group):
         return np.zeros((n, 1))

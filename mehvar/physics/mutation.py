@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mutants of a plant's equations. Each flips, drops or doubles one additive term of one definition.
+"""Mutants of a plant's equations, each with one additive term flipped, dropped or doubled.
 
-Every term gets a weight, 1 as derived, which the compiled functions receive: a mutant is another vector of weights, so
-thousands of them cost one derivation.
+Each term has a weight, by default 1, which is an argument of the functions. A mutant is a vector of weights, so that
+thousands of mutants cost one derivation.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from mehvar.physics.machine import Array, Machine, Points, Ranges, points
 
 CHANGES = {"flipped": -1.0, "dropped": 0.0, "doubled": 2.0}
 SAME = 1e-13
-"""Difference below which a mutant counts as equivalent: above rounding of reordered operations, about 1e-15, and far
-below the gates' tolerance, so that mutants within that tolerance count as survivors."""
+"""Difference below which a mutant counts as equivalent. It is above rounding of reordered operations, about 1e-15,
+and far below the gates' tolerance.
+"""
 _EQUIVALENCE_POINTS = 500
-"""Points at which a mutant must change nothing to count as equivalent. More than the gates' six points, so that
-rarely taken branches are evaluated."""
+"""Number of points at which an equivalent mutant changes nothing, enough to reach rare branches."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class Term:
     Attributes
     ----------
     owner : str
-        Definition or function that it stands in.
+        Definition or function that contains it.
     text : str
         The term.
     weight : Symbol
-        What it is multiplied by.
+        Symbol by which it is multiplied.
     """
 
     owner: str
@@ -64,11 +64,11 @@ class Tally:
     terms, total : int
         Terms of the equations, and mutants tried.
     killers : Counter
-        Mutants killed, by the first gate that notices.
+        Number of killed mutants, by the first gate that detects them.
     equivalent : list of Mutant
-        Mutants that no gate notices and that change no function at 500 random points.
+        Undetected mutants that change no function at 500 random points.
     survivors : list of Mutant
-        The others that no gate notices.
+        Other undetected mutants.
     verified : list of Mutant
         Survivors that the comparison with the derived equations kills.
     """
@@ -98,11 +98,11 @@ def run(
     ranges : mapping of str to (float, float)
         Plausible values of its quantities.
     gates_of : callable
-        Machine -> gates that the true equations pass.
+        Function of a machine that returns gates, which the true equations pass.
     sample : int
         Number of mutants to try, drawn with a fixed seed; 0 for all.
     n : int
-        Points at which each gate looks.
+        Number of points of each gate.
 
     Raises
     ------
@@ -171,8 +171,8 @@ def _close(new: Array, old: Array) -> bool:
 def weighted(system: System) -> tuple[System, tuple[Term, ...]]:
     """Return the system with a weight at each additive term of its plant, and the list of terms.
 
-    Weighted are x', outputs, initial state, reference, the regular chart, the model's own functions except those of
-    laws, and every definition that these lead to.
+    Weights are added to x', outputs, initial state, reference, the regular chart, the model's functions except those
+    of laws, and all definitions that these use.
     """
     bench = _Weights()
     own = {f.name for f in system.functions if "c" not in [group.name for group in f.arguments]}
@@ -215,7 +215,7 @@ def _function(function: Function, bench: _Weights) -> Function:
 
 
 def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
-    """Put weights into the equations of a chart; skip coordinates that another chart shares."""
+    """Add weights to the equations of a chart, except coordinates that another chart shares."""
     return dataclasses.replace(
         chart,
         rhs=bench.weigh("chart rhs", chart.rhs),
@@ -238,14 +238,14 @@ def _reached(expressions: Sequence[Expr], system: System) -> set[sp.Symbol]:
 
 
 class _Weights:
-    """Inserts weights at terms; equal sums get the same weights wherever they occur."""
+    """Inserter of weights at terms, with the same weights for equal sums."""
 
     def __init__(self) -> None:
         self.terms: list[Term] = []
         self.shared: dict[Expr, Expr] | None = None
 
     def weigh(self, owner: str, expressions: Sequence[Expr], names: Sequence[sp.Symbol] = ()) -> tuple[Expr, ...]:
-        """Return the expressions with weights; an expression that is its own name stays unchanged."""
+        """Return the expressions with weights; plain symbols stay unchanged."""
         memo: dict[Expr, Expr] = {} if self.shared is None else self.shared
         return tuple(e if e in names else self._top(owner, sp.sympify(e), memo) for e in expressions)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Search for idle parameters: a small change of each parameter must change the result of some function."""
+"""Search for idle parameters, whose small change affects no result of any function."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mehvar.codegen.functions.requests import Request
 from mehvar.physics.machine import Machine, draw
 
 CHANGE = 0.01
-"""Relative change of a parameter: far above rounding, small enough to stay within bounds."""
+"""Relative change of a parameter, far above rounding and small enough for its bounds."""
 NOISE = 1e-12
 """Relative change of a result that counts as rounding; each operation contributes about 1e-15."""
 _GROUPS = ("p", "s", "c")
@@ -19,10 +19,9 @@ _GROUPS = ("p", "s", "c")
 def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> list[str]:
     """Return the parameters of plant, scenario and laws that have no effect at random points.
 
-    A few points reveal the effect of most parameters, but those of switches need many. In a sampled adaptive law with a
+    Most parameters show an effect at a few points, but those of switches need many. In a sampled adaptive law with a
     dead zone and a floor, four parameters seem idle at 40 points, two at 750 and none at 1500. A law's period only
     affects runs.
-    zone and a floor four seem idle at 40 points, two at 750 and none at 1500. A law's period acts on its run alone.
     """
     everything: set[str] = set()
     active = {law.period for law in subject.system.controllers}
@@ -39,7 +38,7 @@ def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> li
 
 
 def _counts(request: Request) -> bool:
-    """Return True if a function affects a run. Constraints do not: they only refuse runs."""
+    """Return True if a function affects a run; constraints only refuse runs."""
     return request.name == "limits" or all(name != "margin" for name, _ in request.results)
 
 
@@ -59,7 +58,7 @@ def _active(subject: Machine, request: Request, place: int, waiting: dict[int, s
 
 
 def _owner(subject: Machine, request: Request, group: str) -> str:
-    """Return the law that owns a parameter; names of parameters may recur in other laws."""
+    """Return the law of a parameter, whose name other laws may use too."""
     if group != "c":
         return ""
     tags = {identifier(law.name): law.name for law in subject.system.controllers}

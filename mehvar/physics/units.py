@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of functions under a change of units: results must scale with their own units."""
+"""Check of functions under a change of units: results must scale with their units."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from mehvar.models.system import Definition, Group, System
 from mehvar.physics.machine import Array, Machine, draw
 
 SCALES = {"kg": 1.7, "m": 0.6, "s": 1.3, "A": 1.9, "K": 2.3, "mol": 2.9, "cd": 3.1, "deg": 1.0}
-"""Number of new units in one old unit. No product of small powers equals 1, so errors cannot cancel. A degree keeps
-its radians."""
+"""Number of new units in one old unit. No product of small powers equals 1, so that errors cannot cancel."""
 SAME_TORQUE = SCALES | {"kg": SCALES["s"] ** 2 / SCALES["m"] ** 2}
 """Units in which a newton metre keeps its value."""
 
@@ -64,7 +63,7 @@ def _factors(group: Group, scales: Mapping[str, float]) -> Array:
 
 
 def _observed(before: Array, after: Array) -> Array:
-    """Return the measured positive factor of each result without a stated unit, such as a margin."""
+    """Return the measured factor of each result without a stated unit, such as a margin."""
     nonzero = np.abs(before).argmax(axis=0)
     columns = np.arange(before.shape[1])
     top, bottom = after[nonzero, columns], before[nonzero, columns]
@@ -72,7 +71,7 @@ def _observed(before: Array, after: Array) -> Array:
 
 
 def _results(system: System, request: Request) -> list[str] | None:
-    """Return the units of a function's results; None where they are margins."""
+    """Return the units of a function's results, with None for margins."""
     own = {f.name: [q.unit for q, _ in f.results] for f in system.functions}
     if request.name in own:
         return own[request.name]

@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
-"""Quantiles and opacity of the bands: 98, 90 and 50 % of the runs. Darker means more runs."""
+"""Quantiles and opacity of the bands, for 98, 90 and 50 % of the runs."""
 _WORST = 3
-"""Runs drawn individually: the number of line styles that can be distinguished."""
+"""Largest number of single runs that are drawn: that of distinguishable line styles."""
 MOST_STATES = 12
-"""Largest number of final states that are drawn for a model without metrics: panels that fill a screen."""
+"""Largest number of final states that are drawn for a model without metrics, so that panels fit a screen."""
 _ROUNDING, _TINY = 1e-9, 1e-300
-"""Relative and absolute spread below which a histogram shows values as one bar; narrower axes lose their bars."""
+"""Relative and absolute spread below which a histogram is a single bar; narrower bars would be invisible."""
 _TITLE = 62
-"""Characters per line of a panel's title; longer lines reach into the next panel."""
+"""Largest number of characters per line of a panel's title; longer lines overlap the next panel."""
 BINS = 60
-"""Bars of a histogram, each two points wide. Half as many hide a second peak; twice as many show noise of 1000 runs."""
+"""Number of bars of a histogram. Half as many hide a second peak; twice as many show the noise of 1000 runs."""
 
 
 def batch_picture(store: Store, names: list[str]) -> Figure:
@@ -46,8 +46,8 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
     Parameters
     ----------
     store : Store
-        One with series is drawn as quantile bands over time, with the runs in which the largest magnitude of the
-        variable is largest; another one as histograms.
+        Store of the batch. Series are drawn as quantile bands over time with the runs of largest magnitude; without
+        series, metrics as histograms.
     names : list of str
         The series or metrics; all states or all metrics if empty.
 
@@ -114,9 +114,9 @@ def _largest(store: Store, name: str) -> list[int]:
 
 
 def bin_edges(values: FloatArray) -> FloatArray:
-    """Return the edges of a histogram's bins; values that are equal up to rounding fall into the middle one.
+    """Return the edges of a histogram's bins, with values that are equal up to rounding in the middle bin.
 
-    Narrower bins would be too thin to be drawn, or have edges that coincide, which NumPy refuses.
+    Narrower bins would be invisible or have coinciding edges, which NumPy refuses.
     """
     if not values.size:
         return np.linspace(0.0, 1.0, BINS + 1)
@@ -129,7 +129,7 @@ def bin_edges(values: FloatArray) -> FloatArray:
 
 
 def histogram_title(meaning: str, finite: int, runs: int) -> str:
-    """Return the title of a histogram, broken into lines as wide as its panel."""
+    """Return the title of a histogram, wrapped to the width of its panel."""
     return textwrap.fill(f"{meaning}: {finite} of {runs} runs", _TITLE)
 
 

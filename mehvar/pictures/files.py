@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures as files. A file is complete or absent, and the same figure gives the same bytes."""
+"""Writer of pictures. A file is complete or absent, and the same figure gives the same bytes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def save(figure: Figure, path: Path) -> None:
     Parameters
     ----------
     figure : matplotlib.figure.Figure
-        What to write.
+        Figure to write.
     path : Path
         Its suffix decides the format: .png, .svg or .pdf.
 
@@ -55,9 +55,9 @@ def encoded(figure: Figure, suffix: str) -> bytes:
 
 
 def small_png(figure: Figure, colors: int = 256) -> bytes:
-    """Return a figure as PNG with few colours: 256 take a third of the size, and lines and text look the same.
+    """Return a figure as PNG with 256 colours, which takes a third of the size and looks the same.
 
-    For a few lines and their soft edges 32 are enough, which takes away another third.
+    For a few lines 32 colours are enough and save another third.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image

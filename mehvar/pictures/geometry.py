@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Animation of a system with a declared geometry: positions of the shapes' points along runs."""
+"""Animation of a system with a declared geometry, from the positions of its shapes along runs."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from .scene import FloatArray
 
 _PANELS = 3
-"""Panels beside the animation, which fill its height. A fourth would push the controls off a laptop's screen."""
+"""Largest number of panels beside the animation; a fourth would push the controls off a laptop's screen."""
 _LINES = 3
-"""Signals of a panel. With more, the legend would exceed the panel's height."""
+"""Largest number of signals in a panel; the legend of more would exceed the panel's height."""
 _SHOWN = 15.0
 """Duration of an animation at the default speed, s. Half is too fast for a run that settles, twice is tedious."""
 
@@ -39,9 +39,9 @@ def geometry_scene(runs: Mapping[str, xr.Dataset], model: Model) -> Scene:
     Parameters
     ----------
     runs : mapping of str to xarray.Dataset
-        What `mehvar.simulate` returns, by title.
+        Results of `mehvar.simulate` by title.
     model : Model
-        Whose manifest has shapes.
+        Model with shapes.
     """
     manifest = model.manifest
     shown = panels(manifest)
@@ -85,7 +85,7 @@ def _panel(panel: Panel) -> ScenePanel:
 
 
 def _speeds(duration: float) -> tuple[float, ...]:
-    """Return the available speeds; the first shows the whole run in the default duration."""
+    """Return the available speeds, of which the first shows the run in the default duration."""
     fast = duration / _SHOWN
     power = 10.0 ** math.floor(math.log10(fast)) if fast > 0 else 1.0
     speed = power * max((digit for digit in (1, 2, 5) if digit * power <= fast), default=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of one run in two versions: the variables that differ, old dashed, new solid."""
+"""Picture of a run in two versions, with the variables that differ: old dashed, new solid."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 3
-"""Number of panels: as many as fit on a screen beside the change. They show the variables with the largest change."""
+"""Largest number of panels, which fit on a screen; they show the variables with the largest change."""
 _VISIBLE = 1e-3
-"""Change relative to a variable's size that a line's width hides."""
+"""Change relative to a variable's size that the width of a line hides."""
 
 
 def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure:

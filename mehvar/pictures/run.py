@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of a run of any model: states, inputs and outputs over time, one panel per kind and unit."""
+"""Picture of a run: states, inputs and outputs over time, one panel per kind and unit."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 _LINES = ("-", "--", ":", "-.")
 _MOST_NAMED = 12
-"""Entries of a legend: as many as fit beside a panel."""
+"""Largest number of legend entries, which fit beside a panel."""
 _FLAT = 30
-"""Ratio of peaks above which the smaller curve gets its own panel: below 2 mm it looks like zero."""
+"""Ratio of peaks above which the smaller curve gets its own panel, because it would look like zero."""
 _MARK, _MARKS = 0.12, 7
-"""Height of a mark's name relative to its panel, and number of names below each other."""
+"""Height of a mark's name relative to its panel, and largest number of names below each other."""
 _REFERENCE = re.compile(r"^ref_|_ref$")
-"""Pattern of the prefix or suffix that distinguishes the name of a reference from that of its state."""
+"""Pattern of the prefix or suffix that distinguishes a reference from its state."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Variables of one kind and unit: pairs of the dataset's variable and its meaning."""
+    """Variables of one kind and unit, as pairs of the dataset's variable and its meaning."""
 
     kind: str
     unit: str
@@ -85,7 +85,7 @@ def _references(manifest: Manifest) -> dict[str, Quantity]:
 
 
 def _by_magnitude(panel: Panel, dataset: xr.Dataset) -> Iterator[Panel]:
-    """Split a panel so that every curve is visible; curves of zero join the largest."""
+    """Split a panel by magnitude so that every curve is visible; zero curves join the largest."""
     peaks = {variable: _peak(dataset[variable].values) for variable, _ in panel.variables}
     rest = panel.variables
     while rest:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Data of an animation: moving parts of each run. A script of the page draws them."""
+"""Data of an animation, which a script of the page draws."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SceneLine:
     Attributes
     ----------
     column, name : str
-        Its column in the runs of the scene; its name, as HTML.
+        Its column in the scene's runs; its name as HTML.
     color : str
         One of the colours of pictures.
     dash : bool
@@ -41,7 +41,7 @@ class ScenePanel:
     Attributes
     ----------
     label : str
-        Of the axis.
+        Label of the axis.
     lines : tuple of SceneLine
         The series.
     scale : float
@@ -62,11 +62,11 @@ class Scene:
     runs : mapping
         Titles of runs to named series; each has "t".
     constants : mapping
-        What does not change: lengths, the target.
+        Constant values, such as lengths and the target.
     panels : tuple of ScenePanel
         Series over time.
     speeds : tuple of float
-        Seconds of the run per second of the reader, to choose from; the first is the default.
+        Available speeds in seconds of the run per second; the first is the default.
     """
 
     runs: Mapping[str, Mapping[str, FloatArray]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a batch's dataset: histograms, bands, scatter plots, success rates, convergence."""
+"""Pictures of a batch dataset: histograms, bands, scatter plots, success rates, convergence."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 _SUMMARY = re.compile(r"(final|minimum|maximum|events)\((\w+)\)")
 _POINTS = 200
-"""Points of the convergence curve, one per three pixels; each needs an interval."""
+"""Number of points of the convergence curve, one per three pixels."""
 
 _PER_CELL = 10
 """Average number of runs per cell of a map: its success rate then has an error of about 0.3. With half as many,
 noise looks like a region; with twice as many, borders lose half of their sharpness."""
 _FEWEST_CELLS = 4
-"""Smallest number of cells per side, also for small batches with few runs per cell: fewer show no border."""
+"""Smallest number of cells per side, also for small batches; fewer would show no border."""
 
 
 class Runs:
-    """The stored runs of a batch, with their numbers by name.
+    """Stored runs of a batch, with access to their numbers by name.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Runs:
     numbers : ndarray of int
         Their numbers in the batch.
     whole : xarray.Dataset
-        All runs of the batch, those that were not made too.
+        All runs of the batch, including missing ones.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Runs:
         return self.metrics or [f"final({name})" for name in self._places("final")[:MOST_STATES]]
 
     def column(self, name: str) -> FloatArray:
-        """Return one number of each run: a metric, a drawn value, or as in "final(roll)".
+        """Return one number per run: a metric, a drawn value, or an expression such as "final(roll)".
 
         Raises
         ------
@@ -106,7 +106,7 @@ class Runs:
 
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
-        """True for each run that reached its end and fulfils the success condition, if any."""
+        """True for each run that reached its end time and fulfils the success condition, if any."""
         status = self.dataset["status"].values
         if not self.condition:
             return np.isin(status, COMPLETE)
@@ -125,7 +125,7 @@ class Runs:
 
     @property
     def headline(self) -> str:
-        """Title with the batch, its number of runs and of successes."""
+        """Title with the batch, its number of runs and its number of successes."""
         about, n = self.dataset.attrs, self.successful.size
         condition = f" ({self.condition})" if self.condition else ""
         return (

@@ -26,15 +26,15 @@ ORANGE, SKY, BLACK, GREY, LIGHT = "#E69F00", "#56B4E9", "#222222", "#777777", "#
 COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 """Palette of Okabe and Ito without its yellow, which is too faint on white."""
 BAND_LOW, BAND_HIGH = "band-low", "band-high"
-"""`gid` of the lower and the upper edge of a band, which an interactive chart fills."""
+"""`gid` of the lower and upper edges of a band, which an interactive chart fills."""
 _MOST_CHANGES = 4
 """Largest number of changed values in a title, so that it stays on one line."""
 _SUPERSCRIPTS = str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 DPI = 150
-"""Resolution, sharp in print at column width; twice as many dots make the report four times as large."""
+"""Resolution, sharp in print at column width; twice the resolution makes the report four times as large."""
 
 _by_pyplot: ContextVar[bool] = ContextVar("_by_pyplot", default=False)
-"""True if pyplot makes new figures, so that a notebook or a window shows them."""
+"""True if pyplot creates new figures, which a notebook or window then shows."""
 
 _STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -87,8 +87,8 @@ def style() -> Iterator[None]:
 def interactive_style() -> Iterator[None]:
     """Apply the style to pyplot's figures, after loading its backend.
 
-    Loading a notebook's backend makes pyplot interactive, but pyplot postpones it to the first drawing. Within the
-    style, leaving the block would revert that, and a notebook would show only the first picture.
+    Pyplot loads a notebook's backend at the first drawing and then becomes interactive. Inside the style block this
+    change would be reverted, and a notebook would show only the first picture.
     """
     require_matplotlib()
     from matplotlib import pyplot
@@ -119,7 +119,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 @functools.cache
 def _figure_class() -> type[Figure]:
-    """Return the figure class that shows any text literally."""
+    """Return the figure class that shows texts literally."""
     from matplotlib.figure import Figure
 
     class TextProof(Figure):
@@ -130,7 +130,7 @@ def _figure_class() -> type[Figure]:
             super().draw(renderer)
 
         def _ipython_display_(self) -> None:
-            """Detach the figure from pyplot, whose inline backend would show it again at the end of the cell."""
+            """Detach the figure from pyplot, which would show it again at the end of the cell."""
             from matplotlib import get_backend, pyplot
 
             if "inline" in get_backend():
@@ -163,7 +163,7 @@ def _make_drawable(figure: Figure) -> None:
 
 
 def text_figure(text: str) -> Figure:
-    """Return a figure with a text that says why there is no picture."""
+    """Return a figure with a text in place of a picture."""
     figure = new_figure(7.0, 1.0)
     figure.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
     return figure
@@ -186,16 +186,16 @@ def pretty_unit(unit: str) -> str:
 
 
 def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None:
-    """Finish an axis over time: limits, zero line, labels.
+    """Set limits, zero line and labels of an axis over time.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
         The panel.
     text : str
-        Label of what is drawn.
+        Label of the vertical axis.
     last : bool
-        The lowest panel, which labels the time.
+        True for the lowest panel, which labels the time.
     zero : bool
         Draw a line at zero.
     """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Accessor `.mehvar` of results: `run.mehvar.plot()`, `.metrics()`, `.compare(other)`, `.report(path)`.
 
-Importing this module registers the accessor with xarray. `mehvar.simulate`, `batch` and `open_result` import it, and so
-does xarray itself where it opens a file or a store: see `Engine` and `Registration`.
+Importing this module registers the accessor with xarray. `mehvar.simulate`, `batch` and `open_result` import it, and
+so does xarray when it opens a file or a store; see `Engine` and `Registration`.
 """
 
 from __future__ import annotations
@@ -90,19 +90,19 @@ class Results:
         return f"<mehvar: {what} of {about['model']} with {about['controller']}; methods: {methods.replace(' ', ', ')}>"
 
     def plot(self, *names: str, success: str | None = None) -> Figure:
-        """Draw a run as `mehvar simulate --plot` does. For a batch: histograms of metrics, or bands over time.
+        """Draw a run as `mehvar simulate --plot` does, or a batch as histograms of metrics or bands over time.
 
         Parameters
         ----------
         *names : str
-            Of a batch: which metrics or stored series; default: all metrics.
+            For a batch, metrics or stored series; default: all metrics.
         success : str, optional
-            Of a batch: what a run must fulfil to succeed, as for `mehvar.batch`; default: the batch's own condition.
+            For a batch, the success condition as for `mehvar.batch`; default: the batch's own.
 
         Returns
         -------
         matplotlib.figure.Figure
-            Of pyplot: a notebook shows it, `matplotlib.pyplot.show()` does elsewhere.
+            A figure of pyplot; a notebook shows it, and elsewhere `matplotlib.pyplot.show()`.
 
         Raises
         ------
@@ -126,7 +126,7 @@ class Results:
         Parameters
         ----------
         x, y : str
-            Metrics, drawn values, or as in "final(roll)".
+            Metrics, drawn values, or expressions such as "final(roll)".
         success : str, optional
             As for `plot`.
         """
@@ -163,8 +163,8 @@ class Results:
     def metrics(self) -> pandas.DataFrame:
         """Return the metrics as a table with unit and meaning; for a batch, the statistics of `mehvar stats`.
 
-        Mean and standard deviation are of the finite values, whose number is `count`; quantiles are of all values,
-        infinite ones included.
+        Mean and standard deviation are of the finite values, whose number is `count`; quantiles include infinite
+        values.
         """
         import pandas
 
@@ -204,13 +204,13 @@ class Results:
         run : int
             Number of the run, counted from 0.
         controller : callable, optional
-            The law in Python of the batch, whose text must be the recorded one; default: the one with that text that
-            ran a batch in this session, or the function of that name in the program or notebook that runs.
+            The batch's Python law, with the recorded source. Default: the law with this source that ran a batch in
+            this session, or the function of that name in the running program or notebook.
         inputs, interpolation : optional
-            The inputs of a batch without a law, as for `mehvar.batch`.
+            Inputs of a batch without a law, as for `mehvar.batch`.
         model : Model, str or path, optional
-            The model; default: the one of that name that is installed or of the project around the current folder, if
-            its code is the recorded one.
+            The model. Default: the model of that name that is installed or in the current project, if its code
+            matches the record.
 
         Returns
         -------
@@ -220,7 +220,7 @@ class Results:
         Raises
         ------
         InputError
-            For a single run, a run that the batch does not have or that was impossible, or another law or model.
+            If this is a single run, the run does not exist or was impossible, or law or model differ from the record.
         MehvarError
             If the repeated run differs from the batch.
 
@@ -250,13 +250,12 @@ class Results:
         Parameters
         ----------
         other : xarray.Dataset
-            A run of the same variables; what is compared are the samples that both have, so that nothing is
-            interpolated.
+            A run with the same variables. Only samples that both runs have are compared, without interpolation.
 
         Returns
         -------
         pandas.DataFrame
-            Columns `largest` (the largest magnitude of the difference), `at` (when, s), `rms` and `unit`.
+            Columns `largest` (largest magnitude of the difference), `at` (its time, s), `rms` and `unit`.
         """
         import pandas
 
@@ -280,24 +279,24 @@ class Results:
         return pandas.DataFrame.from_dict(rows, orient="index")
 
     def report(self, path: str | os.PathLike[str], model: Model | str | os.PathLike[str] | None = None) -> Path:
-        """Write a page about this run or batch; any browser shows it without a network.
+        """Write a self-contained page about this run or batch, which any browser shows.
 
         Parameters
         ----------
         path : path
             The file, which ends in .html.
         model : Model, str or path, optional
-            The model of a run, whose functions place the shapes of the animation; default: the installed one.
+            The model of a run, for its animation; default: the installed one.
 
         Returns
         -------
         Path
-            The same.
+            The given path.
 
         Raises
         ------
         InputError
-            For another ending or model, or if matplotlib is not installed.
+            If ending or model is wrong, or matplotlib is not installed.
         """
         from mehvar.report.page import write_page
 
@@ -321,12 +320,12 @@ class Results:
         Parameters
         ----------
         model : Model, str or path, optional
-            The run's, such as one from `mehvar.build`; default: the installed one.
+            The model of the run, such as one from `mehvar.build`; default: the installed one.
 
         Raises
         ------
         InputError
-            For a batch, a model that is not the run's, and a model or a law that has no animation.
+            If this is a batch, the model is not the run's, or model and law have no animation.
         """
         from mehvar.report.page import Page, Section, page_text
         from mehvar.report.subjects import run_stage
@@ -366,9 +365,9 @@ class Results:
 
 
 class Registration:
-    """Entry of `xarray.chunkmanagers` without a chunk manager, so that `xarray.open_zarr` imports this module.
+    """Entry of `xarray.chunkmanagers` by which `xarray.open_zarr` imports this module.
 
-    It opens a store with its own engine and loads no other engine, so that an entry there would not register us.
+    `open_zarr` uses its own engine and loads no others, so that an engine entry would not suffice.
     """
 
     available = False

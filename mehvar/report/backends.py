@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Comparison of our generated code with CasADi's: every function at random points, and whole runs."""
+"""Comparison of mehvar's generated C with CasADi's: every function at random points, and whole runs."""
 
 from __future__ import annotations
 
@@ -25,21 +25,24 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 POINTS = 500
-"""Random points per function: together about a second. A wrong operation shows at every point."""
+"""Number of random points per function, which take about a second. A wrong operation shows at every point."""
 _SPREAD = 0.1
-"""Spread of random points around those of a run, relative to the value and to the largest of its series. Larger ones
-leave the functions' domains; smaller ones miss untested regions."""
+"""Spread of random points around a run, relative to a value and to its series' largest. A larger spread leaves the
+functions' domains; a smaller one covers less.
+"""
 TOLERANCE = 1e-13
-"""Tolerance relative to a function's largest result at a point: 450 roundings. The largest difference in six times
-as many points was 90. The tests use the same value."""
+"""Tolerance relative to a function's largest result at a point: 450 roundings. At six times as many points the
+largest difference was 90 roundings.
+"""
 _STEADY = TOLERANCE / 4
 """Largest change of a result, when its arguments are rounded, at points that are compared. Two versions of code
 differ by several such changes. The largest difference is 2.0e-14 with this value, 4.8e-14 and 1.2e-14 with twice and
 half of it, 9.3e-14 with the tolerance itself, where another compiler may fail."""
 
 _NEIGHBOURS = 32
-"""Rounded neighbours tried at each point. Roundings in one direction may cancel: with one neighbour, three of 500
-points near a pole pass; with four or sixteen, one; with twice sixteen, none."""
+"""Number of rounded neighbours of each point. With one neighbour, three of 500 points near a pole pass; with four or
+sixteen, one; with thirty-two, none.
+"""
 
 
 @dataclass(frozen=True)
@@ -58,9 +61,9 @@ class FunctionAgreement:
 
 @dataclass(frozen=True)
 class RunAgreement:
-    """Comparison of a run on both backends: both ends, and the largest differences of states and metrics.
+    """Comparison of a run on both backends: how both ended, and the largest differences of states and metrics.
 
-    Relative to the larger of 1 and the largest state, and of 1 and the metric, in their units.
+    Differences are relative to the largest state or the metric, in their units, but at least to 1.
     """
 
     law: str
@@ -71,7 +74,7 @@ class RunAgreement:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Comparison of the two generated codes of a model, for its functions and the runs of its laws."""
+    """Comparison of both generated codes of a model, by its functions and by runs of its laws."""
 
     functions: Sequence[FunctionAgreement]
     runs: Sequence[RunAgreement]
@@ -93,7 +96,7 @@ class Agreement:
 
 
 def agreement(runs: Runs) -> Agreement:
-    """Compare every function of CasADi's code, and each law's run of the first scenario."""
+    """Compare every function, and each law's run of the first scenario."""
     ours, theirs = runs.model, load(runs.model.manifest.folder, "casadi")
     loops = {law: runs(law, ours.manifest.scenario(None).name) for law in ours.manifest.controllers}
     functions = [compare(ours, theirs, name, _loop_of(name, loops)) for name in theirs.functions]
@@ -103,8 +106,8 @@ def agreement(runs: Runs) -> Agreement:
 def compare(ours: Model, theirs: Model, name: str, run: Run) -> FunctionAgreement:
     """Compare a function at random points near those of a run.
 
-    Skipped are points where ours is not finite, and ill-conditioned points, where rounding the arguments changes the
-    result by more than a quarter of the tolerance, as beside a pole. There any two versions of code differ.
+    Points with results that are not finite are skipped. So are ill-conditioned points, such as those near a pole,
+    where rounding the arguments changes the result by more than a quarter of the tolerance.
     """
     function = ours.manifest.functions[name]
     values = points(function, run)
@@ -122,7 +125,7 @@ def compare(ours: Model, theirs: Model, name: str, run: Run) -> FunctionAgreemen
 
 
 def _neighbours(values: Sequence[FloatArray]) -> Iterator[list[FloatArray]]:
-    """Return the arguments with each number moved to the next double, up or down at random."""
+    """Return the arguments with each number replaced by a neighbouring double, up or down at random."""
     rng = np.random.default_rng(0)
     for _ in range(_NEIGHBOURS):
         yield [np.nextafter(value, rng.choice([-np.inf, np.inf], value.shape)) for value in values]

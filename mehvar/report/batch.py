@@ -31,9 +31,9 @@ from .page import Drawing, Section, Table, Text
 from .subjects import installed_derivation, version_table
 
 _PANELS = 4
-"""Panels of a batch picture: two rows of two are readable without zooming."""
+"""Largest number of panels in a batch picture; two rows of two are readable without zooming."""
 _FAILURES = 5
-"""Unsuccessful runs on the page; their commands fill a third of a screen."""
+"""Largest number of unsuccessful runs on the page; their commands fill a third of a screen."""
 
 
 def batch_sections(runs: Runs, store: str = "") -> list[Section]:
@@ -44,7 +44,7 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
     runs : Runs
         The runs.
     store : str
-        Folder of the store, for commands that repeat a run; default: the calls in Python.
+        Folder of the store, for commands that repeat a run; default: Python calls.
 
     Raises
     ------

@@ -23,7 +23,7 @@ COLOR_NAMES = {
     BLUE: "blue", VERMILLION: "vermillion", GREEN: "green", PURPLE: "purple", ORANGE: "orange", SKY: "sky",
     BLACK: "black", GREY: "grey", LIGHT: "grey",
 }  # fmt: skip
-"""Colours of the palette by their names in the style sheet, which has values for light and dark pages."""
+"""Names of the palette's colours in the style sheet, which has values for light and dark pages."""
 
 _LETTERS = {
     "varphi": "φ", "phi": "φ", "vartheta": "ϑ", "theta": "θ", "psi": "ψ", "rho": "ρ", "mu": "μ", "delta": "δ",
@@ -37,7 +37,7 @@ def chart(figure: Figure) -> dict[str, Any] | None:
     Parameters
     ----------
     figure : matplotlib.figure.Figure
-        Drawn with this package's style; names of lines are their labels.
+        Figure in this package's style, whose lines have labels.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def _panel(ax: Axes) -> dict[str, Any]:
 
 
 def _title(ax: Axes) -> str:
-    """Return the title of a panel; none where it says with its unit what the axis says: states in m/s, states [m/s]."""
+    """Return the title of a panel, or nothing if the axis label says the same."""
     title, axis = ax.get_title(loc="left"), ax.get_ylabel()
     return "" if re.sub(r" in (.*)", r" [\1]", title) == axis else text(title)
 
@@ -117,7 +117,7 @@ def _xy(line: Line2D) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
 
 
 def _shared(lines: list[Line2D]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """Return all instants of several lines and their values there; a line has no value at other lines' instants."""
+    """Return all instants of several lines and their values, which are missing at other lines' instants."""
     x = np.unique(np.concatenate([_xy(line)[0] for line in lines]))
     columns = np.full((len(x), len(lines)), np.nan)
     for k, line in enumerate(lines):
@@ -127,7 +127,7 @@ def _shared(lines: list[Line2D]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, 
 
 
 def _references(ax: Axes) -> dict[str, Any]:
-    """Return the lines across a panel: levels of y and marks of x."""
+    """Return the reference lines of a panel: levels of y and marks of x."""
     across = [line for line in ax.get_lines() if line.get_transform() != ax.transData]
     levels = [line for line in across if line.get_transform() == ax.get_yaxis_transform(which="grid")]
     marks = [line for line in across if line not in levels]

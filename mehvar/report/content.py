@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Content of the report on one paper: computation without output."""
+"""Content of the report on one paper, computed without writing files."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 class Picture:
     """A figure of the page: unique name, texts, picture, and a chart if it shows time series.
 
-    `heading` says which figure of the paper it is, or that it is beyond the paper.
+    `heading` names the figure of the paper, or marks an extension.
     """
 
     name: str
@@ -142,18 +142,18 @@ def paper_report(
     casadi: Future[Model] | None,
     advance: Advance,
 ) -> PaperReport:
-    """Run everything for a paper's page; wait for derivations in other processes where their result is needed.
+    """Compute everything for a paper's page, with derivations from other processes.
 
     Parameters
     ----------
     name : str
         The model.
     ledgers : concurrent.futures.Future
-        Of the papers' equations against the derived ones, by model.
+        Future of the judged equations of all papers by model.
     folders : concurrent.futures.Future
-        Of the generated folders of the structures beyond the papers, by model.
+        Future of the generated folders of all extensions by model.
     casadi : concurrent.futures.Future, optional
-        Of the model in CasADi's own C; None without a compiler.
+        Future of the model in CasADi's own C; None without a compiler.
     advance : callable
         Called with the finished share, 1, and the current work.
     """
@@ -211,7 +211,7 @@ def _beyond(name: str, beyond: Beyond, paper: Runs, runs: Runs) -> BeyondReport:
 
 
 def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
-    """Return a figure in the form of the page."""
+    """Return a figure as content of the page."""
     with style():
         return Picture(name, title, caption, small_png(figure), chart(figure), claims)
 
@@ -223,7 +223,7 @@ def _static(name: str, title: str, figure: Figure) -> Picture:
 
 
 def scene_data(drawn_by: str, scene: Scene) -> dict[str, Any]:
-    """Return an animation in the form of the page's scripts."""
+    """Return an animation as data for the page's scripts."""
     runs = {title: dict(series) for title, series in scene.runs.items()}
     return {
         "drawn_by": drawn_by,
@@ -261,7 +261,7 @@ def _figure(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs)
 
 
 class _Clock:
-    """Stopwatch with the seconds spent on each part of the work."""
+    """Stopwatch of the seconds per part of the work."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}

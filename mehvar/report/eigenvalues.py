@@ -23,7 +23,8 @@ SHOWN = 4
 """Number of eigenvalues on a line of the table."""
 _SAME = 0.01
 """Allowed relative change of an eigenvalue when the state changes within the run's tolerance. Smooth loops change by
-1e-8, a law at its kink completely. Half or twice changes no row."""
+1e-8; at a kink of a law eigenvalues are undefined. Half or twice changes no row.
+"""
 _ROUNDING = 1e-5
 """Tolerance relative to the largest eigenvalue: a triple eigenvalue has an error of 6e-6, the cube root of the
 machine's precision."""
@@ -38,14 +39,14 @@ class LoopSpectrum:
     scenario, law : str
         The run.
     t : float
-        Where it ended and the loop was linearised, s.
+        End of the run, at which the loop was linearised, s.
     period : float or None
-        Of a sampled law, s: eigenvalues of the map over a period, stable within the unit circle; else in 1/s.
+        Period of a sampled law, s, whose eigenvalues are those of the map over a period; None for eigenvalues in 1/s.
     count : int
-        Of all eigenvalues.
+        Number of eigenvalues.
     nearest : tuple of complex
-        Those with the largest modulus, or real part, one of each conjugate pair; empty where the loop has no
-        derivative, or where the end is so close to a kink that the run's tolerance decides on them.
+        Eigenvalues with the largest modulus or real part, one per conjugate pair. Empty if the loop has no derivative
+        or the end is too close to a kink.
     """
 
     scenario: str
@@ -82,7 +83,7 @@ def _spectrum(runs: Runs, scenario: str, law: str) -> LoopSpectrum:
 
 
 def _within_tolerance(run: Run) -> Iterator[FloatArray]:
-    """Yield the end of a run, and states that differ from it within tolerance, one element at a time."""
+    """Yield the final state of a run, and states that differ from it within tolerance in one element."""
     x = run.x[-1]
     yield x
     off = np.diag(float(run.options["rtol"]) * np.abs(x) + float(run.options["atol"]))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Engine `mehvar` of xarray: opened results have `.mehvar` without an import of mehvar.
+"""Engine `mehvar` of xarray, which gives opened results the accessor `.mehvar` without an import of mehvar.
 
-xarray imports it for `open_dataset` with this engine or with none; for `open_zarr` see `Registration` of the accessor.
+xarray imports it for `open_dataset` with this engine or the default; for `open_zarr` see `accessor.Registration`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["Engine", "accessor"]
 
 
 class Engine(BackendEntrypoint):
-    """`xarray.open_dataset(path, engine="mehvar")` is `mehvar.open_result(path)`."""
+    """Engine for which `xarray.open_dataset(path, engine="mehvar")` equals `mehvar.open_result(path)`."""
 
     description = "Results and batches of mehvar, checked against their checksums"
     open_dataset_parameters = ("filename_or_obj", "drop_variables")

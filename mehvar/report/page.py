@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page of the report: sections in one file with its styles, scripts and data."""
+"""Writer of a page: sections in one file with styles, scripts and data."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with a heading; tables without rows are omitted."""
+    """A table with a heading, omitted if it has no rows."""
 
     title: str
     columns: Sequence[str]
@@ -77,7 +77,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the page: its HTML and its pictures."""
+    """Block of the page: its HTML and its pictures."""
 
     html: Markup
     pictures: Sequence[Picture] = ()
@@ -130,7 +130,7 @@ def write_page(path: Path, page: Page) -> Path:
     Raises
     ------
     InputError
-        If the folder is not there.
+        If the folder does not exist.
     OSError
         If the file cannot be written.
     """
@@ -165,7 +165,7 @@ def uri(picture: Picture) -> str:
 
 
 def numerals(text: str) -> str:
-    """Return a cell of numbers with typographic minus signs; other cells, such as commands, as they are."""
+    """Return a cell of numbers with typographic minus signs; other cells, such as commands, unchanged."""
     return (
         re.sub(r"(?<!\d)-(?=[\d.])", "−", text) if re.fullmatch(r"[-+\d.,e %[\]±]*\d[-+\d.,e %[\]±]*", text) else text
     )

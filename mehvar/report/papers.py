@@ -45,9 +45,9 @@ def paper_pages(
     reports : sequence of PaperReport
         One for each paper.
     facts : mapping
-        Versions and times of the whole.
+        Versions and computing times.
     live : mapping
-        Models to the pages on which they run, as a paper's page links them.
+        Links to the pages on which models run.
     """
     files = {report.manifest.model: f"{report.manifest.model}.html" for report in reports}
     others = {"overview": OVERVIEW, **files}
@@ -67,7 +67,7 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
 
 
 def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
-    """Return a paper's animation: of its own runs with events, or of given runs up to the time `until`."""
+    """Return a paper's animation, of its own runs with events or of given runs up to the time `until`."""
     words = paper.captions.scene
     if until is None:
         return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
@@ -142,7 +142,7 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
 
 
 def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
-    """Return the checks that a table shows, failed ones first, and the number of omitted ones."""
+    """Return the checks that a table shows, failed ones first, and the number of omitted checks."""
     checks = sorted(claim.checks, key=lambda check: check.holds)
     return checks[:3], max(0, len(checks) - 3)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Series for a page: reduced to the visible samples and encoded as compact text."""
+"""Series for a page, reduced to visible samples and encoded as compact text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 _FAR = 1e9
-"""Substitute for values that are not finite: large enough that the sample and its neighbours are kept."""
+"""Substitute for values that are not finite, large enough to keep the sample and its neighbours."""
 
 TOLERANCE = 3e-4
 """Largest distance of an omitted sample from the line through kept samples, relative to the series' range.
@@ -21,16 +21,16 @@ This is a third of a pixel in a chart 1000 pixels high, so no visible sample is 
 
 
 def thin(t: ArrayLike, columns: ArrayLike, tolerance: float = TOLERANCE) -> NDArray[np.intp]:
-    """Return the samples to keep so that lines between them represent every column (Ramer 1972, Douglas 1973).
+    """Return the samples whose connecting lines represent every column (Ramer 1972, Douglas 1973).
 
     Parameters
     ----------
     t : array_like, (n,)
-        Where the samples are; grows.
+        Increasing sample times.
     columns : array_like, (n, m)
         Series over `t`. A sample that is not finite is kept.
     tolerance : float
-        Over the range of each column.
+        Relative to the range of each column.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def thin(t: ArrayLike, columns: ArrayLike, tolerance: float = TOLERANCE) -> NDAr
 
 
 def _scaled(column: FloatArray) -> FloatArray:
-    """Return a column relative to its range; values that are not finite become very large."""
+    """Return a column relative to its range, with very large numbers for values that are not finite."""
     finite = column[np.isfinite(column)]
     span = float(np.ptp(finite)) if finite.size else 0.0
     return np.where(np.isfinite(column), column / (span or 1.0), _FAR)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SEED = 1
 _LOW, _HIGH = 0.05, 0.95
-"""Quantiles of the band: 90 % of the runs. Of 512 runs, 25 lie beyond each edge, enough for a smooth one."""
+"""Quantiles of the band, which holds 90 % of the runs. With 512 runs, 25 beyond each edge make it smooth."""
 _COLORS = (BLUE, VERMILLION)
 
 
@@ -50,7 +50,7 @@ def run_study(model: Model, study: Study, advance: Callable[[float, str], None])
     model : Model
         On the C backend.
     study : Study
-        The question: dispersions, and the condition for success.
+        Dispersions and success condition.
     advance : callable
         Called with the finished share, and the current work.
     """

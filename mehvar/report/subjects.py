@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages about a model or a run, from committed equations and results."""
+"""Sections about a model or a run, from committed equations and results."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ def run_sections(
     Parameters
     ----------
     dataset : xarray.Dataset
-        What `mehvar.simulate` or `mehvar.open_result` return.
+        Result of `mehvar.simulate` or `mehvar.open_result`.
     manifest : Manifest
-        The run's.
+        Manifest of the run.
     model : Model, str or path, optional
         As of `run_stage`.
 
@@ -104,10 +104,9 @@ def run_sections(
 def run_stage(
     dataset: xr.Dataset, manifest: Manifest, model: Model | str | os.PathLike[str] | None = None
 ) -> Stage | None:
-    """Return the animation of a run, by its paper or its model's geometry; None without both.
+    """Return the animation of a run by its paper or its model's geometry, or None without both.
 
-    The functions of `model` place the points. Without it, they are those of the installed model; then the result is
-    None where that has another version than the run.
+    The functions of `model` compute the points; default: the installed model, if it has the version of the run.
 
     Raises
     ------
@@ -153,7 +152,7 @@ def _animation(stage: Stage | None) -> list[Section]:
 
 
 def _derivation(folder: Path) -> list[Section]:
-    """Return the derived equations in order, and the states' rates; nothing for a folder without them."""
+    """Return the derived equations in order, and the states' rates, if the folder has them."""
     if not (folder / "equations.json").is_file():
         return []
     document = Document.read(folder)
@@ -175,7 +174,7 @@ def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Mark
 
 
 def installed_derivation(model: str, digest: str) -> list[Section]:
-    """Return the derivation of an installed model with this hash; empty without one."""
+    """Return the derivation of the installed model with this hash, or nothing."""
     return _derivation(find_model(model).folder) if is_installed(model, digest) else []
 
 

@@ -40,7 +40,7 @@ def require(
     rare: bool = False,
     **batch: Any,
 ) -> Verdicts:
-    """Decide requirements, from the runs of a store or from new runs until all are decided.
+    """Decide requirements from the runs of a store, or from new runs until all are decided.
 
     Parameters
     ----------
@@ -48,13 +48,13 @@ def require(
         The store of a batch; a campaign file that ends in `.toml`; or a model, whose batch the other arguments
         describe.
     requirements : mapping of str to str, optional
-        A name to "quantile(0.997, PEAK) < 0.02 deg" or "probability(T_x < 20) > 0.99", about the numbers that
-        conditions of success are about. Default: those of the store or of the campaign.
+        Requirements by name, such as "quantile(0.997, PEAK) < 0.02 deg" or "probability(T_x < 20) > 0.99", on the
+        numbers that success conditions may use. Default: those of the store or campaign.
     confidence : float, optional
-        Each bound errs with a probability of at most 1 - confidence; default: what the store has, or 0.95.
+        Each bound is wrong with a probability of at most 1 - confidence; default: the store's, or 0.95.
     rare : bool
-        Seek the failures of quantiles by splitting, where one run in a thousand or fewer fails; n is then the largest
-        number of runs for each requirement. The runs are not kept.
+        Search for rare failures by splitting, for failure rates of 1/1000 or less. n is then the largest number of
+        runs per requirement. The runs are not stored.
     **batch
         Arguments of `mehvar.batch`. Its n is the largest number of runs.
 
@@ -66,7 +66,7 @@ def require(
     Raises
     ------
     InputError
-        If nothing is required, a requirement cannot be read, or for anything that `mehvar.batch` refuses.
+        If there is no requirement, a requirement cannot be read, or `mehvar.batch` refuses an argument.
     """
     check_arguments("mapping", "the call", requirements=requirements)
     check_arguments("truth", "the call", rare=rare)
@@ -89,7 +89,7 @@ def _rare(
     report: Progress | None = None,
     **batch: Any,
 ) -> Verdicts:
-    """Decide requirements by runs that search for failures."""
+    """Decide requirements with a search for rare failures."""
     if not isinstance(runs, Model) and str(runs).endswith(".toml"):
         raise bad_value("rare", True, f"left out with {runs}: mehvar require {runs} --rare takes the file", "the call")
     for name in ("out", "resume", "success", "until", "strict", "scheduler"):
@@ -100,7 +100,7 @@ def _rare(
 
 
 class Verdicts:
-    """Verdicts on requirements from a store's runs, one `Verdict` each.
+    """Verdicts on requirements from a store's runs, one `Verdict` per requirement.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ class Verdicts:
         return f"{facts.text(verdict.requirement.share)} ({verdict.reason})"
 
     def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
-        """Return the worst runs with the commands that repeat them; without commands for a store in memory."""
+        """Return the worst runs and, for a store on disk, the commands that repeat them."""
         path = self._store.path
         return [
             (
@@ -203,7 +203,7 @@ class Verdicts:
         ]
 
     def _value(self, run: int, value: float, number: str) -> str:
-        """Return the number of a run, or the reason why it has none."""
+        """Return the required number of a run, or the reason why it has none."""
         if not number:
             return ""
         if math.isfinite(value):
@@ -218,7 +218,7 @@ class Verdicts:
 
 
 class RareVerdicts(Verdicts):
-    """Verdicts by runs that search for failures; arguments as for `decide_rare`."""
+    """Verdicts from a search for rare failures; arguments as for `decide_rare`."""
 
     def __init__(
         self,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Extensions of a paper: a structure of its model with effects that the paper omits, and our claims about it.
+"""Extensions of a paper: a structure of its model with additional effects, and our claims about it.
 
 `papers/MODEL/beyond.toml` has the structure and the texts, `beyond.py` beside it the functions that compute.
 """
@@ -105,7 +105,7 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
     folder : Path
         Folder of the paper.
     draw : mapping
-        Functions of the paper's runs and those beyond, by the number of the figure.
+        Functions of the paper's runs and the extension's runs, by the number of the figure.
     checks : mapping
         Likewise, with the expected numbers, by the number of the claim.
 
@@ -157,6 +157,6 @@ def differences(paper: Manifest, beyond: Manifest) -> list[Difference]:
 
 
 def _only(these: Sequence[str], others: Sequence[str]) -> str:
-    """Return the number of names, and those that the other model lacks."""
+    """Return the number of names, and the names that the other model lacks."""
     own = [name for name in these if name not in others]
     return f"{len(these)}" + (f", of these {', '.join(own)}" if own else "")

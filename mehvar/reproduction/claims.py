@@ -14,13 +14,15 @@ from mehvar.base.errors import InputError
 from .runs import Runs, WatchedRuns
 
 TIMES = 0.01
-"""Allowed relative deviation of a time. A settling time is a whole number of samples, and a sample is 0.2 to 0.9 %
-of the papers' times. Half of it fails no claim and gives two rows a note; twice removes three notes."""
+"""Allowed relative deviation of a time. A sample is 0.2 to 0.9 % of the papers' settling times. Half the value fails
+no claim and gives two rows a note; twice removes three notes.
+"""
 AMPLITUDES = 0.02
-"""Allowed relative deviation of an amplitude. Printed ones have two to four digits; rounding to two digits changes
-them by up to 2.5 %. Half or twice changes no verdict."""
+"""Allowed relative deviation of an amplitude. Printed amplitudes have two to four digits; rounding to two digits
+changes them by up to 2.5 %. Half or twice changes no verdict.
+"""
 COUNTS = 1.0
-"""Allowed deviation of a count: a sign change at the very end of a run may or may not count."""
+"""Allowed deviation of a count, because a sign change at the end of a run may or may not count."""
 
 PAPERS, OWN = "claims of the papers", "rows of our own against an independent program"
 
@@ -36,13 +38,13 @@ class ClaimVerdict(StrEnum):
     FAILS = "does not hold"
 
     def of(self, count: int) -> str:
-        """Return a count of claims with this verdict, in words."""
+        """Return a number of claims with this verdict as text."""
         return f"{count} {self if count == 1 else self.replace('holds', 'hold').replace('does', 'do')}"
 
 
 @dataclass(frozen=True)
 class Check:
-    """A part of a claim: expected value and value from the run.
+    """Part of a claim: an expected value and the run's value.
 
     Attributes
     ----------
@@ -51,7 +53,7 @@ class Check:
     expected, measured : str
         Both values, in words.
     holds : bool
-        True where they agree.
+        True if they agree.
     essential : bool
         False for a check that the verdict does not depend on; its failure gets a note.
     """
@@ -65,7 +67,7 @@ class Check:
 
 @dataclass(frozen=True)
 class TriedReading:
-    """Another reading of an ambiguous or incomplete part of a paper, with the checks of a claim under it."""
+    """Alternative reading of an ambiguous or damaged part of a paper, with the checks of a claim under it."""
 
     name: str
     text: str
@@ -79,22 +81,22 @@ class TriedReading:
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement of a paper with its checks; `explanation` is about checks that may fail.
+    """A statement of a paper with its checks; `explanation` comments on checks that may fail.
 
     Attributes
     ----------
     number, text, explanation : str
-        Its number in `claims.toml`, the statement, and words on its weak points.
+        Number in `claims.toml`, the statement, and a comment on its weak points.
     checks : tuple of Check
-        What decides it.
+        Checks that decide it.
     refuted : bool
-        Our documents refute it, in the reading that the model uses: it fails when its checks hold.
+        True if the documentation refutes the claim, so that it fails when its checks hold.
     readings : tuple of TriedReading
-        Other readings of damaged text, under one of which the claim may hold.
+        Alternative readings of damaged text, under one of which the claim may hold.
     printed : bool
-        About the text as printed, which does not profit from other readings.
+        True for a claim about the text as printed, to which alternative readings do not apply.
     own : bool
-        A row of numbers from an independent program.
+        True for a row of numbers from an independent program.
     """
 
     number: str
@@ -157,7 +159,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class ReadingText:
-    """Another reading to try for a claim: its name, and one sentence about its change."""
+    """Name of an alternative reading for a claim, and one sentence about its change."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -205,7 +207,7 @@ Readings: TypeAlias = Mapping[str, Mapping[str, Checks]]
 def decide(
     texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs, readings: Readings | None = None
 ) -> list[Claim]:
-    """Return the claims with their checks and verdicts, also under other readings."""
+    """Return the claims with their checks and verdicts, also under alternative readings."""
     return [_decided(text, checks[text.number], (readings or {}).get(text.number, {}), runs) for text in texts]
 
 
@@ -216,9 +218,9 @@ def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], ru
 
 
 def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
-    """Return the checks under a reading; numbers of a diverging run count as missing.
+    """Return the checks under a reading, in which numbers of a diverging run count as missing.
 
-    This holds only for readings: a claim may be about a loop that diverges, and then has a check for that.
+    This applies only to readings; a claim about a diverging loop has a check for it.
     """
     watched = WatchedRuns(runs)
     results = tuple(checks(watched, expected))
@@ -266,7 +268,7 @@ def count(what: str, expected: float, measured: float) -> Check:
     Parameters
     ----------
     what : str
-        What is counted.
+        Counted quantity.
     expected, measured : float
         Both counts.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deviations of runs' metrics from the values that scenarios expect."""
+"""Deviations of metrics from the values that scenarios expect."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Deviation:
 
     @property
     def size(self) -> float:
-        """Relative deviation; absolute for a count; zero if both values are infinite."""
+        """Relative deviation, or absolute for a count; zero if both values are infinite."""
         if self.measured == self.expected:
             return 0.0
         difference = self.measured - self.expected
@@ -73,7 +73,7 @@ def by_run(numbers: Sequence[Deviation]) -> list[tuple[tuple[str, str], list[Dev
 
 
 def table_claims(manifest: Manifest, numbers: Sequence[Deviation]) -> list[Claim]:
-    """Return one claim per run: that its numbers are reproduced."""
+    """Return one claim per run, which states that its numbers are reproduced."""
     return [
         _run_claim(f"T{k}", manifest.scenarios[scenario], law, row)
         for k, ((scenario, law), row) in enumerate(by_run(numbers), 1)

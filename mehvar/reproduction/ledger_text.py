@@ -19,7 +19,7 @@ _WORDS = {_HOLDS: "hold", _DIFFERS: "differ", _DEFINITION: "definitions"}
 
 
 def holds(ledger: Ledger) -> bool:
-    """Return True if all printed entries hold or are the author's choice."""
+    """Return True if all printed entries hold or are definitions."""
     return not any(entry["verdict"] in _STYLES for entry in ledger["entries"])
 
 
@@ -35,12 +35,12 @@ def slips(ledger: Ledger) -> str:
 
 
 def correction(entry: dict[str, Any]) -> str:
-    """Return the name of an entry's corrected form: "correct", or "assumption" if nothing proves it."""
+    """Return the label of an entry's corrected form: "correct", or "assumption" without a proof."""
     return "assumption" if entry["erratum"] and entry["erratum"]["assumption"] else "correct"
 
 
 def standing(entry: dict[str, Any]) -> str:
-    """Return the verdict of an entry for statements that use it; a damaged scan does not make a formula wrong."""
+    """Return the verdict of an entry for statements that use it; errors of the scan do not count."""
     damaged = entry["erratum"] and entry["erratum"]["kind"] == _SCAN
     return _AMBIGUOUS if damaged else str(entry["verdict"])
 

@@ -4,17 +4,16 @@
 A folder papers/MODEL, beside models/, holds a paper's data:
 
 - captions.toml: citation, `cover` figure, titles and captions, the claims of each figure;
-- claims.toml: each claim in words, its note, the numbers that its checks expect, readings of damaged text;
+- claims.toml: each claim in words, its note, expected numbers, readings of damaged text;
 - statements.toml: counts of equations, tables and figures; sentences with the claims that they rest on;
-- expected.toml: a table of expected numbers, where the paper has one;
-- beyond.toml, where there is one: the structure beyond the paper, its page, additions, figures and claims;
+- expected.toml: the paper's table of numbers, if any;
+- beyond.toml, optional: the extension's structure, page, additions, figures and claims;
 - study.toml: the batch: laws, dispersions, success.
 
-A claim holds under a reading if its essential checks do; a statement is as good as the worst claim that it rests on.
-Tests check that every number in a claim or caption stands in its checks, expected values or parameters, and that no
-expected number changes alone. `reproduction.py`, whose REPRODUCTION binds the data to functions, has one for each
-figure and claim; scene.js adds `Report.scenes.MODEL`. Charts are read off the Matplotlib figures whose horizontal axis
-is *time*.
+A claim holds under a reading if its essential checks hold; a statement gets the verdict of its worst claim. Tests
+check that checks, expected values or parameters contain every number in a claim or caption. `reproduction.py` has a
+function for each figure and claim, and its REPRODUCTION binds them to the data; scene.js adds `Report.scenes.MODEL`.
+Figures with *time* as horizontal axis become charts.
 """
 
 from __future__ import annotations
@@ -52,8 +51,8 @@ if TYPE_CHECKING:
 class FigureCaption:
     """Texts of a figure, by its number in the paper; `claims` are the numbers of the claims that it supports.
 
-    `label` is the paper's name for it, if the paper numbers several kinds of pictures. The caption of a figure whose
-    picture is `lost` ends with the text of the captions for lost pictures.
+    `label` is the paper's name for it, if the paper numbers several kinds of pictures. If the picture is `lost`, the
+    caption ends with the common text about lost pictures.
     """
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
@@ -105,7 +104,7 @@ class Claims:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure by its number in the paper; `draw` makes it, `claims` are the numbers of the claims that it supports.
+    """A figure of the paper: its number, the function `draw`, and the numbers of the claims that it supports.
 
     `label` is the paper's name for it, if it differs from that number.
     """
@@ -135,7 +134,7 @@ class Reproduction:
     readings : mapping
         Checks of claims under other readings of the paper.
     more_claims : callable
-        Claims beside those of `claims.toml`: the rows of a table.
+        Returns further claims, such as the rows of a table.
     scene : callable
         Returns the animation of the paper's runs.
     picture : callable
@@ -227,12 +226,12 @@ def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[
 
 
 def papers_tree() -> Tree:
-    """Return the project with the papers to reproduce: the current one, else mehvar's checkout.
+    """Return the project with papers to reproduce: the current one or else mehvar's checkout.
 
     Raises
     ------
     InputError
-        If neither has one, as where mehvar is installed from a wheel.
+        If neither has one, for example if mehvar is installed from a wheel.
     """
     for tree in _trees():
         if paper_models(tree):
@@ -269,7 +268,7 @@ def load_reproduction(model: str) -> Reproduction:
 
 
 def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
-    """Draw a run as its model's paper does for that law; otherwise one panel per kind and unit.
+    """Draw a run as its model's paper does for that law, by default with one panel per kind and unit.
 
     Parameters
     ----------
@@ -290,7 +289,7 @@ def run_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
 
 
 def result_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
-    """Draw a stored result. The paper's picture is used only if the installed model is that of the result."""
+    """Draw a stored result, in the paper's way if the installed model is that of the result."""
     with style():
         draw = run_picture if is_installed(manifest.model, manifest.hash) else panels_picture
         return draw(dataset, manifest)

@@ -39,7 +39,7 @@ class RecordedRun:
 
 
 class _RecordedRuns:
-    """Returns the same stored run for every loop."""
+    """Runs that return the same stored run for every loop."""
 
     def __init__(self, model: Model, run: RecordedRun) -> None:
         self.model = model
@@ -50,10 +50,10 @@ class _RecordedRuns:
 
 
 def recorded_scene(dataset: xr.Dataset, manifest: Manifest) -> tuple[Reproduction, Scene] | None:
-    """Return the paper of a run's model, and its animation of the run.
+    """Return the paper of a run's model and its animation of the run.
 
-    None for a model without a paper, for one that is not installed in the version of the run, and for a law without a
-    series that the paper's scene shows.
+    None if the model has no paper or is not installed in the version of the run, or if the law lacks a series of the
+    paper's scene.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs behind figures and claims, on this machine and on an emulated board; each is computed once."""
+"""Runs for figures and claims, on this machine and on an emulated board, each computed once."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from mehvar.runtime.run.simulate import Run
 
 _BOARD = "mps2-m4f"
-"""Emulated board: a Cortex-M4F as in the satellite's paper. Its emulation is 1.5 times as fast as that of the
-STM32F405."""
+"""Emulated board, a Cortex-M4F as in the satellite's paper, emulated 1.5 times as fast as the STM32F405."""
 _MOST_SAMPLES = 4001
-"""Largest number of samples on an emulated board, at 400 (with estimator) to 1200 samples a second: about four
-seconds per law. 80 s of a law with a period of 20 ms."""
+"""Largest number of samples on an emulated board: 80 s of a law with a period of 20 ms. Emulation of 400 (with
+estimator) to 1200 samples a second takes up to ten seconds.
+"""
 
 
 class Runs:
@@ -34,7 +34,7 @@ class Runs:
     model : Model
         The model.
     compile_seconds, run_seconds : float
-        Time spent so far to compile or load the code, and to integrate.
+        Total times for compiling or loading code, and for integration.
     """
 
     def __init__(self, model: Model) -> None:
@@ -64,22 +64,22 @@ class Runs:
         return metrics(self(controller, scenario, **settings), self.model.manifest)
 
     def under(self, **settings: Any) -> Runs:
-        """Return the loops with further settings, such as another reading of a paper; a call may override them."""
+        """Return the loops with further settings, such as another reading of a paper, which a call may override."""
         return _OtherRuns(self, settings)
 
     def board(
         self, controller: str, scenario: str | None = None, samples: int | None = None, **settings: Any
     ) -> BoardRun:
-        """Return a run with its law on an emulated board, with the same law in float and double on this machine.
+        """Return a run with its law on an emulated board, and the same run in float and double on this machine.
 
         Parameters
         ----------
         controller, scenario : str
             The law, and the scenario; default: the model's first one.
         samples : int, optional
-            Evaluations of the law; default: the whole scenario, but at most a few seconds of emulation.
+            Number of evaluations of the law; default: the whole scenario or a few seconds of emulation.
         **settings
-            Options of the run and parameters; `delay` is one sample by default for a law that can be designed for it.
+            Options of the run and parameters; for a law designed for a delay, `delay` is one sample by default.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class Runs:
 
 
 class _OtherRuns(Runs):
-    """Loops with further settings, in the same cache."""
+    """Loops with further settings and the same cache."""
 
     def __init__(self, runs: Runs, settings: Mapping[str, Any]) -> None:
         super().__init__(runs.model)
@@ -123,7 +123,7 @@ class _OtherRuns(Runs):
 
 
 class WatchedRuns(_OtherRuns):
-    """The same loops, with a record of the runs that are requested.
+    """Loops with a record of the requested runs.
 
     Attributes
     ----------

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Statements of a paper, sentence by sentence, with verdicts; from its `statements.toml`.
+"""Statements of a paper, sentence by sentence, with verdicts, from its `statements.toml`.
 
 A file holds the paper's counts of equations, tables and figures. It has a statement for every sentence of abstract and
 conclusions, every table, every figure, and every other checkable sentence. A long sentence may have several entries,
-and an entry may join several short ones, so entries are counted, not sentences::
+and an entry may join several short sentences; entries are counted::
 
     [printed]
     equations = 53
@@ -78,7 +78,7 @@ class PrintedCounts:
 
 @dataclass(frozen=True)
 class StatementText:
-    """A sentence of a paper and its evidence: claims, equations of the ledger, figures."""
+    """A sentence of a paper with its evidence: claims, equations of the ledger, figures."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -110,12 +110,12 @@ class Statement:
 
 @dataclass(frozen=True)
 class Coverage:
-    """For one kind of item, the numbers that a paper prints, that are judged, and that the report shows.
+    """Numbers of items of one kind that a paper prints, that are judged, and that the report shows.
 
     Attributes
     ----------
     printed : int or None
-        None for entries on a part of the text: they are counted, the paper's sentences are not.
+        None for entries on parts of the text, because the paper's sentences are not counted.
     """
 
     kind: str
@@ -166,7 +166,7 @@ def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapp
 def missing(
     statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
 ) -> Iterator[str]:
-    """Return the printed items without an entry, and the claims without a statement.
+    """Return printed items without an entry, and claims without a statement.
 
     Parameters
     ----------
@@ -199,8 +199,8 @@ def coverage(
 ) -> list[Coverage]:
     """Count the items that are printed, judged and shown.
 
-    An equation is shown by the errata when it does not hold, and by the model's equations otherwise; a table or an
-    entry on the text by the list of statements.
+    The errata show an equation that fails, the model's equations one that holds. The list of statements shows tables
+    and entries on the text.
     """
     printed, drawn = statements.printed, set(figures)
     numbered = [equations[f"({k})"] for k in range(1, printed.equations + 1) if f"({k})" in equations]

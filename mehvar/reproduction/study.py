@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Band:
-    """A stored series to show over time: axis label, and True for an angle in degrees."""
+    """A stored series to draw over time: its axis label, and True for an angle in degrees."""
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
@@ -32,23 +32,23 @@ class Study:
     text : str
         The question, in words.
     laws : mapping of str to str
-        Laws and how they are called.
+        Laws and their titles.
     runs : int
-        For each law.
+        Number of runs per law.
     vary : mapping of str to str
-        Parameters and their distributions, as `mehvar batch --vary` takes them.
+        Distributions of parameters, as in `mehvar batch --vary`.
     success : str
-        The condition, as `--success` takes it.
+        Success condition, as in `--success`.
     bands : mapping of str to Band
-        Stored series that are shown.
+        Stored series to draw.
     every : float
         Seconds between stored samples.
     own_law : str
         Text with which the reader's own law begins, on the page that runs the system.
     scenario : str, optional
-        The model's first one if left out.
+        Default: the model's first scenario.
     options : mapping
-        Of each run, as `--set` takes them.
+        Options of each run, as in `--set`.
     """
 
     __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic

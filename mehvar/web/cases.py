@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Initial runs of a page: every law in every possible scenario, with this machine's results."""
+"""Initial runs of a page: every law in every possible scenario, with results of this machine."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from mehvar.runtime.run.ticks import ticks_of
 
 @dataclass(frozen=True)
 class Case:
-    """A run on the host, with its schedule, that a page repeats.
+    """A run on the host with its schedule, which a page repeats.
 
     Attributes
     ----------
     run : Run
-        With the defaults of every option.
+        Run with default options.
     t : array
         Ticks, s.
     record_every, hold_every : int
-        Ticks from one sample to the next, and for which an input is held.
+        Number of ticks between samples, and number for which an input is held.
     """
 
     run: Run
@@ -45,14 +45,14 @@ class Case:
 
     @property
     def formulas(self) -> list[str]:
-        """Law parameters that follow from others by a formula, unless user or scenario overrides them."""
+        """Law parameters with a formula as default, which user or scenario may override."""
         law, case = self.run.controller, self.run.scenario
         values = {**case.values, **case.controllers.get(law.name, {})}
         return [q.name for q in law.parameters if q.formula is not None and q.name not in values]
 
 
 def cases_of(model: Model) -> list[Case]:
-    """Return the runs of a model, without scenarios that a law refuses.
+    """Return the runs of a model, except scenarios that a law refuses.
 
     Raises
     ------

@@ -48,13 +48,13 @@ def export_web(
     model : Model, str or path
         A loaded or built model, a name or a generated folder.
     out : path
-        The folder of the page, which is called `MODEL.html`; made if necessary.
+        Folder of the page `MODEL.html`.
     success : str, optional
-        A condition on metrics, as of `batch`; default: to reach the end. The page offers a run that does not fulfil
-        it, one parameter away from the first that does, if the search finds one.
+        A condition on metrics, as of `batch`; default: reaching the end. If a search finds them, the page offers a run
+        that fails and differs in one parameter from a successful run.
     own_law : str, optional
-        Text with which the page's field for a law of the reader begins: a line `INPUT = EXPRESSION` for each input;
-        default: all are zero.
+        Initial text of the page's field for the reader's law: a line `INPUT = EXPRESSION` for each input; default: all
+        are zero.
 
     Returns
     -------
@@ -64,8 +64,8 @@ def export_web(
     Raises
     ------
     InputError
-        For an unknown model, one without a law that runs a scenario, a `success` that is no condition on its metrics,
-        or an `out` that cannot be a folder or has another page of that name.
+        If the model is unknown, no law runs a scenario, or `success` is no condition on its metrics; or if `out` cannot
+        be a folder or has another page of that name.
     MissingError
         Without zig; the message says how to install it.
     BuildError
@@ -203,5 +203,5 @@ def _asset(name: str) -> Markup:
 
 
 def _packed(content: bytes) -> str:
-    """Return compressed bytes as base64; equal bytes give an equal result."""
+    """Return bytes compressed and as base64; equal bytes give equal results."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")

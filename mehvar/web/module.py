@@ -27,10 +27,10 @@ _UNIT, _MODULE = "unit.c", "module.wasm"
 FLAGS = (
     "-std=gnu11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-sanitize=all", "-s", "-I.",
 )  # fmt: skip
-"""Compiler flags that determine bits, as for native libraries. WebAssembly has no fused multiply-add."""
+"""Compiler flags that affect rounding, as for native libraries; WebAssembly has no fused multiply-add."""
 _BARE = ("-target", "wasm32-freestanding", "-ffreestanding", "-nostdlib", "-Wl,--no-entry")
 _HOSTED = ("-target", "wasm32-wasi", "-mexec-model=reactor")
-"""Flags with a C library, which zig compiles once in a minute and a half; without one, two seconds suffice."""
+"""Flags for a C library, which zig compiles once in a minute and a half; without it, two seconds suffice."""
 
 
 def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
@@ -41,7 +41,7 @@ def compiled_module(manifest: Manifest, cases: Sequence[Case]) -> bytes:
     manifest : Manifest
         Of the model.
     cases : sequence of Case
-        The runs; the longest decide the amount of memory.
+        The runs, of which the longest determine the amount of memory.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def _compile(folder: Path, sources: Mapping[str, str], zig: Toolchain, options: 
 
 
 def _needs_library(sources: Mapping[str, str]) -> bool:
-    """Return True if a model calls C library functions that we do not supply, such as hyperbolic ones."""
+    """Return True if a model calls functions of the C library that mehvar lacks, such as hyperbolic ones."""
     names = re.findall(r"^MV_DEFINE_LIBM\((\w+)\)", sources["mehvar/private/libm.h"], re.MULTILINE)
     calls = re.compile(rf"\bmv_(?:{'|'.join(names)})\(")
     return any(calls.search(text) for name, text in sources.items() if "/" not in name)

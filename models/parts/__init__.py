@@ -23,11 +23,12 @@ from .mechanisms import (
 )
 from .modes import Mode, Modes
 from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
-from .sensors import Gyro, Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
+from .sensors import Accelerometer, Gyro, Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
 from .wheels import Wheel
 
 __all__ = [
+    "Accelerometer",
     "Aggregates",
     "AttitudeFilter",
     "Bob",

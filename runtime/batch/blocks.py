@@ -44,7 +44,7 @@ _SUMMARIES = {"minimum": "smallest value", "maximum": "largest value"}
 
 
 class Blocks:
-    """Computes the runs of a plan in blocks.
+    """Computation of a plan's runs in blocks.
 
     Parameters
     ----------
@@ -58,14 +58,14 @@ class Blocks:
     instants : array
         Instants of the stored series, s.
     numerics : Numerics
-        Everything that decides the bits of the runs on this machine.
+        All settings that affect the rounding of runs on this machine.
     provenance : mapping
         The origin of the blocks.
 
     Raises
     ------
     InputError
-        For options that the batch does not take, or without a C compiler.
+        If a batch does not support an option, or there is no C compiler.
     """
 
     def __init__(self, plan: Plan, threads: int) -> None:
@@ -154,7 +154,7 @@ class Blocks:
     def compute(
         self, first: int, count: int, stop: Callable[[], bool] | None = None, points: FloatArray | None = None
     ) -> Values | None:
-        """Return the values of `count` runs from `first` on, by their names in a store; None when `stop` ended it.
+        """Return the values of `count` runs from `first` on by name, or None if `stop` ended the computation.
 
         `points` are as of `Plan.draw`.
         """
@@ -197,7 +197,7 @@ class Blocks:
 
 
 def check_names(variables: list[Variable]) -> None:
-    """Refuse a model in which two variables of a store would share a name."""
+    """Refuse a model for which two variables of a store would have the same name."""
     names = [variable.name for variable in variables]
     twice = [name for name in names if names.count(name) > 1]
     if twice:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dispersions: distributions of parameters and states, as in `m1 = "normal(50, 2)"`.
 
-Every distribution maps numbers in (0, 1) to values through its quantile, so any sampling design works. Its results
-are bit-identical on every machine.
+Each distribution maps numbers in (0, 1) to values by its quantile function, so that any sampling design works.
+Results are bit-identical on all machines.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
     Raises
     ------
     InputError
-        For a text that cannot be read, arguments that define no distribution, or a name that is given twice.
+        If a text cannot be read, arguments define no distribution, or a name occurs twice.
     """
     for names, text in vary.items():
         if not isinstance(text, str):
@@ -95,7 +95,7 @@ def split(item: str) -> tuple[str, str]:
 
 
 class _RefusedError(ValueError):
-    """Arguments that do not define a distribution."""
+    """Error for arguments that do not define a distribution."""
 
 
 def _normal(names: int, mean: float, sd: float) -> Quantile:
@@ -163,7 +163,7 @@ def _correlated(names: int, means: tuple[float, ...], covariance: tuple[tuple[fl
 
 
 def _cholesky(matrix: tuple[tuple[float, ...], ...]) -> list[list[float]]:
-    """Return the rows of the lower Cholesky factor; LAPACK's last digits would depend on the machine."""
+    """Return the rows of the lower Cholesky factor, without LAPACK, whose last digits depend on the machine."""
     rows: list[list[float]] = []
     for i, entries in enumerate(matrix):
         row: list[float] = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Computation of a store's runs block by block; stored blocks are never computed again."""
+"""Computation of a store's missing runs, block by block."""
 
 from __future__ import annotations
 
@@ -50,25 +50,25 @@ _SHORT, _SAMPLES = 4096, 2**20  # blocks of short runs have at least 4096 runs, 
 _BLOCKS = 256  # approximate number of blocks of a large batch
 _BLOCK_BYTES = 2**26
 REFUSALS = 3
-"""Number of impossible runs per block with a stored reason: as many as the statistics show. A reason costs a fraction
-of a millisecond and a line of text. Other impossible runs have a status only."""
+"""Number of impossible runs per block with a stored reason, as many as the statistics show; others have only a
+status.
+"""
 
 _MOST_THREADS = 1024
-"""Largest number of threads: more than the processors of any machine for batches. Each thread has its own work
-memory."""
+"""Largest number of threads, above the number of processors of any machine."""
 _THREADS = Option("count", "Threads of this process", least=1, below=_MOST_THREADS + 1, name="threads")
 _RUNS_PER_BLOCK = Option("count", "Runs per block", least=1, below=_MOST + 1, name="chunk")
 
 
 class OutOfMemoryError(MehvarError, MemoryError):
-    """Not enough memory for the next block. The store keeps the finished ones."""
+    """Error for lack of memory for the next block; the store keeps finished blocks."""
 
     exit_status = 3
     resumable = True
 
 
 class ImpossibleRunError(InputError):
-    """A run has invalid drawn values, and the batch stops at such runs."""
+    """Error for a run with invalid drawn values in a strict batch."""
 
     resumable = True
 
@@ -104,10 +104,10 @@ def run_batch(
     resume : bool
         Continue the store `out`, which may also be absent or complete; its damaged blocks are computed again.
     success : str, optional
-        Condition that a successful run fulfils besides reaching its end, as a time or an event; see `Condition`.
+        Condition that a successful run fulfils besides reaching its end; see `Condition`.
     until : str, optional
-        Stop as soon as the completed runs fulfil this, as in "ci(success) < 0.01", or "decided" once each requirement
-        is; see `StopRule` and `DecisionRule`.
+        Condition to stop, such as "ci(success) < 0.01", or "decided" to stop once each requirement is decided; see
+        `StopRule` and `DecisionRule`.
     require : mapping of str to str, optional
         Requirements on the runs by name, which the store keeps; see `read_requirements`.
     confidence : float, optional
@@ -119,7 +119,7 @@ def run_batch(
     client : distributed.Client, optional
         Workers that compute the blocks; default: this process.
     chunk : int, optional
-        Runs per block; default: chosen from n and from what is stored of each run.
+        Runs per block; default: chosen from n and the stored data per run.
     report : callable, optional
         Called at the start and after each block.
     own : OwnLaw, optional
@@ -140,7 +140,7 @@ def run_batch(
     StoreError
         If the store cannot be written. It keeps its blocks, and `resume` continues from there.
     OutOfMemoryError, ClusterError
-        If memory does not suffice, or the scheduler is lost. The store keeps its blocks here too.
+        If memory does not suffice, or the scheduler is lost. The store keeps its blocks.
     """
     check_arguments("text", origin, success=success, until=until)
     check_arguments("path", origin, out=out)
@@ -284,16 +284,16 @@ def _other_lines(old: str, new: str) -> tuple[str, str]:
 
 
 def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
-    """Return the first difference of two campaigns: name, old and new value; equal values without a difference."""
+    """Return the first difference of two campaigns as name, old and new value."""
     name = next((name for name in new if old.get(name) != new[name]), "campaign")
     return name, old.get(name), new.get(name)
 
 
 def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
-    """Return the runs per block, a power of two: a large batch has some hundred blocks that fit into memory.
+    """Return the runs per block, a power of two, so that a large batch has some hundred blocks that fit into memory.
 
-    Storing a block takes some tens of milliseconds whatever its size. Short runs therefore come in larger blocks,
-    unless a stop rule is evaluated after each block.
+    Storing a block of any size takes tens of milliseconds. Short runs therefore get larger blocks, unless a stop rule
+    is evaluated after each block.
     """
     fewest = _FEWEST if stops else max(_FEWEST, min(_SHORT, _SAMPLES // samples))
     runs = min(max(n // _BLOCKS, fewest), _MOST, max(1, _BLOCK_BYTES // bytes_per_run))
@@ -318,11 +318,11 @@ class Rule(Protocol):
         """Return the counts of a stored block."""
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
-        """Return True if the sums over the first runs suffice. Each call adds runs."""
+        """Return True if the sums over the first runs suffice; each call adds runs."""
 
 
 class _Filling:
-    """Process that fills a store until it is complete or the stop rule holds."""
+    """Computation that fills a store until it is complete or the stop rule holds."""
 
     def __init__(
         self,
@@ -384,7 +384,7 @@ class _Filling:
             self._report(self._stored, self._store.n, self._failed)
 
     def _ends(self, rule: Rule) -> bool:
-        """Apply the stop rule to consecutive runs from 0, independent of block order, and end the store."""
+        """Apply the stop rule to consecutive runs from 0, in any order of blocks, and end the store if it holds."""
         while self._prefix in self._counts:
             self._prefix_runs += len(self._store.runs(self._prefix))
             counts = self._counts[self._prefix]

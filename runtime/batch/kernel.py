@@ -106,7 +106,7 @@ def compile_kernel(
     options : RunOptions, optional
         Integration and sampling options; end time and sampling step are given with the runs.
     lanes : int, optional
-        Runs that one thread computes at once: 1, 2, 4 or 8; default: chosen by the processor's registers.
+        Number of runs that a thread computes at once: 1, 2, 4 or 8; default: by the processor's registers.
     own : OwnLaw, optional
         A law written in Python instead of a law of the model; `controller` is its name.
     origin : str
@@ -184,12 +184,12 @@ class Kernel:
         threads: int = 1,
         stop: Callable[[], bool] | None = None,
     ) -> Block | None:
-        """Integrate n runs; with `method="auto"`, stiff runs are repeated from the start by `STIFF`.
+        """Integrate n runs; with `method="auto"`, `STIFF` repeats stiff runs from the start.
 
         Parameters
         ----------
         first_run, seed : int
-            Number of the first run, and the seed: the noise depends on both.
+            Number of the first run, and the seed; noise depends on both.
         p, c, s : array, (n, parameters)
             Parameters of plant, law and scenario. The law's period is the same in all runs.
         x0 : array, (n, nx)
@@ -199,9 +199,9 @@ class Kernel:
         save_every : float, optional
             Step of the series, a multiple of `dt`; default: none are kept.
         threads : int
-            How many to use.
+            Number of threads.
         stop : callable, optional
-            Called now and then; ends the computation when it returns True.
+            Called regularly; ends the computation when it returns True.
 
         Returns
         -------
@@ -210,7 +210,7 @@ class Kernel:
         Raises
         ------
         InputError
-            For instants that do not fit together.
+            If times are incompatible.
         """
         vectors = {"p": p, "c": c, "s": s, "x0": x0}
         arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
@@ -371,10 +371,11 @@ _Schedule, _Metric, _Signal, _Job, _Own = (
 
 
 LONGEST_SCHEDULED = 10_000
-"""Number of operations of a function above which gcc does not schedule instructions: its time grows faster than this
-number. Slosh with sixteen pendulums (6840 operations) compiles in 22.6 s with scheduling, 10.9 s without, but
-then needs 1.07 times as long per evaluation. Without it, 32 pendulums compile in 32 instead of 102 s, 64 in 105
-instead of 447 s (on another machine). Half this value includes the sixteen pendulums, twice excludes the 32."""
+"""Number of operations above which gcc does not schedule a function's instructions, because the compile time grows
+faster than linearly. Slosh with sixteen pendulums (6840 operations) compiles in 22.6 s with scheduling and 10.9 s
+without, but then runs 1.07 times as long. Without scheduling, 32 pendulums compile in 32 instead of 102 s. Half this
+value includes the sixteen pendulums, twice excludes the 32.
+"""
 
 
 def kernel_flags(loop: KernelLoop, profile: Profile, lanes: int) -> tuple[str, ...]:

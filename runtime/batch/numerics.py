@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numerics of a batch: everything except numbers that determines the bits of its runs: sources, flags, processor."""
+"""Numerics of a batch: sources, compiler flags and processor, which affect the rounding of its runs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DRAWING = (
     *("batch/plan.py", "batch/sampling.py", "batch/dispersions.py", "batch/blocks.py", "batch/kernel.py"),
     *("run/ticks.py", "run/problem.py", "model/parameters.py"),
 )
-"""Modules that compute numbers of runs, pass them to the loop, or decide which runs are possible."""
+"""Modules that compute the numbers of runs, pass them to the loop, or decide which runs are possible."""
 
 _MEANINGS = {
     "generated": "the generated text of the model",
@@ -37,9 +37,9 @@ _MEANINGS = {
 
 @dataclass(frozen=True)
 class Numerics:
-    """Hashes and texts; runs with equal numerics have equal bits.
+    """Hashes and texts that are equal for bit-identical runs.
 
-    Compilers, lanes and processors do not change a bit in the portable profile, and are omitted there.
+    In the portable profile, compilers, lanes and processors do not affect results and are omitted.
 
     Attributes
     ----------

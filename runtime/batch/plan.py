@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign, and the parameter vectors and initial states of its runs."""
+"""Campaign, with the parameter vectors and initial states of its runs."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ class Plan:
         self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
 
     def effective(self) -> dict[str, Any]:
-        """Return the options of all runs by name: given ones, else defaults of the scenario or of this version."""
+        """Return the options of all runs by name: given values, or defaults of the scenario or of mehvar."""
         scenario = {"t_end": self.scenario.duration, "dt_out": self.scenario.step}
         options = {name: getattr(self.options, name) for name, row in OPTIONS.items() if "batch" not in row.refused}
         return options | {
@@ -224,7 +224,7 @@ class Plan:
         return f"the initial state of run {run} is impossible (limits, length of a quaternion): {state}"
 
     def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
-        """Return the campaign with the hold time of a law in Python, as for a sampled law."""
+        """Return the campaign with the hold time of its Python law, as for a sampled law."""
         if "hold" in campaign.options:
             allowed = "left out: only laws of the model are sampled by it, others by period"
             raise bad_value("hold", campaign.options["hold"], allowed, self.origin)
@@ -240,7 +240,7 @@ class Plan:
         return replace(campaign, options={**campaign.options, "hold": hold})
 
     def _checked(self, campaign: Campaign) -> Campaign:
-        """Return the campaign in the form of a store: values converted and checked, default options removed."""
+        """Return the campaign as stored, with converted and checked values and without default options."""
         numbers: dict[str, Any] = {
             name: row.check(getattr(campaign, name), self.origin) for name, row in CAMPAIGN_OPTIONS.items()
         }
@@ -261,7 +261,7 @@ class Plan:
         )
 
     def _check_listed(self) -> None:
-        """Refuse lists of values of another length than the batch, and lists that a sampling design would mix."""
+        """Refuse lists whose length differs from the number of runs, and lists that a sampling design would mix."""
         for dispersion in self.dispersions:
             if dispersion.listed and dispersion.listed != self.campaign.n:
                 allowed = f"{dispersion.listed}, as {', '.join(dispersion.names)} lists as many values"

@@ -21,7 +21,7 @@ GivenDesign = Literal["grid"]
 
 
 def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
-    """Return lists of values as texts of dispersions. Other values stay unchanged; a later check refuses wrong ones.
+    """Return lists of values as texts of dispersions, and other values unchanged for a later check.
 
     Parameters
     ----------

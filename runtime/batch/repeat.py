@@ -67,7 +67,7 @@ class Batch(Protocol):
 
 
 SESSION_LAWS: dict[str, LawFunction] = {}
-"""Python laws of this session's batches by their text; repeating a run may call them again."""
+"""Python laws of this session's batches by their source, for repeated runs."""
 
 
 SESSION_MODELS: dict[str, Model] = {}
@@ -75,7 +75,7 @@ SESSION_MODELS: dict[str, Model] = {}
 
 
 class TrustError(InputError):
-    """A repeat needs a model that only the store names, and would compile and execute this model."""
+    """Error for a repeat that would compile and execute a model that only the store names."""
 
 
 def plan_of(
@@ -88,29 +88,29 @@ def plan_of(
 ) -> Plan:
     """Return the plan of a store.
 
-    A model and a law in Python are code and a store is data, so a store never brings the code that runs.
+    Models and Python laws are code, and a store is data, so that code never comes from a store.
 
     Parameters
     ----------
     store : Batch
         The store.
     model : Model, str or path, optional
-        The model, as `load` takes it; default: the model of the same name that is installed or of the project that one
-        stands in, if the hash of its code is the one recorded in the store.
+        The model, as for `load`. Default: the model of this name that is installed or in the current project, if its
+        code has the recorded hash.
     trust : bool
-        Take the model that the store names, if the hash of its code is the one recorded in the store.
+        Use the model that the store names, if its code has the recorded hash.
     controller : callable, optional
-        The law in Python of the batch; default: the one with the recorded text that ran a batch in this session, or the
-        function of that name in the program or notebook that runs.
+        The batch's Python law. Default: the law with the recorded source that ran a batch in this session, or the
+        function of that name in the running program or notebook.
     inputs, interpolation : optional
-        The inputs of a batch without a law, as for `simulate`.
+        Inputs of a batch without a law, as for `simulate`.
 
     Raises
     ------
     InputError
         If a law in Python or inputs are missing or differ from those of the batch, or this build's options differ.
     TrustError
-        If only the store says where the model is, or the model has changed since.
+        If only the store names the model, or the model has changed.
     """
     if controller is None and inputs is None:
         controller = _session_law(store)
@@ -140,14 +140,14 @@ def _session_law(store: Batch) -> LawFunction | None:
 
 
 def _needed(store: Batch) -> str | None:
-    """Return the argument that `again` needs if no model has the law or the inputs of a batch; else None."""
+    """Return the argument, law or inputs, that `again` needs for a batch without a law of the model; else None."""
     if "law" not in store.attributes:
         return None
     return "inputs" if store.attributes["controller"] == OPEN_LOOP else "controller"
 
 
 def repetition(store: Batch, run: int, path: str) -> str:
-    """Return the text that repeats a run: a command if the store at a path suffices, else a call in Python."""
+    """Return the command or Python call that repeats a run."""
     needed = _needed(store)
     if needed or not path:
         given = {"inputs": ", inputs=INPUTS", "controller": ", controller=LAW"}.get(needed or "", "")
@@ -227,7 +227,7 @@ def _trusted_model(store: Batch, trust: bool) -> Model | str:
 
 
 def _way(source: str, there: bool) -> str:
-    """Return advice on which model to name if that of a store is not found."""
+    """Return advice on which model to name if a store's model is not found."""
     if not there:
         return f"it names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
     return (
@@ -275,7 +275,7 @@ def repeat_run(plan: Plan, store: Batch, number: int, progress: Progress | None 
 
 
 def difference(run: Run, plan: Plan, store: Batch, number: int) -> str | None:
-    """Return the difference between a repeated and the stored run: empty if identical, None if it is not stored.
+    """Return the difference between a repeated and the stored run: empty if identical, None if the run is not stored.
 
     Every variable of the store is compared, with two exceptions. The final state of a run that ended early lies
     between samples. The error of a method with a fixed step is estimated only in batches. Attributes are compared

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points of the unit cube for runs. Run i has the same bits for any division of a batch.
+"""Points of the unit cube for runs. The point of run i does not depend on the division of a batch.
 
-Random numbers are counter based (Philox): one stream per seed and name, of which run i reads number i.
+Random numbers are counter-based (Philox), with one stream per seed and name, of which run i uses number i.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ DESIGNS: tuple[Design, ...] = get_args(Design)
 OPEN_DESIGNS: tuple[Design, ...] = ("random", "sobol")  # the first runs do not depend on n
 _BLOCK = 4  # words that Philox makes per counter value
 _ROUNDS = 8
-"""Rounds of the permutation: four make it pseudorandom for large halves (Luby and Rackoff 1988), eight also for
-halves of a few bits in small batches. Fewer would relate the strata of neighbouring runs."""
+"""Number of rounds of the permutation. Four make it pseudorandom for large halves (Luby and Rackoff 1988), eight also
+for halves of a few bits. Fewer would relate the strata of neighbouring runs.
+"""
 _SOBOL_BITS = 32
 """Number of binary digits of a point, and of the number of points: 4e9 runs. Half a cell is added, so no point is 0."""
 _SOBOL_LOCK = threading.Lock()
@@ -55,7 +56,7 @@ class Sampler:
     Raises
     ------
     InputError
-        If the design is unknown or n does not suit it.
+        If the design is unknown or n is invalid for it.
     """
 
     def __init__(self, design: Design, factors: Sequence[tuple[str, ...]], n: int, seed: int) -> None:
@@ -113,13 +114,13 @@ class Sampler:
 
 
 def stream(seed: int, name: str) -> np.random.Philox:
-    """Return a generator from seed and name at its start; keys of measurement noise have a zero highest bit."""
+    """Return the generator of a seed and a name; its key differs from those of measurement noise in the highest bit."""
     word = int.from_bytes(hashlib.blake2b(name.encode(), digest_size=8).digest(), "little") | 1 << 63
     return np.random.Philox(key=np.array([seed, word], dtype=np.uint64))
 
 
 def uniforms(seed: int, name: str, first: int, count: int) -> FloatArray:
-    """Return uniform numbers of runs from `first` on: odd multiples of 2^-53, hence never 0 or 1."""
+    """Return uniform numbers of runs from `first` on, odd multiples of 2^-53 and never 0 or 1."""
     skip = first % _BLOCK
     words = stream(seed, name).advance(first // _BLOCK).random_raw(skip + count)[skip:]
     return ((words >> np.uint64(12)).astype(np.float64) + 0.5) * 2.0**-52

@@ -43,8 +43,9 @@ _RESULTS = {
     "to_coordinates": "q",
     "from_coordinates": "x",
 }
-"""Names of results of the calls in native/step/calls.h and native/batch/block.h; arguments have the names of the
-manifest."""
+"""Names of results in the calls of native/step/calls.h and native/batch/block.h; arguments are named as in the
+manifest.
+"""
 
 _INSTEAD = {
     "observe": "mv_copy(u_cmd, u, NU)",
@@ -61,12 +62,12 @@ _OWN = {
     "CALL_START": "mv_copy(z, m->z_own, NZ)",
     "LOCKSTEP": "",
 }
-"""Values that a Python law has set for the current sample; see native/batch/lockstep.h."""
+"""Values that a Python law sets for the current sample; see native/batch/lockstep.h."""
 
 
 @dataclass(frozen=True)
 class KernelLoop:
-    """Loop of a kernel: law, variant of the plant, method, and a stiffness test."""
+    """Loop of a kernel, with law, variant of the plant, method, and stiffness test."""
 
     manifest: Manifest
     controller: Controller
@@ -286,7 +287,7 @@ def _stages(tableau: Any, numbers: range) -> str:
 
 
 def _dense(tableau: Any) -> dict[str, str]:
-    """Return the sums of dense output, over slopes or over stages of an implicit step, shifted by one."""
+    """Return the sums of dense output, over slopes or, shifted by one, over stages of an implicit step."""
     shift = [0.0] * bool(tableau.d)
     rows = [shift + row[: tableau.slopes] for row in _rows(tableau.dense_g, tableau.dense)]
     return {

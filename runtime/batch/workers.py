@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Computation of blocks on the workers of a dask.distributed cluster.
 
-A worker gets the generated files and compiles them for its own processor. Results return to the process that owns the
-store. A worker with other numerics than the owner's is refused.
+A worker compiles the generated files for its processor and returns results to the process that owns the store. A
+worker whose numerics differ from the owner's is refused.
 """
 
 from __future__ import annotations
@@ -37,24 +37,26 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _AHEAD = 2
-"""Number of blocks in progress per thread of the cluster: one is computed, the next waits. With only one, threads idle
-while results travel; more than two only delay an early end."""
+"""Number of blocks in progress per thread of the cluster: one is computed, the next waits. With one, threads idle
+during transfers; more than two delay an early end.
+"""
 _SILENCE = 5.0
-"""Seconds without a block before a search for silent workers; a second search confirms the result. Workers report every
-second or two, also while they compute."""
+"""Seconds without a block before a search for silent workers, which a second search confirms. Workers report every
+second or two.
+"""
 _COMPILING = threading.Lock()
 _READY: dict[str, Blocks] = {}
 
 
 class ClusterError(MehvarError, RuntimeError):
-    """The scheduler or a block is lost. The store keeps its blocks."""
+    """Error if the scheduler or a block is lost; the store keeps its blocks."""
 
     exit_status = 1
     resumable = True
 
 
 class WorkerError(InputError):
-    """A worker cannot be used. The store keeps its blocks."""
+    """Error for an unusable worker; the store keeps its blocks."""
 
     resumable = True
 
@@ -227,7 +229,7 @@ def _result(future: Any, watch: _Watch) -> tuple[Values, Provenance]:
 
 
 def _lost(client: Client, error: BaseException) -> ClusterError:
-    """Return our error for an error of dask."""
+    """Return mehvar's error for an error of dask."""
     if client.status != "running":
         return ClusterError(f"the scheduler {_address(client)} does not answer")
     return ClusterError(f"the cluster lost a block: {type(error).__name__}: {' '.join(str(error).split())}")
@@ -238,7 +240,7 @@ def _address(client: Client) -> str:
 
 
 def _compute(bundle: Bundle, first: int, count: int) -> tuple[Values, Provenance]:
-    """Compute a block on a worker with one thread, because a worker runs one block per thread; compile once."""
+    """Compute a block on a worker with one thread, compiling only once."""
     from distributed import get_worker
 
     try:

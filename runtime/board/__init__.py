@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sampled laws on a microcontroller: firmware, its build, the link, and runs with the law on a board."""
+"""Sampled laws on a microcontroller: firmware, build, link, and runs with the law on a board."""

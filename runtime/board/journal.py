@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Journal of a board's answers on disk: a stopped host can continue, and a run can be repeated.
+"""Journal of a board's answers on disk, with which a stopped host can continue and a run can be repeated.
 
 The first line is JSON and identifies the run. Records follow, each a letter and its content: `s` a sample (numbers
 sent and received, in float), `t` parameters set before the next sample (the length, u32, then JSON), `z` the law's
@@ -42,7 +42,7 @@ class Tuning:
     request : int
         Line of the requests file with the request.
     refusal : str
-        Reason why they were not set; empty when they were.
+        Reason why they were not set, or an empty text.
     """
 
     sample: int
@@ -62,7 +62,7 @@ class Entries:
     rows : array, (n, inputs + outputs)
         Numbers sent to the board and received from it, for each sample.
     tunings : tuple of Tuning
-        In their order.
+        Changes of parameters, in order.
     memories : mapping of int to array
         The law's memory before a sample.
     size : int
@@ -143,14 +143,14 @@ class Journal:
     Parameters
     ----------
     path : Path
-        Continued when it exists.
+        File, continued if it exists.
     identity : mapping
         Facts that identify a run; `layout` is added.
 
     Raises
     ------
     InputError
-        If the file belongs to another run, or to one that came to its end.
+        If the file belongs to another run or to a completed one.
     """
 
     def __init__(self, path: Path, identity: Mapping[str, object], layout: Layout) -> None:
@@ -187,7 +187,7 @@ class Journal:
         return self._rows[k, self._inputs :]
 
     def append(self, numbers: Floats, u: Floats) -> None:
-        """Write a sample to the operating system's cache, so that it survives the end of this process."""
+        """Write a sample to the operating system's cache, where it survives the end of this process."""
         self._write(_SAMPLE, numbers.astype("<f4").tobytes() + u.astype("<f4").tobytes())
 
     def append_memory(self, z: Floats) -> None:
@@ -195,14 +195,14 @@ class Journal:
         self._write(_MEMORY, z.astype("<f4").tobytes())
 
     def append_tuning(self, tuning: Tuning) -> None:
-        """Write parameters that are about to be set, or that were refused."""
+        """Write parameters before they are set, or refused parameters."""
         self.tunings.append(tuning)
         row = {"values": dict(tuning.values), "request": tuning.request, "refusal": tuning.refusal}
         text = json.dumps(row).encode()
         self._write(_TUNING, _LENGTH.pack(len(text)) + text)
 
     def close(self, complete: bool) -> None:
-        """Close the file. Remove it after a complete run without tuning; else it documents the run."""
+        """Close the file, and remove it after a complete run without tuning."""
         kept = any(not tuning.refusal for tuning in self.tunings)
         if complete and kept:
             self._write(_END, b"")

@@ -39,7 +39,7 @@ from .targets import TARGETS, MachinePort, open_target
 from .tuning import Request, Requests, TunedLaw, tuned
 
 _SELF_TEST = 200
-"""Number of samples of the self-test. A wrong bit changes the checksum at once; more samples only find slower steps."""
+"""Number of samples of the self-test. A wrong bit changes the checksum at once; more samples only show slower steps."""
 
 
 @dataclass(frozen=True)
@@ -54,25 +54,25 @@ class BoardRequest:
         Board and compiler of the image; default: "stm32f4", and gcc or else zig. For software in the loop, a
         processor of QEMU's user mode; default: this machine's.
     samples : int
-        Evaluations of the law; the reference continues past the scenario's end.
+        Number of evaluations of the law; the reference continues past the scenario's end.
     delay : int, optional
         Samples between computing an input and applying it; default: one for a law designed for a delay, else none.
     parameters, options : mapping
         Parameters by name; options and choices of `simulate`.
     every : int, optional
-        Samples between two comparisons of the law's memory; 1 where the line is fast, else 10.
+        Samples between two comparisons of the law's memory; default: 1 on a fast line, else 10.
     raw : bool
         Bare packets.
     journal : Path, optional
-        File that lets a run continue after its host was stopped.
+        File with which a run can continue after a stop of its host.
     selftest : int
-        Samples of the self-test with law and plant on the target.
+        Number of samples of the self-test with law and plant on the target.
     tunable : tuple of str, optional
-        Make all parameters but these constants of the law's code; default: all are parameters.
+        Parameters that stay variable while all others become constants of the law's code; default: all.
     restarts : int
-        Restarts of the board at one sample after which the run ends.
+        Number of restarts of the board at one sample that ends the run.
     profiled : bool
-        Count instructions where the emulator can; long runs are faster without.
+        Count instructions, if the emulator can; long runs are faster without.
     """
 
     controller: str
@@ -95,7 +95,7 @@ class BoardRequest:
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of two series of floats: in units in the last place, and absolute."""
+    """Difference of two series of floats, in units in the last place and absolute."""
 
     compared: int
     ulp: int
@@ -105,7 +105,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class BoardRun:
-    """A run on a board with the runs for comparison.
+    """A run on a board with the runs that it is compared with.
 
     Attributes
     ----------
@@ -114,13 +114,13 @@ class BoardRun:
     u, z : Difference
         Board against float on this machine.
     profile : Profile or None
-        Instructions, where the emulator counts them.
+        Counted instructions, if the emulator counts.
     bound : StackBound or None
-        Stack bound of the image; None for software in the loop, or where the image does not determine it.
+        Stack bound of the image; None for software in the loop, or if undetermined.
     tunings : tuple of Tuning
-        Parameters of the law requested while it ran.
+        Changes of the law's parameters during the run.
     refused : tuple of Request
-        Requests after its last sample: refused, and not in the journal.
+        Requests after the last sample, which are refused and not in the journal.
     """
 
     request: BoardRequest
@@ -176,12 +176,12 @@ def build_image(model: Model, request: BoardRequest, resolved: Resolved | None =
 
 
 def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
-    """Run a closed loop with its law on a board, and compare.
+    """Run a closed loop with its law on a board, and compare it with the law on this machine.
 
     Raises
     ------
     InputError
-        For anything unknown or out of bounds, or a board that runs another program.
+        If a name is unknown, a value is out of bounds, or the board runs another program.
     LinkError
         If the board does not answer.
     """
@@ -288,7 +288,7 @@ def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> 
 
 
 def _loaded(request: BoardRequest, image: Image) -> Elf | None:
-    """Return the running image; unknown for a board on a serial port."""
+    """Return the running image, which is unknown for a board on a serial port."""
     return None if image.board is None or request.target not in TARGETS else read_elf(image.path)
 
 
@@ -335,9 +335,9 @@ def _hold(request: BoardRequest) -> float | None:
 
 
 def _every(target: str) -> int:
-    """Return the number of samples between two reads of the memory. Each read doubles the messages of a sample.
+    """Return the number of samples between reads of the memory, each of which doubles a sample's messages.
 
-    An error in the memory appears in the inputs of the next sample anyway.
+    Errors in the memory also appear in the inputs of the next sample.
     """
     return 1 if target in ("sil", "unicorn") else 10
 
@@ -419,7 +419,7 @@ def ulps(values: NDArray[Any], expected: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the rank of each float among all floats; all NaN are equal, and so are both zeros."""
+    """Return the rank of each float among all floats, with equal ranks for all NaN and for both zeros."""
     bits = np.where(np.isnan(values), np.float32(np.nan), values).astype(np.float32).view(np.int32).astype(np.int64)
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
 

@@ -20,11 +20,10 @@ from .tuning import Requests
 _CHECKPOINT = 25
 """Samples between two reads of the board's memory, from which a reset board continues.
 
-A read costs one more exchange in 25; a reset costs at most 24 repeated samples. Half the value: 8 % and 12 samples.
+Reads add 4 % of exchanges, and a reset repeats at most 24 samples. With half the value these are 8 % and 12 samples.
 """
 RESTARTS = 5
-"""Largest number of resets at one sample. A disturbance resets a board once, perhaps again in recovery; five resets
-mean a defect."""
+"""Largest number of resets at one sample. A disturbance causes one or two; five mean a defect."""
 
 Reply = TypeVar("Reply")
 Doubles = NDArray[np.float64]
@@ -36,8 +35,7 @@ Retune = Callable[[Resolved, Mapping[str, float]], Resolved]
 class BoardLaw:
     """Law of a closed loop, evaluated on a board; give it to `simulate` as `law`.
 
-    A board that has lost its memory gets the last known one and the samples since then again, and continues as if
-    nothing had happened.
+    A board that lost its memory gets the last known memory and all later samples again. Its results do not change.
 
     Parameters
     ----------
@@ -167,7 +165,7 @@ class BoardLaw:
             self._checkpoint = (k + 1, self.z[k])
 
     def _at(self, k: int, request: Callable[[], Reply], restore: bool) -> Reply:
-        """Send a request in the board's state before sample k; a restarted board gets this state first."""
+        """Send a request for the state before sample k; a restarted board gets this state first."""
         for _ in range(self._restarts):
             try:
                 if restore:

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Upper bound on an image's stack, from its instructions only, for any compiler and run.
+"""Upper bound on an image's stack for all runs, derived from its instructions.
 
-A function takes the sum of its decrements of the stack pointer, each counted once. A program takes its deepest chain of
-calls, and one fault at its end. Anything without a bound (recursion, a frame of variable size) is an error, not a
-guess.
+A function needs the sum of its decrements of the stack pointer, each counted once. A program needs its deepest chain
+of calls plus one fault at its end. Recursion and frames of variable size are errors.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from .image.instructions import UnboundedError, instructions
 
 _START, _FAULT = "Reset_Handler", "Default_Handler"
 _EXCEPTION = {"m3": 32 + 4, "m4f": 104 + 4, "m7": 104 + 4}
-"""Bytes that a fault puts on the stack: registers, FPU registers, padding to a multiple of 8."""
+"""Number of bytes that a fault pushes: registers, FPU registers, padding to a multiple of 8."""
 _PUSHES = ("push", "vpush", "stmdb", "vstmdb")
 _BRANCH = re.compile(r"(b|bl|cbn?z|b(eq|ne|cs|hs|cc|lo|mi|pl|vs|vc|hi|ls|ge|lt|gt|le))")
 _TARGET = re.compile(r"#(0x[0-9a-f]+)$")
@@ -36,7 +35,7 @@ class StackBound:
     Attributes
     ----------
     bytes : int
-        Depth with the frame that the processor stacks when the deepest function faults, and the fault handler.
+        Largest depth, including the frame of a fault in the deepest function and the fault handler.
     chain : tuple of (str, int)
         The functions of the deepest chain of calls, from the start, with the bytes that each takes.
     """
@@ -58,7 +57,7 @@ def stack_bound(elf: Elf, cpu: str) -> StackBound:
     Parameters
     ----------
     elf : Elf
-        With its symbols.
+        Image with symbols.
     cpu : {"m3", "m4f", "m7"}
         Processor, on which the fault frame depends.
 
@@ -85,7 +84,7 @@ def deepest(elf: Elf, name: str) -> tuple[tuple[str, int], ...]:
 
 
 class _Graph:
-    """Call graph. A call through a register may reach any function whose address the image stores."""
+    """Call graph, in which a call through a register may reach any function whose address the image stores."""
 
     def __init__(self, elf: Elf) -> None:
         self._elf = elf
@@ -140,7 +139,7 @@ class _Graph:
         return _Function(frame, frozenset(calls), False)
 
     def _owner(self, address: int, caller: str) -> str:
-        """Return the function at an address; for a jump within a function, that function."""
+        """Return the function that contains an address."""
         if any(a <= address < a + n for a, n in self._elf.functions[caller]):
             return caller
         if address in self._names:

@@ -25,12 +25,13 @@ from .image.elf import read_elf
 from .line.link import LinkError, Port
 
 TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
-"""Targets without hardware; any other name is a serial port."""
+"""Targets without hardware; all other names are serial ports."""
 _CHUNK = 4096
-"""Bytes per read: more than any frame."""
+"""Number of bytes per read, above the length of any frame."""
 _GATHER = 0.0005
-"""Seconds to wait for the rest of an answer from QEMU; the answer comes byte by byte. A shorter time splits reads; a
-longer time delays every answer."""
+"""Seconds to wait for the rest of an answer from QEMU, which arrives byte by byte. A shorter time splits reads; a
+longer one delays every answer.
+"""
 _REASONS = {
     errno.ENOENT: "there is no such port",
     errno.EACCES: "no permission: on Linux join the group of the port, often dialout, and log in again",
@@ -38,9 +39,9 @@ _REASONS = {
     errno.ENOTTY: "it is not a serial port",
 }
 _LAST = 2.0
-"""Seconds for a process to end before it is killed; it has nothing to save."""
+"""Seconds for a process to end before it is killed."""
 _START_TRIES, _START_PAUSE = 1000, 0.01
-"""Number of attempts and pauses until QEMU opens its line: ten seconds. The end of its process is noticed at once."""
+"""Number of attempts and pauses until QEMU opens its line, ten seconds in total."""
 
 
 class ProcessPort:
@@ -64,7 +65,7 @@ class ProcessPort:
         os.write(self._to, data)
 
     def read(self, timeout: float) -> bytes:
-        """Return received bytes; after the end of the process, nothing."""
+        """Return received bytes, or none after the end of the process."""
         try:
             return self._incoming.get(timeout=timeout if self._reader.is_alive() else 0.0)
         except queue.Empty:
@@ -82,7 +83,7 @@ class ProcessPort:
 
 
 class MachinePort:
-    """A board under Unicorn. It answers at once or never, so no read waits."""
+    """A board under Unicorn, whose reads never wait."""
 
     def __init__(self, image: Image) -> None:
         try:
@@ -102,7 +103,7 @@ class MachinePort:
         return self.machine.read()
 
     def close(self) -> None:
-        """Do nothing, as there is nothing to release."""
+        """Do nothing, because a Unicorn machine needs no release."""
 
 
 class SocketPort:
@@ -214,7 +215,7 @@ def open_target(target: str, image: Image) -> Port:
     target : str
         "sil", "unicorn", "qemu", "qemu-pty" or the name of a serial port.
     image : Image
-        The image that the emulators run; a board at a serial port must run it already.
+        Image for the emulators; a board at a serial port must already run it.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tuning of a law during a run on a board, and repetition of such runs on this machine.
 
-A request is a line in a file beside the journal; the host that serves the board applies it between two samples.
+A request is a line in a file next to the journal, which the board's host applies between two samples.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Request:
-    """A line of the requests file: parameters from sample `at` on, or from the next one."""
+    """A line of the requests file, with parameters from sample `at` or from the next sample on."""
 
     line: int
     at: int | None
@@ -38,7 +38,7 @@ class Request:
 
 
 _BEGIN = '{"at": '
-"""First line of the file. A file without this line belongs to the user, and `close` must not remove it."""
+"""First line of the file. A file without it is the user's, and `close` must not remove it."""
 
 
 class Requests:
@@ -49,12 +49,12 @@ class Requests:
     journal : Path
         Journal of the run.
     taken : sequence of Tuning
-        Requests that the journal has already.
+        Requests that the journal already contains.
 
     Raises
     ------
     InputError
-        If there is a file of that name that holds no requests.
+        If a file of that name contains no requests.
     """
 
     def __init__(self, journal: Path, taken: Sequence[Tuning] = ()) -> None:
@@ -73,7 +73,7 @@ class Requests:
         return due
 
     def close(self) -> tuple[Request, ...]:
-        """Remove the file at the run's end; return requests that came too late."""
+        """Remove the file at the end of the run, and return late requests."""
         self._read()
         self._path.unlink(missing_ok=True)
         return tuple(self._requests)
@@ -103,14 +103,14 @@ def tune(
 ) -> dict[str, float]:
     """Request parameters from the run that writes a journal, between two of its samples.
 
-    Only the law on the board gets them: the plant is the host's, and parameters with formulas keep their values.
+    Only the law on the board changes, not the host's plant; parameters with formulas keep their values.
 
     Parameters
     ----------
     values : mapping of str to number
         By name, in SI units and radians.
     at : int, optional
-        The first sample with them; default: the next one.
+        First sample with the new values; default: the next one.
 
     Returns
     -------
@@ -120,8 +120,8 @@ def tune(
     Raises
     ------
     InputError
-        If a name is not a parameter of the plant or the law, a value is out of bounds or beyond the range of float,
-        the parameter sets the law's period, or the run is over or ends before that sample.
+        If a name is not a parameter of plant or law, a value is out of bounds or of the range of float, a parameter
+        is the law's period, or the run ends before that sample.
     """
     law = model.manifest.controller(controller)
     if not values:
@@ -142,7 +142,7 @@ def tune(
 
 
 def _check_open(journal: Path, sizes: Layout, at: int | None) -> None:
-    """Refuse a request that the run cannot apply any more."""
+    """Refuse a request that the run can no longer apply."""
     entries = read_journal(journal, sizes)
     if entries.complete:
         raise InputError(f"journal = {str(journal)!r}: its run is over; tune during a run")
@@ -215,7 +215,7 @@ class TunedLaw(HostLaw):
 
 @dataclass(frozen=True)
 class Replay:
-    """A journal, computed again on this machine.
+    """Result of a journal's repetition on this machine.
 
     Attributes
     ----------
@@ -224,9 +224,9 @@ class Replay:
     tunings : tuple of Tuning
         Applied and refused requests.
     first : int or None
-        The first sample whose answer, or the memory before it, has other bits; None if there is none.
+        First sample with a different answer or memory; None if all are bit-identical.
     complete : bool
-        The journal has the end of its run.
+        True if the journal contains the end of its run.
     """
 
     samples: int
@@ -237,12 +237,12 @@ class Replay:
 
 
 def replay(model: Model, controller: str, journal: Path) -> Replay:
-    """Repeat the board's answers in float on this machine, from the journal's inputs, and compare bits.
+    """Repeat a journal's answers in float on this machine, and compare them bit by bit.
 
     Raises
     ------
     InputError
-        If there is no such journal, it is damaged, or of another model or law.
+        If the journal does not exist, is damaged, or belongs to another model or law.
     """
     law = model.manifest.controller(controller)
     sizes = layout(model.manifest, law)

@@ -18,7 +18,7 @@ from mehvar.base.errors import InputError, MissingError
 
 _PATH_NAMES = ("cc", "clang", "gcc")
 _VERSION_TIMEOUT = 60.0
-"""Seconds to wait for a compiler's version. The first start of zig unpacks files; others answer at once."""
+"""Seconds to wait for a compiler's version; the first start of zig unpacks files."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Compiler:
     version : str
         Part of the key of every compiled file.
     origin : str
-        Where it is from: "$CC", "PATH" or "the ziglang package".
+        Its origin: "$CC", "PATH" or "the ziglang package".
     """
 
     command: tuple[str, ...]
@@ -47,7 +47,7 @@ class Compiler:
 
     @property
     def scheduling(self) -> tuple[str, ...]:
-        """Flags for gcc that order long straight-line code so that values stay in registers."""
+        """Flags with which gcc orders long straight-line code so that values stay in registers."""
         clang = "clang" in self.version.lower() or self.flags
         return () if clang else ("-fschedule-insns", "-fsched-pressure")
 
@@ -75,7 +75,7 @@ def require_compiler() -> Compiler:
 
 
 def environment(scratch: Path) -> dict[str, str]:
-    """Return environment variables for compiling: zig's caches are put into ours unless the user has set them.
+    """Return environment variables for compiling, which put zig's caches into mehvar's unless the user has set them.
 
     Parameters
     ----------

@@ -26,8 +26,9 @@ INCLUDE = NATIVE / "include"
 """Folder of headers for generated C, for `cc -I`."""
 _KIND = "libraries"
 _BESIDE: list[threading.Thread] = []
-"""Thread that compiles the native loop. In the child of a fork, joining the thread returns at once, but a lock would
-stay locked."""
+"""Thread that compiles the native loop. A thread is used instead of a lock, which would stay locked in the child of a
+fork.
+"""
 _BEGINNING = threading.Lock()
 _UNITS = ("single.c", "journal.c", "tableaux.c", "map.c", "noise.c")
 
@@ -79,7 +80,7 @@ def compiled(name: str, sources: Mapping[str, str], units: Sequence[str], flags:
 def load_library(
     name: str, sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ("-O2",)
 ) -> ctypes.CDLL:
-    """Load the library that `compiled` makes from these sources; its calls release Python's lock.
+    """Load the library that `compiled` makes from these sources, whose calls release Python's lock.
 
     Raises
     ------
@@ -112,7 +113,7 @@ def native_sources(*patterns: str) -> dict[str, str]:
 
 
 def load_native() -> ctypes.CDLL:
-    """Load the native loop of single runs, the methods, the noise and the array map; they depend on no model."""
+    """Load the native loop of single runs, the methods, the noise and the array map, which no model affects."""
     for thread in _BESIDE:
         thread.join()
     return _native()
@@ -133,7 +134,7 @@ def begin_native() -> None:
 
 
 def _free() -> None:
-    """Release the lock in the child of a fork, which lacks the thread that held it."""
+    """Release the lock in the child of a fork, in which the thread that held it does not exist."""
     if _BEGINNING.locked():
         _BEGINNING.release()
 

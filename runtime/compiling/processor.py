@@ -11,7 +11,7 @@ _WIDTHS = (
     (8, ("avx512f", "avx512dq", "avx512vl", "avx512bw", "avx2", "fma")),
     (4, ("avx2", "fma")),
 )
-"""Lanes and their instruction sets; the widest supported one is used.
+"""Numbers of lanes and their instruction sets, of which the widest supported one is used.
 
 More lanes than fill a register were slower (decision 0013).
 """
@@ -19,7 +19,7 @@ More lanes than fill a register were slower (decision 0013).
 
 @functools.cache
 def widest() -> int:
-    """Return the doubles of the widest registers known to exist: 8, 4 or 2."""
+    """Return the number of doubles in the widest supported registers: 8, 4 or 2."""
     instructions = _instructions()
     return next((lanes for lanes, needed in _WIDTHS if instructions.issuperset(needed)), 2)
 

@@ -22,7 +22,7 @@ _FIELDS = re.compile(r"(?:const )?(?:volatile )?(\w+) ([^;]+);")
 
 
 def structures(*headers: str) -> dict[str, Any]:
-    """Return the structures of headers by C name; a header may use those of previous ones.
+    """Return the structures of headers by C name; a header may use structures of previous ones.
 
     Pointers become `c_void_p`. A structure has numbers, pointers and other structures as fields, and no arrays.
     """

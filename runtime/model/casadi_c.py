@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated functions in CasADi's own C, adapted to our calling convention."""
+"""Generated functions in CasADi's own C, adapted to mehvar's calling convention."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def casadi_manifest(manifest: Manifest) -> Manifest:
     Raises
     ------
     InputError
-        If there is no such file, and none can be made.
+        If the file is missing and cannot be made.
     """
     file = f"{manifest.model}_casadi.c"
     holder(manifest, file)
@@ -31,14 +31,14 @@ def casadi_manifest(manifest: Manifest) -> Manifest:
 
 
 class CasadiBackend(CBackend):
-    """CasADi's C: one library with all functions and Jacobians, in double and one lane.
+    """Backend for CasADi's C: one library with all functions and Jacobians, in double and one lane.
 
-    Elementary functions are those of the C library; `fmin` and `fmax` drop a NaN that ours pass on.
+    It uses elementary functions of the C library, whose `fmin` and `fmax` ignore NaN.
 
     Parameters
     ----------
     manifest : Manifest
-        What `casadi_manifest` returns.
+        Result of `casadi_manifest`.
     """
 
     name: BackendName = "casadi"
@@ -62,7 +62,7 @@ class CasadiBackend(CBackend):
 
 
 def _calls_text(model: str, file: str, functions: Iterable[Function]) -> str:
-    """Return C code that adapts CasADi's functions to our two signatures; scalar graphs need no work space."""
+    """Return C code that adapts CasADi's functions to mehvar's two signatures, without work space."""
     lines = [f'#include "{file}"', ""]
     for function in functions:
         name, symbol = identifier(function.name), f"{identifier(model)}_{identifier(function.name)}"

@@ -28,7 +28,7 @@ def project_models() -> dict[str, Path]:
 
 
 def known_models() -> dict[str, Path]:
-    """Return the folders of all models by name; a project's model hides one of mehvar."""
+    """Return the folders of all models by name; a project's model hides mehvar's model of the same name."""
     return shipped_models() | project_models()
 
 
@@ -54,7 +54,7 @@ def _models_in(root: Path) -> dict[str, Path]:
 
 
 def _model_in(roots: Iterable[Path], name: str) -> Path | None:
-    """Return one model's entry of `_models_in` without reading the others."""
+    """Return the entry of one model in `_models_in` without reading others."""
     folders = [root / name for root in roots if os.path.isfile(root / name / FILE)]  # noqa: PTH113 - as in find_folder
     return folders[-1] if folders and folders[-1].name == name else None
 
@@ -64,15 +64,14 @@ def _is_same(folder: Path, other: Path | None) -> bool:
 
 
 def find_folder(model: str | os.PathLike[str], beside: Path | None = None) -> Path:
-    """Return a model's folder, from a known name or a path; names have priority.
+    """Return a model's folder from a known name or else a path.
 
     Parameters
     ----------
     model : str or path
         Name or folder.
     beside : Path, optional
-        The folder of the file with the reference: its project supplies the names, and paths are relative to it. Unless
-        given, the current folder.
+        Folder to which paths are relative and whose project defines names; default: the current folder.
 
     Raises
     ------
@@ -107,7 +106,7 @@ def find_model(model: str | os.PathLike[str]) -> Manifest:
     Parameters
     ----------
     model : str or path
-        The name of a model that comes with mehvar or is of the project that one stands in, or a generated folder.
+        Name of a model of mehvar or of the current project, or a generated folder.
 
     Raises
     ------

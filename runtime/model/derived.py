@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that generated folders omit: derived from the model's sources at first use, and cached.
+"""Cache of files that generated folders omit, derived from the model's sources at first use.
 
-A derivation runs in its own process, by the command that a user would type, so that running a model imports no
-derivation code.
+A derivation runs in its own process, so that runs import no derivation code.
 """
 
 from __future__ import annotations
@@ -25,19 +24,19 @@ _NEEDED = ("sympy", "casadi")
 
 
 def holder(manifest: Manifest, name: str) -> Manifest:
-    """Return the manifest of the folder with a file: the model's own, or one in the cache, derived if needed.
+    """Return the manifest of the folder that has a file, the model's or a cached one, derived if necessary.
 
     Parameters
     ----------
     manifest : Manifest
         Of the model's generated folder.
     name : str
-        Of the file, such as "triangle_loops_jac.c".
+        Name of the file, such as "triangle_loops_jac.c".
 
     Raises
     ------
     InputError
-        If the file is missing and cannot be made: its sources are missing or changed, or a package is missing.
+        If the file cannot be made, because its sources are missing or changed or a package is missing.
     """
     present = name in manifest.files_sha256 if manifest.files_sha256 else (manifest.folder / name).is_file()
     if present or name not in made_when_asked(manifest.model):
@@ -109,7 +108,7 @@ def _fill(root: Path, manifest: Manifest, folder: Path, what: str) -> None:
 
 
 def run_python(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run Python with this mehvar in a project; only a new process may import its models."""
+    """Run Python with this mehvar in a project, in a new process that may import its models."""
     path = os.pathsep.join([str(_HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
     return subprocess.run(
         [sys.executable, "-P", *arguments],

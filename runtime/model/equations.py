@@ -11,11 +11,11 @@ from .generated import generated_text
 
 _SECTION = re.compile(r"^### Rates of the states$(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 _FORMULA = re.compile(r"^\|[^|]*\| \$`(.*?)`\$ \||^```math\n(.*?)\n```$", re.MULTILINE | re.DOTALL)
-"""Pattern of a formula, in a table's row or on its own."""
+"""Pattern of a formula, in a table row or separate."""
 
 
 def rates(manifest: Manifest) -> list[str]:
-    """Return the equations of the states' rates; none for a folder without the page.
+    """Return the equations of the states' rates, if the folder has the page.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated functions as Python callables: compiled C, or the generated NumPy module."""
+"""Generated functions as Python callables, from compiled C or from the generated NumPy module."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ BackendName = Literal["c", "python", "casadi"]
 Real = Literal["double", "float"]
 
 _MAX_AXES = 32
-"""Largest number of axes in `mv_map` (MV_MAX_ARRAYS in map.c), whose counters are on the stack; NumPy 1 has the same
-limit."""
+"""Largest number of axes in `mv_map` (MV_MAX_ARRAYS in map.c), as in NumPy 1."""
 _POINTER = ctypes.c_void_p
 
 
@@ -44,14 +43,14 @@ class Backend(Protocol):
         """Return all results with leading axes `shape`."""
 
     def point(self, function: Function) -> Callable[[tuple[Any, ...]], Any]:
-        """Return an evaluator for single points of plain arrays; it returns None for other arguments."""
+        """Return an evaluator for single points of plain arrays, which returns None for other arguments."""
 
 
 class GeneratedFunction:
     """A generated function whose arguments broadcast over leading axes.
 
-    A vector argument has the shape (..., n), a scalar one (...). One result comes as an array, several as a
-    tuple. NaN in gives NaN out.
+    A vector argument has the shape (..., n), a scalar one (...). A single result is an array, several are a tuple.
+    NaN arguments give NaN results.
     """
 
     def __init__(self, backend: Backend, function: Function) -> None:
@@ -117,7 +116,7 @@ class GeneratedFunction:
 
 
 class Functions(Mapping[str, GeneratedFunction]):
-    """Generated functions of a model by the manifest's names; `a-b` and `a_b` are equivalent."""
+    """Generated functions of a model by the manifest's names, where `a-b` and `a_b` are equivalent."""
 
     def __init__(self, backend: Backend, manifest: Manifest) -> None:
         self._model = manifest.model
@@ -258,7 +257,7 @@ class PythonBackend:
         ]
 
     def point(self, function: Function) -> Callable[[tuple[Any, ...]], None]:  # noqa: ARG002
-        """Return an evaluator that passes all points to `evaluate`, because NumPy is not faster for single points."""
+        """Return an evaluator that passes all points to `evaluate`; NumPy is not faster for single points."""
         return lambda _: None
 
     def raw(self, name: str) -> Callable[..., Any]:
@@ -351,7 +350,7 @@ def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
 
 
 def displacement(manifest: Manifest, functions: Functions, x: FloatArray, p: FloatArray) -> FloatArray:
-    """Return the difference between the projection of states and these states, shape (..., 0) without a projection.
+    """Return the projection of states minus the states, of shape (..., 0) without a projection.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a generated folder: their verified contents, and a check for changed sources."""
+"""Verified contents of a generated folder, and a check for changed sources."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def generated_text(manifest: Manifest, name: str) -> str:
     Parameters
     ----------
     manifest : Manifest
-        Of the folder that the file is in.
+        Manifest of the folder.
     name : str
-        Of the file, such as "triangle.c".
+        Name of the file, such as "triangle.c".
 
     Raises
     ------
@@ -59,7 +59,7 @@ def check_unedited(manifest: Manifest) -> None:
 def tell_stale(manifest: Manifest) -> None:
     """Warn if a model's sources have changed since generation.
 
-    New sources and changes of the tool are not reported; `mehvar generate --check` checks everything a derivation read.
+    New sources and changes of mehvar are not reported; `mehvar generate --check` checks all inputs.
     """
     root, own = manifest.folder.absolute().parent.parent, f"models/{manifest.model}/"
     changed = [

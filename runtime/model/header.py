@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of names, positions and sizes in generated C and Python against the manifest.
+"""Check that names, positions and sizes in generated C and Python match the manifest.
 
-A run allocates its arrays by the manifest: code with other sizes would write beyond them, and code with another order
-would mix up states.
+A run allocates its arrays by the manifest. Code with other sizes would write beyond them, and code with another order
+would confuse states.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exact linear systems around a point, of the plant and of closed loops."""
+"""Exact linear systems of plants and closed loops around a point."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from mehvar.base.names import identifier
 from .functions import FloatArray, Functions, GeneratedFunction
 
 _STEP = 1e-4
-"""Step of differences for a sensor's slope: errors of 1e-12 for linear sensors with numbers of size one."""
+"""Step of differences for a sensor's slope, with errors of 1e-12 for linear sensors of size one."""
 _SLOPE = 1e-6
-"""Allowed deviation of that slope from one: far below any sensor's scale error."""
+"""Allowed deviation of that slope from one, far below the scale error of any sensor."""
 _COUNTER = "held_for"
 """Counter in the memory of a law that skips samples, added by codegen; zero at a command."""
 
@@ -34,8 +34,8 @@ class LinearSystem:
     A, B, C, D : array, (..., rows, columns)
         dx' = A dx + B du, dy = C dx + D du; of a sampled loop dx(k+1) = A dx(k) + B du(k).
     states, inputs, outputs : tuple of str
-        Names of the elements of x, u and y. In a closed loop the inputs are the references, and the states of a sampled
-        law with memory are the plant's, `applied_INPUT` for the input of the sample before, and the memory.
+        Names of the elements of x, u and y. In a closed loop the inputs are the references. With memory in a sampled
+        law, the states are the plant's, `applied_INPUT` for the previous sample's input, and the memory.
     period : array or None
         Sampling period, s; None for continuous time.
     """
@@ -75,9 +75,9 @@ class LinearSystem:
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Eigenvalues of A, in 1/s; of a sampled loop, without unit and inside of the unit circle if stable.
+        """Eigenvalues of A, in 1/s. For a sampled loop they have no unit and are inside the unit circle if stable.
 
-        Not a number where A is not finite.
+        They are NaN if A is not finite.
         """
         finite = np.all(np.isfinite(self.A), axis=(-2, -1))
         values = np.linalg.eigvals(np.where(finite[..., None, None], self.A, 0.0))
@@ -142,7 +142,7 @@ def cut_loop(
 ) -> LinearSystem:
     """Return the loop of `linearize_loop`, cut between law and plant.
 
-    Its inputs are those that act, its outputs those that the law answers with: A + B C is the closed loop.
+    Its inputs act on the plant, and its outputs are the law's commands, so that A + B C is the closed loop.
     """
     _check_delays(manifest, controller, p)
     acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
@@ -169,12 +169,12 @@ def slopes(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, Fl
     derivative : GeneratedFunction
         Such as `jvp`, or the `LAW_jvp` of a law.
     *arguments : array_like
-        Of the function itself.
+        Arguments of the function.
 
     Returns
     -------
     dict of str to array, (..., results, elements)
-        By argument; those that it is not differentiated by are absent.
+        Jacobians by argument, without those of other arguments.
 
     Examples
     --------
@@ -207,7 +207,7 @@ def output_rows(manifest: Manifest, outputs: Sequence[str]) -> list[int]:
     Raises
     ------
     InputError
-        If a name is neither's.
+        If a name is neither a state nor an output.
     """
     names = (*_names(manifest.states), *_names(manifest.outputs))
     if not isinstance(outputs, tuple | list):
@@ -219,7 +219,7 @@ def output_rows(manifest: Manifest, outputs: Sequence[str]) -> list[int]:
 
 
 def slope_of_inputs(functions: Functions, x: ArrayLike, u: ArrayLike, p: ArrayLike, nu: int) -> FloatArray:
-    """Return `jac_u`, which has a row for each state also without inputs."""
+    """Return `jac_u` with a row per state, also without inputs."""
     if not nu:
         return np.zeros((*np.shape(functions["rhs"](x, u, p)), 0))
     slope: FloatArray = functions["jac_u"](x, u, p)
@@ -278,7 +278,7 @@ def _answer(
 def _seen(
     manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
 ) -> tuple[ArrayLike, FloatArray | None]:
-    """Return the vector that a law receives, without noise, and its derivative by the state if both differ."""
+    """Return the vector that a law receives, without noise, and its derivative by the state unless it is the state."""
     if not manifest.measured and not (controller.period and "measure" in functions):
         return x, None
     point = x, np.zeros(len(manifest.noise)), p
@@ -290,7 +290,7 @@ def _seen(
 
 
 def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: FloatArray, p: ArrayLike) -> None:
-    """Refuse a sensor of the state unless it only adds to the state, because generated sensors have no derivatives."""
+    """Refuse sensors of the state other than additive ones, because generated sensors have no derivatives."""
     states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (x, p))
     step = _STEP * np.eye(len(manifest.states))
     above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
@@ -309,7 +309,7 @@ def _check_delays(manifest: Manifest, controller: Controller, p: ArrayLike) -> N
 
 
 def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
-    """Refuse a law that skips samples: its counter changes after a command."""
+    """Refuse a law that skips samples, because its counter changes after a command."""
     names = _names(controller.memory)
     if _COUNTER not in names:
         return

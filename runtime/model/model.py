@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model ready for use: vectors by name, right-hand side, Jacobians, functions."""
+"""Model ready for use: vectors by name, right-hand side, Jacobians, functions."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ class Model:
     Parameters
     ----------
     manifest : Manifest
-        Describes it.
+        Its manifest.
     backend : CBackend or PythonBackend
-        Evaluates its functions.
+        Evaluator of its functions.
 
     Attributes
     ----------
     state_names, input_names, output_names, parameter_names : tuple of str
         In the order of the vectors x, u, y, p.
     functions : mapping of str to callable
-        Every generated function by name.
+        All generated functions by name.
     evaluator : CBackend or PythonBackend
         Evaluation of the functions.
     manifest : Manifest
@@ -66,7 +66,7 @@ class Model:
         self.evaluator = backend
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Pickle the folder and the backend only, because compiled code belongs to one process."""
+        """Pickle only folder and backend, because compiled code belongs to one process."""
         return _reloaded, (str(self.manifest.folder.absolute()), self.backend, self.manifest.hash)
 
     def __repr__(self) -> str:
@@ -102,9 +102,9 @@ class Model:
         return self.evaluator.name
 
     def parameters(self, **values: ArrayLike) -> NamedVector:
-        """Return the plant's parameter vector p with defaults; elements also have names, as in `p.mass`.
+        """Return the plant's parameter vector p: given values, else defaults. Elements have names, as in `p.mass`.
 
-        A vector or a matrix of parameters may be given whole, as in `K=[[1.0, 0.0], [0.0, 2.0]]`.
+        An array of parameters may be given as a whole, as in `K=[[1.0, 0.0], [0.0, 2.0]]`.
 
         Raises
         ------
@@ -119,7 +119,7 @@ class Model:
         return named(vector(self.manifest.parameters, settings), self.parameter_names)
 
     def law_parameters(self, controller: str, **values: ArrayLike) -> FloatArray:
-        """Return the parameter vector c of a law with defaults.
+        """Return the parameter vector c of a law: given values, else defaults.
 
         Raises
         ------
@@ -129,7 +129,7 @@ class Model:
         return law_vector(self.functions, self.manifest.controller(controller), values)
 
     def state(self, **values: float) -> NamedVector:
-        """Return the state vector x, with named elements; states that are not given are zero.
+        """Return the state vector x with named elements, zero unless given.
 
         Raises
         ------
@@ -168,9 +168,9 @@ class Model:
         x, u, p : array_like
             State, input and parameters; leading axes broadcast.
         outputs : sequence of str, optional
-            Names of outputs or states: a row for each of them instead. A state does not depend on a parameter.
+            Names of outputs or states, one row each, instead of rates. Derivatives of states are zero.
         r : array_like, optional
-            Reference that the outputs are taken at; default: zero.
+            Reference of the outputs; default: zero.
 
         Raises
         ------
@@ -197,10 +197,10 @@ class Model:
         c: ArrayLike | None = None,
         z: ArrayLike | None = None,
     ) -> LinearSystem:
-        """Return the linear system around a point: of the plant, or of its closed loop under a law.
+        """Return the linear system of the plant, or of its closed loop under a law, around a point.
 
-        All matrices are exact derivatives. An angle is differentiated across its cut, a saturated or rounded value has
-        the derivative zero, and where a function has none, such as a root at zero, the entry is not a number.
+        All matrices are exact derivatives. Angles are differentiated across their cut, and saturated or rounded
+        values have the derivative zero. Undefined derivatives, such as that of a root at zero, are NaN.
 
         Parameters
         ----------
@@ -212,13 +212,13 @@ class Model:
         r : array_like, optional
             Reference; default: zero.
         controller : str, optional
-            A law: the input of the linear system is then the reference. Of a sampled law the map over one period is
-            returned, with the plant linearised at the input that acts and that input held: exact where the plant is at
-            an equilibrium. Sensor and delay are left out.
+            A law; the input of the linear system is then the reference. For a sampled law the result is the map over
+            one period, with the plant linearised at the acting input, which is held. The map is exact at an
+            equilibrium. Sensor and delay are neglected.
         c : array_like, optional
             Parameters of the law, as from `law_parameters`; default: those of the model.
         z : array_like, optional
-            Memory of the law; default: that before a run.
+            Memory of the law; default: the initial memory.
 
         Returns
         -------
@@ -229,7 +229,7 @@ class Model:
         Raises
         ------
         InputError
-            For an unknown output or law, an argument of the wrong shape, or one that has no meaning here.
+            If an output or law is unknown, an argument has the wrong shape, or an argument has no effect.
 
         Examples
         --------
@@ -276,7 +276,7 @@ class Model:
     def to_jax(self) -> Translation:
         """Return the generated functions for JAX arrays, as attributes `rhs(x, u, p)`, `jac_x`, `jac_u`, ...
 
-        For numbers in double, set `jax_enable_x64` first.
+        For double precision, set `jax_enable_x64` first.
 
         Raises
         ------
@@ -290,7 +290,7 @@ class Model:
     def to_numba(self) -> Translation:
         """Return the generated functions compiled by Numba, as attributes `rhs(x, u, p)`, `jac_x`, `jac_u`, ...
 
-        They take vectors of doubles at one point, without leading axes, and may be called from other compiled code.
+        They take vectors of doubles at one point, without leading axes. Other compiled code can call them.
 
         Raises
         ------
@@ -316,7 +316,7 @@ class Model:
         p : array_like, optional
             Parameters of the plant; default: the scenario's.
         scenario : str, optional
-            Where the run starts and how long it lasts; default: the model's first scenario.
+            Scenario with start and duration; default: the model's first.
 
         Returns
         -------
@@ -398,13 +398,13 @@ class Model:
         controller : str, optional
             The law.
         part : {"plant", "law", "loop"}, optional
-            Default: the loop where a law is given, else the plant. Inputs of the law are x, r and, if it has a
-            memory, the input of the sample before; those of the loop are r.
+            Default: the loop if a law is given, else the plant. Inputs of the law are x, r and, with memory, the
+            previous sample's input; the input of the loop is r.
 
         Raises
         ------
         InputError
-            For an unknown law or part, an argument of the wrong shape, the loop of a sampled law, or if python-control
+            If law or part is unknown, an argument has the wrong shape, the loop has a sampled law, or python-control
             is not installed.
         """
         from .tools.control import law_system, loop_system, plant_system
@@ -443,13 +443,13 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     model : str or path
         A name such as "triangle", or a generated folder.
     backend : {"c", "python", "casadi"}, optional
-        Compiled C, the generated NumPy module, or the C that CasADi prints of the same graphs: for single runs, in
-        double. Default: C; without a compiler the NumPy module, with a warning, for functions: runs need one.
+        Compiled C, the generated NumPy module, or C printed by CasADi (single runs in double only). Default: C or,
+        without a compiler, the NumPy module with a warning; runs need a compiler.
 
     Raises
     ------
     InputError
-        If the model or backend is unknown, or C is requested without a compiler, or CasADi's C of a folder without it.
+        If model or backend is unknown, C is requested without a compiler, or the folder lacks CasADi's C.
     """
     check_arguments("text", "the call", backend=backend)
     if backend not in (None, "c", "python", "casadi"):
@@ -475,7 +475,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
 
 
 def shared_model(model: str | os.PathLike[str], backend: BackendName | None = None) -> Model:
-    """Return a loaded model as `load` does; the same object while folder and compiler are unchanged."""
+    """Return a loaded model as `load` does, the same object while folder and compiler are unchanged."""
     compiler = find_compiler()
     if backend not in (None, "c") or compiler is None:
         return load(model, backend)

@@ -14,10 +14,10 @@ from mehvar.base.errors import unknown_name
 
 
 class NamedVector(np.ndarray[Any, np.dtype[np.float64]]):
-    """A vector with named elements for reading and writing: `p.mass`, `p["mass"]`.
+    """A vector whose elements can be read and set by name, as in `p.mass` or `p["mass"]`.
 
-    An element with the name of an array attribute, such as `T`, needs the brackets. Results of computing, slicing or
-    pickling are plain arrays.
+    An element with the name of an array attribute, such as `T`, needs brackets. Computation, slicing and pickling
+    return plain arrays.
     """
 
     __slots__ = ()  # writing to a misspelt name is an error, too

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameter vectors from user, scenario and tables, with the origin of each value."""
+"""Parameter vectors with values from user, scenario and tables, and the origin of each value."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class Resolved:
     p, c, s : array
         Values of the plant, the law and the scenario, in the manifest's order.
     values : mapping of str to float
-        The same by name.
+        The values by name.
     origins : mapping of str to str
-        Where each value came from.
+        Origin of each value.
     """
 
     p: FloatArray
@@ -56,7 +56,7 @@ class _Number(float):
 
 
 def number(name: str, value: object, origin: str = "") -> float:
-    """Return a value as a finite float, or raise InputError; booleans and texts are not numbers."""
+    """Return a value as a finite float, or raise InputError, also for booleans and texts."""
     if type(value) is float and math.isfinite(value):
         return value
     try:
@@ -121,16 +121,16 @@ def elements(values: Mapping[str, Any], names: Collection[str], origin: str = ""
     Parameters
     ----------
     values : mapping of str to object
-        Numbers by parameter; an array, or lists of lists, for a vector or a matrix of parameters.
+        Numbers by parameter; arrays or nested lists for arrays of parameters.
     names : collection of str
-        All parameters. A symmetric matrix has those on and above its diagonal.
+        All parameters. A symmetric matrix has parameters on and above its diagonal.
     origin : str
-        Where the values come from.
+        Origin of the values.
 
     Raises
     ------
     InputError
-        If an array has another shape than the parameters, or one of a symmetric matrix is not symmetric.
+        If an array has the wrong shape, or a value of a symmetric matrix is not symmetric.
     """
     each: dict[str, Any] = {}
     for name, value in values.items():
@@ -166,7 +166,7 @@ def named_values(
 
 
 def say(message: str, values: Mapping[str, float]) -> str:
-    """Fill the `{name}` placeholders of a manifest's message; those without a value stay."""
+    """Fill the `{name}` placeholders of a manifest's message that have a value."""
     try:
         return message.format_map({name: _Number(value) for name, value in values.items()})
     except (KeyError, ValueError, IndexError):
@@ -184,22 +184,22 @@ def resolve(
 ) -> Resolved:
     """Determine every parameter of a run.
 
-    The user's value comes first, then the scenario's for this law, then the scenario's, then the default or
-    formula. A name that two groups share is set in both.
+    A user's value has priority, then the scenario's for this law, then the scenario's, then the default or formula. A
+    name that two groups share is set in both.
 
     Parameters
     ----------
     values : mapping of str to object
-        What the user sets: parameters of plant, law and scenario in one mapping.
+        The user's values of plant, law and scenario parameters.
     origin : str
-        How messages call the user's values, as in "--set".
+        Origin of the user's values in messages, as in "--set".
     options : iterable of str
         Further names that a message about an unknown name may suggest.
 
     Raises
     ------
     InputError
-        For an unknown name, a value out of bounds, or a combination that a constraint refuses.
+        If a name is unknown, a value is out of bounds, or a constraint is violated.
     """
     parameters = all_parameters(manifest, controller)
     check_values(manifest, controller, values, origin, options)
@@ -224,7 +224,7 @@ def check_values(
 ) -> None:
     """Refuse invalid single values: unknown names, not numbers, out of bounds.
 
-    The arguments are those of `resolve`, which calls this before it checks combinations of values.
+    The arguments are those of `resolve`, which calls this function before it checks constraints.
 
     Raises
     ------
@@ -264,9 +264,9 @@ def _default(parameter: Parameter) -> Setting:
 
 
 def _formulas(functions: Functions, controller: Controller, settings: Mapping[str, Setting]) -> dict[str, Setting]:
-    """Return the law parameters that are not given and have formulas as defaults.
+    """Return the law parameters whose values follow from formulas.
 
-    A formula may use another one: each pass evaluates at least one more.
+    Formulas may use each other; each pass evaluates at least one.
     """
     derived = [q for q in controller.parameters if q.formula is not None]
     missing = [q for q in derived if q.name not in settings]

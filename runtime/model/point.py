@@ -24,17 +24,17 @@ class _Buffers:
 
 
 class Point:
-    """A C function on doubles of exactly its shapes.
+    """Caller of a C function for arguments of exactly its shapes.
 
-    Reading the address of a NumPy array costs more than copying a state, so arguments are copied to arrays with known
-    addresses. Each call uses its own buffers while it lasts, so that several threads may call at once.
+    Arguments are copied to arrays with known addresses, which costs less than reading the address of a NumPy array.
+    Each call uses its own buffers, so that several threads may call at once.
 
     Parameters
     ----------
     function : Function
         Its arguments and results.
     entry : callable
-        Returns the C function `void (const double *const *, double *const *)`; called once, when it is first needed.
+        Returns the C function `void (const double *const *, double *const *)`; called once, at first use.
     """
 
     def __init__(self, function: Function, entry: Callable[[], Any]) -> None:

@@ -19,16 +19,19 @@ from .model import Model, load
 from .parameters import number
 
 _TOLERANCE = 1e-12
-"""Tolerance of residual, step and gradient, relative to the scales of the unknowns. Newton's method doubles the number
-of correct digits at each step. So half or twice this value changes at most one step."""
+"""Tolerance of residual, step and gradient, relative to the scales of the unknowns. Half or twice this value changes
+the number of Newton steps by at most one.
+"""
 _STEADY = 1e-8
-"""Tolerance of a rate, relative to its change when each unknown changes by its own size or one. A steady state
-leaves rounding of 1e-16, and half of the digits at a double zero. A tenth or ten times changes no verdict."""
+"""Tolerance of a rate, relative to its change when each unknown changes by its size or one. Rounding leaves 1e-16,
+and at a double zero half of the digits. A tenth or ten times changes no verdict.
+"""
 _ROUNDING = 1e-12
-"""Bound on rates that no unknown changes: their rounding error."""
+"""Bound on the rounding errors of rates that no unknown changes."""
 _PROBE = 6e-6
-"""Relative step of a coordinate for slopes of the projection: the cube root of double rounding, optimal for central
-differences. They only guide the search; ten times more or less costs one step."""
+"""Relative step of central differences of the projection, the cube root of double rounding. They only guide the
+search; ten times more or less costs one step.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,15 +43,15 @@ class Trim:
     x, u : array
         State and input.
     residual : array
-        The rates of the states that were to vanish, in the order of `steady`.
+        Rates of the states in `steady`, in order.
     steady : tuple of str
-        Those states.
+        States whose rates should vanish.
     values : mapping of str to float
-        The unknowns as they came out.
+        Solved unknowns.
     at_bounds : tuple of str
-        Unknowns that stand at a bound.
+        Unknowns at a bound.
     evaluations : int
-        Of the right-hand side.
+        Number of evaluations of the right-hand side.
     """
 
     x: FloatArray
@@ -64,7 +67,7 @@ class Trim:
 
 
 class TrimError(MehvarError, ValueError):
-    """The search for a steady state failed; `point` is the `Trim` with the smallest rates."""
+    """Error if no steady state was found; `point` is the `Trim` with the smallest rates."""
 
     def __init__(self, message: str, point: Trim) -> None:
         super().__init__(message)
@@ -87,28 +90,28 @@ def trim(
     model : Model, str or path
         A loaded model, or what `load` takes.
     fix : mapping, optional
-        Values of states and inputs by name; what is neither fixed nor free is zero.
+        Values of states and inputs by name; all that are neither fixed nor free are zero.
     free : sequence of str or mapping
-        The unknowns, states and inputs; a mapping says where the search begins, otherwise zero or within the bounds.
+        Unknown states and inputs. A mapping gives start values; default: zero or within the bounds.
     p : array_like, optional
         Parameters of the plant; default: those of the model.
     bounds : mapping, optional
         Lowest and highest value of unknowns.
     steady : sequence of str, optional
-        The states whose rates vanish; default: all, but for the clock of a plant of time.
+        States whose rates vanish; default: all except the clock of a time-varying plant.
 
     Returns
     -------
     Trim
-        Unpacks as (x, u, residual); the residual is rounding.
+        Unpacks as (x, u, residual), with a residual of rounding errors.
 
     Raises
     ------
     InputError
-        For an unknown name, a name that is fixed and free, no unknowns, bounds that are none, or a start that is no
-        state, as a quaternion of zeros.
+        If a name is unknown or both fixed and free, there are no unknowns, bounds are invalid, or the start is no
+        valid state, such as a quaternion of zeros.
     TrimError
-        If the rates do not vanish where the search ends, or that is no state; its `point` says where that is.
+        If the rates do not vanish at the end of the search, or the end is no valid state; `point` has this end.
 
     Examples
     --------
@@ -198,7 +201,7 @@ def trim(
 
 
 def _gap(model: Model, p: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return the difference between a state's projection and the state; empty without a projection."""
+    """Return a state's projection minus the state, empty without a projection."""
     return lambda x: displacement(model.manifest, model.functions, x, p)
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Addresses of functions for the native loop; Python functions become callbacks.
+"""Addresses of functions for the native loop, with callbacks for Python functions.
 
 Compiled functions are called directly. Functions of the NumPy module, and the loop under a continuous law in Python,
-get an address by `ctypes`. C cannot pass on an exception, so the first one is kept, every later result is not a number,
-and the loop ends; `Callbacks.check` then raises the exception.
+get an address by `ctypes`. C cannot propagate exceptions. The first one is stored, later results are NaN, and the
+loop ends; `Callbacks.check` then raises the exception.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ _LAWS = ("law", "law_memory")
 _OF_PLANT = ("outputs", "limits", "resets", "mass", "diffuse", "project")
 """Plant functions that a loop under a continuous Python law calls unchanged."""
 _DIFFERENCE = 1.5e-8
-"""Step of a forward difference relative to a state, at least one: the root of double spacing. The Jacobian of an
-implicit method may be inexact; ten times or a tenth costs digits."""
+"""Step of a forward difference relative to a state or one, the square root of double precision. An implicit method
+accepts inexact Jacobians; ten times or a tenth costs digits.
+"""
 
 
 class Callbacks:
-    """Python functions at addresses, valid during this object's life, with the first exception of any."""
+    """Addresses of Python functions, valid during this object's life, and the first exception that they raised."""
 
     def __init__(self) -> None:
         self._alive: list[Any] = []
@@ -49,7 +50,7 @@ class Callbacks:
         Parameters
         ----------
         function : callable
-            Takes arrays of these shapes, numbers for the shape (), and returns one result or a tuple.
+            Function of arrays of these shapes (numbers for the shape ()) that returns one result or a tuple.
         arguments, results : sequence of tuple of int
             Shapes.
         """
@@ -113,7 +114,7 @@ def _own_addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
 
 
 class _OwnLoop:
-    """Loop under a continuous Python law, as functions of state and reference."""
+    """Loop under a continuous Python law, in functions of state and reference."""
 
     def __init__(self, problem: Problem) -> None:
         assert problem.own is not None
@@ -154,7 +155,7 @@ class _OwnLoop:
 
 
 def _reader(shape: Shape) -> Callable[[int], Any]:
-    """Return a reader of arrays of this shape at an address; of numbers for shape ()."""
+    """Return a reader of arrays of a shape at an address, which for the shape () reads numbers."""
     size = int(np.prod(shape))
     if not size:
         return lambda _: np.empty(shape)

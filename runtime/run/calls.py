@@ -13,13 +13,13 @@ from mehvar.base.names import identifier
 from .options import EXPLICIT, IMPLICIT, INTEGRATORS, METHODS, STIFF, STOCHASTIC, Integrator, Method
 
 _AROUND = ("start", "to_coordinates", "from_coordinates")
-"""Functions called before and after a loop, but not in it."""
+"""Functions that are called before and after a loop, but not in it."""
 
 
 def loop_calls(
     manifest: Manifest, controller: Controller, suffix: str, sampled: bool, method: Integrator = EXPLICIT
 ) -> dict[str, Function]:
-    """Return the functions of a loop's calls, without calls for which the model has no function.
+    """Return the functions that a loop calls and that the model has.
 
     Parameters
     ----------

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 
 _DIGEST = "content_sha256"
 _SEAL = b"\nmehvar sha256 "
-"""Mark before the hash of all bytes. Both stand at the end of the file, which HDF5 does not read. Damage can make HDF5
-loop, so the hash is checked first."""
+"""Mark before the hash of all bytes at the end of the file, which HDF5 does not read. The hash is checked first,
+because damage can make HDF5 loop.
+"""
 _END = {b"\0": slice(40, 48), b"\1": slice(44, 52), b"\2": slice(28, 36), b"\3": slice(28, 36)}
 """Positions of the end-of-file address in HDF5 files, by version of the superblock."""
 _MATLAB_HEADER = 116
@@ -47,14 +48,14 @@ def save(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     dataset : xarray.Dataset
         A result, as `simulate` returns it.
     path : path
-        The file, in a folder that exists. Its ending decides the contents: `.nc` everything, as NetCDF-4; `.csv` the
-        series, a column `NAME [UNIT]` each; `.parquet` the series, with units, attributes and metrics as metadata;
-        `.mat` series and metrics by name, with the structures `units` and `attributes`.
+        The file, in an existing folder. Its ending determines the contents. `.nc`: everything, as NetCDF-4. `.csv`:
+        the series, in columns `NAME [UNIT]`. `.parquet`: the series, with units, attributes and metrics as metadata.
+        `.mat`: series and metrics by name, with the structures `units` and `attributes`.
 
     Raises
     ------
     InputError
-        For another ending, a missing package, a folder that does not exist, or a dataset that the format cannot hold.
+        If the ending is unknown, a package or the folder is missing, or the format cannot store the dataset.
     OSError
         If the file cannot be written; the message names `path`.
     """
@@ -78,12 +79,12 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
     Parameters
     ----------
     path : path
-        A `.nc` file that `save` or `mehvar simulate --out` wrote. The other formats are for other programs.
+        A `.nc` file that `save` or `mehvar simulate --out` wrote.
 
     Raises
     ------
     InputError
-        If there is no such file, or it is not a result in NetCDF.
+        If the file does not exist, or is not a result in NetCDF.
     """
     import h5py
     import xarray
@@ -144,7 +145,7 @@ def _netcdf(dataset: xarray.Dataset) -> bytes:
 
 
 def _whole(content: bytes) -> bool:
-    """Return True if a file matches its hash. Files of other programs have no hash and count as intact."""
+    """Return True if a file matches its hash; files of other programs have none and count as intact."""
     field = _END.get(content[8:9])
     if field is None or len(content) <= int.from_bytes(content[field], "little"):
         return True
@@ -155,7 +156,7 @@ def _whole(content: bytes) -> bool:
 def _digest(dataset: xarray.Dataset) -> str:
     """Return a hash of all values, names, dimensions, units and attributes, in any order.
 
-    HDF5's checksums cover the values of a series, but not their position in the file.
+    HDF5's checksums cover the values of a series but not their position in the file.
     """
     digest = hashlib.sha256()
     for name in sorted(dataset.variables, key=str):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed loops: the native loop calls functions of a model, compiled or from the NumPy module."""
+"""Integration of closed loops by the native loop, with compiled functions or those of the NumPy module."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ _DOUBLES, _INTEGERS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_i
 def run(problem: Problem, interrupted: Callable[[], None]) -> Trajectory:
     """Integrate a closed loop without Python's lock.
 
-    A sampled law in Python runs between two calls of the native loop. A continuous one, and the functions of the NumPy
-    module, are called back. An exception of any of them, or of a signal handler, ends the run.
+    A sampled Python law runs between two calls of the native loop. A continuous law and functions of the NumPy module
+    are callbacks. An exception in any of them or in a signal handler ends the run.
 
     Parameters
     ----------
     problem : Problem
         The loop.
     interrupted : callable
-        Raises the exception of a signal handler that a callback lost; see `KeptInterrupts`.
+        Raises a signal handler's exception that a callback dropped; see `KeptInterrupts`.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _events(journal: Any) -> tuple[tuple[float, int], ...]:
 
 
 class _Callback:
-    """A law outside of C: arrays of its arguments and result at a sample."""
+    """Caller of a law outside of C, with arrays of its arguments and result at a sample."""
 
     def __init__(self, law: Law, single: Any) -> None:
         model = single.model
@@ -143,7 +143,7 @@ def _drive(
 
 
 def _answered(law: _Callback | None, problem: Problem, tick: int, until: int) -> int:
-    """Evaluate an external law that is due at a tick; return the tick until which the loop may run."""
+    """Evaluate an external law if it is due at a tick, and return the tick until which the loop may run."""
     if law is None or problem.hold_every is None:
         return until
     if tick % problem.hold_every == 0:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray
 
 COUNT = "events"
-"""Kind of metric that counts events and reads no series."""
+"""Kind of metric that counts events and does not read series."""
 
 
 def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
@@ -39,9 +39,9 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        `inf` for the settling time of a signal that does not settle. NaN where the series holds NaN, where the run
-        ended before the metric's window, and where an early end leaves the metric undetermined, see `is_open`. Under
-        a law from outside the model, metrics of the model's law reports are omitted.
+        The settling time of a signal that does not settle is `inf`. A metric is NaN if its series contains NaN, the
+        run ended before its window, or an early end leaves it undetermined (see `is_open`). Under a law from outside
+        the model, metrics of law reports are omitted.
 
     Raises
     ------
@@ -85,15 +85,15 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
 def is_open(metric: Metric, cut: float) -> bool:
     """Return True for a metric that is undetermined after an early end.
 
-    Extremes, sums and counts are known up to the end of a run, and so is its final value. Whether a signal has settled,
-    and a value at a later instant, are not.
+    Extremes, sums, counts and final values are determined up to the end of a run. Settling and values at later
+    instants are not.
     """
     of_the_end = metric.kind in OF_SECONDS or (metric.kind == "final" and math.isfinite(metric.until))
     return of_the_end and cut < metric.until
 
 
 def undetermined(metrics: Mapping[str, Metric], end: float, dt: float, cut: float = math.inf) -> dict[str, str]:
-    """Return the reason for each undetermined metric: a window without samples, or without its end.
+    """Return the reason for each undetermined metric: its window has no samples or is incomplete.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def grouped(notes: Mapping[str, str]) -> list[str]:
 
 
 _ROUNDING = 1e-12
-"""Relative rounding of instants: a window that ends at a sample includes it."""
+"""Relative rounding of instants, so that a window that ends at a sample includes it."""
 
 
 def event_number(metric: Metric, name: str, events: Sequence[Event]) -> int:
@@ -191,7 +191,7 @@ def _settling_of_one(t: FloatArray, row: FloatArray, outside: NDArray[np.intp], 
 
 
 def _sum(values: FloatArray) -> float:
-    """Sum over time, then over rows: in the order of a batch, so that results are bit-identical."""
+    """Sum over time, then over rows, in the order of a batch, so that results are bit-identical."""
     rows = np.add.accumulate(values, axis=1)[:, -1:]
     return float(np.add.accumulate(rows, axis=0)[-1, 0]) if rows.size else 0.0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Noise: standard normal numbers that depend only on seed, run, stream, and sample or step.
+"""Noise: standard normal numbers that depend only on seed, run, stream and sample or step.
 
 Philox4x64-10 (Salmon, Moraes, Dror & Shaw, SC11) with the key (seed, run) counts through the samples. The method of Box
 and Muller turns pairs of its words into pairs of normal numbers. Every sample has its own counter; the stream is the
@@ -24,7 +24,7 @@ def normals(seed: int, run: int, samples: int, size: int) -> FloatArray:
     seed, run : int
         Key of the numbers.
     samples, size : int
-        Evaluations of the law, and numbers for each.
+        Number of evaluations of the law, and of normal numbers for each.
 
     Returns
     -------

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options of a run: one table of names, kinds, units, defaults, checks and texts.
+"""Options of a run, in one table of names, kinds, units, defaults, checks and texts.
 
 The fields of `RunOptions` are its rows. Python, the command line, campaign files, batches, boards and the reference
-read them; none of them has a default or a bound of its own.
+all read defaults and bounds from them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ STIFF: Integrator = "rodas5p"
 IMPLICIT: tuple[Integrator, ...] = ("rodas5p",)
 """Methods that use the Jacobian of the loop."""
 STOCHASTIC: tuple[Integrator, ...] = ("euler", "platen")
-"""Methods for process noise, of strong order 1/2, and 1 for commuting noise."""
+"""Methods for process noise, with strong order 1/2, or 1 for commuting noise."""
 FIXED: tuple[Integrator, ...] = ("rk4", *STOCHASTIC)
 """Methods with a fixed step."""
 SMALLEST_RTOL = 100 * sys.float_info.epsilon  # SciPy's own limit: below it an error estimate is mostly rounding error
@@ -60,13 +60,13 @@ class Option:
     text, unit : str
         One line for people, and the unit in which a number is given.
     default, otherwise : object, str
-        Default value; for None, `otherwise` describes the default in words.
+        Default value, or a description in words if it is None.
     least, above, below : float, optional
         Bounds of a number: at least, larger than, smaller than.
     words : tuple of str
         Allowed words.
     refused : mapping of str to str
-        Places that refuse the option, each with advice.
+        Operations that refuse the option, each with advice.
     needs : {"fixed", "adaptive", "sampled", "noise"}, optional
         Condition on the loop for the option to have an effect; it is refused for other loops.
     name : str
@@ -113,7 +113,7 @@ class Option:
         Raises
         ------
         InputError
-            For a value that is not allowed, or a place that refuses the option.
+            If the value is not allowed, or the operation refuses the option.
         """
         if place is not None and place in self.refused:
             raise bad_value(self.name, value, self.refused[place], origin)
@@ -162,7 +162,7 @@ def rows(table: type) -> dict[str, Option]:
 
 
 def _count(value: object, number: float) -> int:
-    """Return a whole number exactly; a float above 2^53 would lose digits."""
+    """Return an integer exactly, without conversion to a float, which loses digits above 2^53."""
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -297,7 +297,7 @@ OPTIONS = rows(RunOptions)
 
 
 def read_options(settings: Mapping[str, object], place: Place, origin: str) -> tuple[RunOptions, dict[str, object]]:
-    """Return the options among settings, checked, and all other settings: choices and parameters.
+    """Return the checked options among settings, and all other settings.
 
     Parameters
     ----------
@@ -311,7 +311,7 @@ def read_options(settings: Mapping[str, object], place: Place, origin: str) -> t
     Raises
     ------
     InputError
-        For an option that its row or the place does not allow.
+        For an option that its row or the operation does not allow.
     """
     options = {name: OPTIONS[name].check(value, origin, place) for name, value in settings.items() if name in OPTIONS}
     return RunOptions(**options), {name: value for name, value in settings.items() if name not in OPTIONS}
@@ -351,7 +351,7 @@ def check_effects(given: Mapping[str, object], method: Method, sampled: bool, no
 def split_settings(
     settings: Mapping[str, object], choices: Collection[str], place: Place, origin: str
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return parameters and options among settings, separately, as `Campaign` and `simulate` need them.
+    """Return parameters and options among settings separately.
 
     Parameters
     ----------
@@ -365,7 +365,7 @@ def split_settings(
     Raises
     ------
     InputError
-        For an option that its row or the place does not allow. Parameters are checked by the caller.
+        For an option that its row or the operation does not allow. Parameters are checked by the caller.
     """
     options, others = read_options(settings, place, origin)
     selection = {name: others.pop(name) for name in choices if name in others}
@@ -379,7 +379,7 @@ def merged(parameters: Mapping[str, Any], others: Mapping[str, Any], origin: str
     Raises
     ------
     InputError
-        When one is given twice, or the mapping has an option.
+        If one is given twice, or the mapping contains an option.
     """
     for name, value in parameters.items():
         if name in OPTIONS:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A closed loop as common input of all backends, its construction from arguments, and the output."""
+"""A closed loop as common input of all backends, its construction from arguments, and the trajectory."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ Progress = Callable[[float, float], None]
 _AT_SAMPLES = frozenset(("actuate", "jump", "measure"))
 """Plant functions that act once per sample."""
 START_OFF = 1e-3
-"""Largest change of an initial state by the projection: that of a quaternion written with three decimals."""
+"""Largest change of an initial state by the projection, enough for a quaternion with three decimals."""
 STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
 
 class Status(IntEnum):
-    """Kinds of ends of a run, numbered as in native/step/schedule.h; in a batch, 5 is a run that could not start."""
+    """Kinds of ends of a run, numbered as in native/step/schedule.h; in a batch, 5 is an impossible run."""
 
     DONE = 0
     NOT_FINITE = 1
@@ -97,11 +97,11 @@ class Problem:
     record_every : int
         Ticks from one recorded sample to the next; the last tick is recorded too.
     hold_every : int or None
-        Ticks for which a sampled law's input is held; None for a continuous closed loop.
+        Number of ticks for which a sampled law's input is held; None for a continuous loop.
     delay : int
         Samples of the law between computing an input and applying it; zero input before.
     input_delays : tuple of int
-        Further samples until each input acts, for a plant whose inputs have delays of their own.
+        Further samples until each input acts, for a plant with input delays.
     method : str
         One of `METHODS`.
     rtol, atol : float
@@ -109,7 +109,7 @@ class Problem:
     step : float
         Largest step of a method with a fixed step, s.
     max_steps : int
-        Trial steps between two ticks after which the run ends.
+        Largest number of trial steps between two ticks.
     progress : callable, optional
         Called now and then with the time reached and the end time.
     law : callable, optional
@@ -161,7 +161,7 @@ class Problem:
     def charted(self) -> bool:
         """True if regular coordinates are integrated.
 
-        They are not under a Python law, which returns inputs of the state's chart.
+        Under a Python law, which returns inputs of the state's chart, they are not.
         """
         return self.hold_every is None and self.own is None and "to_coordinates" in self.model.manifest.functions
 
@@ -207,7 +207,7 @@ def problem_of(
 ) -> Problem:
     """Return the problem from options, scenario and parameters, or raise InputError.
 
-    `given` has the options from the user, each of which must have an effect; `own` is the law if it is in Python.
+    `given` has the user's options, each of which must have an effect; `own` is a Python law.
     """
     origin = of_scenario(options, scenario, origin)
     end = OPTIONS["t_end"].check(options.t_end or scenario.duration, origin)
@@ -264,7 +264,7 @@ def problem_of(
 
 
 def of_scenario(options: RunOptions, scenario: Scenario, origin: str) -> Origin:
-    """Return the origin of options: values that are not given come from the scenario."""
+    """Return the origin of options; the origin of missing values is the scenario."""
     return Origin(origin, {n: f"scenario {scenario.name}" for n in ("t_end", "dt_out") if getattr(options, n) is None})
 
 
@@ -286,14 +286,14 @@ def variant_suffix(manifest: Manifest, choices: Mapping[str, object], origin: st
 
 
 def check_delay(delay: int, ticks: int, hold_every: int | None, origin: str) -> None:
-    """Refuse a delay as long as the run, in which no input acts."""
+    """Refuse a delay as long as the run, after which no input acts."""
     periods = 0 if hold_every is None else -(-(ticks - 1) // hold_every)
     if delay and delay >= periods:
         raise bad_value("delay", delay, f"less than {periods}, the number of periods in this run", origin)
 
 
 def check_hold(hold: float | None, law: Controller, period: float | None, origin: str) -> None:
-    """Refuse to sample a law at another period than its own."""
+    """Refuse a sampling period that differs from the law's."""
     if hold is not None and period is not None and hold != period:
         allowed = f"left out, or {period:g} s, the period of the law {law.name}: set {law.period} to sample otherwise"
         raise bad_value("hold", hold, allowed, origin)
@@ -310,7 +310,7 @@ def check_sampled_parts(manifest: Manifest, values: Mapping[str, float], hold: f
 
 
 def sampled_parameters(manifest: Manifest) -> dict[str, str]:
-    """Return the parameters that are a law's period and used by sensor or actuator, with their users."""
+    """Return the parameters that are a law's period and that sensor or actuator use, with these users."""
     periods = {law.period for law in manifest.controllers.values()}
     readers = {q.name: sorted(_AT_SAMPLES.intersection(q.readers)) for q in manifest.parameters if q.name in periods}
     return {name: " and ".join(functions) for name, functions in readers.items() if functions}
@@ -345,7 +345,7 @@ def initial_corrections(
 ) -> FloatArray:
     """Return Newton's correction of each algebraic state at the start, shape (..., states); zero elsewhere.
 
-    Other states are kept. The loop is that of a continuous law of the model.
+    Other states stay unchanged. The loop has a continuous law of the model.
     """
     functions, name = model.functions, identifier(law.name)
     r = functions["reference"](0.0, p, s)
@@ -390,8 +390,9 @@ def _check_consistent(
 
 
 _NEWTON_STEPS = 50
-"""Number of Newton steps from a distant start. At a double root each step gains one bit, elsewhere more. So the method
-converges to double precision within these steps, or never. Half as many steps would miss double roots."""
+"""Number of Newton steps from a distant start. At a double root each step gains one bit, elsewhere more, so that the
+method converges within these steps or never. Half as many would miss double roots.
+"""
 
 
 def _solved(

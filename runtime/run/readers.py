@@ -24,7 +24,7 @@ def check_read(
     states: Collection[str],
     origin: str,
 ) -> None:
-    """Refuse a parameter without effect: either no function reads it, or the values that it determines are given too.
+    """Refuse a parameter without effect, which no function reads or whose dependent values are given.
 
     Parameters
     ----------

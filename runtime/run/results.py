@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as labelled datasets with their origin."""
+"""Conversion of results to labelled datasets with their origin."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ import functools
 import json
 from collections import Counter
 from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mehvar.base import cache
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import Controller, Manifest, Metric
 from mehvar.base.versions import installed
@@ -38,8 +41,8 @@ def to_dataset(run: Run) -> xarray.Dataset:
     xarray.Dataset
         Coordinate `t` in seconds; one variable per state, `u_NAME` per input, `u_cmd_NAME` per input of a
         sampled law, one per output, per number of the law's memory and per report of the law; one number per metric of
-        the model. Each has `units` and `long_name`; a metric that has no number has a `note` too. The
-        attributes hold model, law, scenario, status, effective parameters and the manifest, structured ones as JSON.
+        the model. Each has `units` and `long_name`; a metric without a number also has a `note`. Attributes hold
+        model, law, scenario, status, effective parameters and the manifest, structured ones as JSON.
     """
     manifest, about, series = run.manifest, _descriptions(run.manifest, run.controller), run.variables()
     known = metrics_of(manifest, run.controller.name, series)
@@ -66,7 +69,7 @@ def _texts(attributes: Mapping[str, Mapping[str, str]]) -> _Texts:
 
 @functools.lru_cache(maxsize=8)  # for several models at once; aligning 50 variables with their index costs 1 ms
 def _form(instants: bytes, series: _Texts, numbers: _Texts) -> xarray.Dataset:
-    """Return a result without numbers: the common part of runs of a law at equal instants."""
+    """Return a result without numbers, which runs of a law at equal instants share."""
     import xarray
 
     t = np.frombuffer(instants)
@@ -95,10 +98,20 @@ def hidden_names(manifest: Manifest) -> list[str]:
 
     `run.NAME` is then the attribute; `run["NAME"]` is always the variable.
     """
-    import xarray
-
     names = {name for law in manifest.controllers.values() for name in _descriptions(manifest, law)}
-    return sorted(name for name in names | manifest.metrics.keys() if hasattr(xarray.Dataset, name))
+    return sorted((names | manifest.metrics.keys()) & _dataset_attributes())
+
+
+def _dataset_attributes() -> set[str]:
+    """Return the attributes of `xarray.Dataset` from the cache, because importing xarray takes half a second."""
+
+    def fill(folder: Path) -> None:
+        import xarray
+
+        (folder / "attributes.json").write_text(json.dumps(dir(xarray.Dataset)), encoding="utf-8")
+
+    folder = cache.entry("dataset", f"xarray-{version('xarray')}", fill)
+    return set(json.loads((folder / "attributes.json").read_text(encoding="utf-8")))
 
 
 def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, str]]:

@@ -57,9 +57,9 @@ class Run:
     w : array, (n, nw)
         Reports of the law.
     status : Status
-        How the run ended.
+        End of the run.
     reason : str
-        The same in words.
+        Reason for the end in words.
     t_stop : float
         Last instant reached, s.
     violated : int
@@ -71,11 +71,11 @@ class Run:
     parameters : Resolved
         Effective parameters with their origins.
     advice : tuple of str
-        Warnings of the law: parameters that it accepts but does not recommend.
+        Warnings of the law about accepted but unwise parameters.
     options : mapping
         Effective method, tolerances, sampling.
     changed : mapping
-        Changes to the scenario: choices, parameters, options, initial states, inputs.
+        Changes of the scenario: choices, parameters, options, initial states, inputs.
     events : tuple of (float, str)
         Instant of each event in seconds, and its name.
     method : str
@@ -137,7 +137,7 @@ class Run:
     def checksum(self) -> str:
         """CRC-32 of all numbers of the run: t, x, u, u_cmd, y, z in turn, as little-endian doubles.
 
-        Runs with the same checksum have the same bits, except for one chance in 2^32. All NaN count as equal.
+        Runs with equal checksums are bit-identical, with a probability of error of 2^-32. All NaN count as equal.
         """
         total = 0
         for series in (self.t, self.x, self.u, self.u_cmd, self.y, self.z):
@@ -145,7 +145,7 @@ class Run:
         return f"{total:08x}"
 
     def stiffness(self) -> list[str]:
-        """Return the time at which `method="auto"` found the run stiff, and its reaction."""
+        """Return a sentence with the time at which `method="auto"` found the run stiff."""
         if math.isnan(self.t_stiff):
             return []
         return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
@@ -196,9 +196,10 @@ def simulate(
     parameters : mapping, optional
         Values of plant, law and scenario parameters by name.
     initial : mapping, optional
-        States with another start than the scenario's.
+        Initial states that differ from the scenario's.
     inputs : mapping or xarray.Dataset, optional
-        Without a controller: inputs by name, each a number, arrays (t, values) or a function of t; or an earlier run.
+        Without a controller: inputs by name, each a number, arrays (t, values) or a function of t; or the result of
+        an earlier run.
     interpolation : {"hold", "linear"}, optional
         Meaning of arrays of inputs between their instants; default: "hold".
     period : float, optional
@@ -219,14 +220,14 @@ def simulate(
     Returns
     -------
     Run
-        A run that ended early is returned too; see its status.
+        The run, also if it ended early; see its status.
 
     Raises
     ------
     InputError
-        For anything unknown, out of bounds or infeasible; the message says where the value came from.
+        If a name is unknown, a value is out of bounds, or a start is infeasible; the message names the value's origin.
     LawError
-        If a function fails during the run, or returns an invalid input; the message says when.
+        If a function fails during the run or returns an invalid input; the message has the time.
     """
     check_arguments("text", "the call", origin=origin)
     check_arguments("text", origin, scenario=scenario)
@@ -374,7 +375,7 @@ def _start(
 
 
 def _check_manifold(model: Model, p: FloatArray, x0: FloatArray, place: str) -> None:
-    """Refuse an initial state that the projection moves, such as a quaternion that is not of unit length."""
+    """Refuse an initial state that the projection changes, such as a quaternion without unit length."""
     moved = displacement(model.manifest, model.functions, x0, p)
     rows = [row for row, change in enumerate(moved) if not abs(change) <= START_OFF]
     if rows:

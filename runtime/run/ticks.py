@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Instants at which a run stops to check, record and control.
 
-The k-th instant is k times a fraction, rounded once. Sums or products of doubles are not exact: 3 times 0.3 is below
-0.9, and an event at 0.9 would miss its sample.
+The k-th instant is k times a fraction, rounded once. Sums and products of doubles are inexact: 3 times 0.3 is below
+0.9, so that an event at 0.9 would miss its sample.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ from mehvar.base.errors import InputError, bad_value, whence
 from ..model.functions import FloatArray
 
 _MULTIPLE = 1e-9
-"""Relative tolerance of whole multiples. Only numbers with nine or more digits depend on it: decimals and simple
-fractions are exact multiples or far from them."""
+"""Relative tolerance of integer multiples. It only matters for numbers with nine or more digits."""
 _DENOMINATOR = 10**6
-"""Largest denominator of a simple fraction: microseconds, and steps such as 1/3, 1/60 and 1/44100 s. Such fractions
-are 1e-12 apart, so below some thousand seconds rounding cannot confuse them; with twice the denominator, half as
-far."""
+"""Largest denominator of a simple fraction, for microseconds and steps such as 1/3, 1/60 and 1/44100 s. Such
+fractions differ by at least 1e-12, so that rounding cannot confuse them below some thousand seconds; with twice the
+denominator, below half of that.
+"""
 _SPACINGS = 4
-"""Allowed error of a double in spacings, so that sums and products such as 0.1 + 0.2 count as the intended fraction.
-Half as many exclude products of three; twice as many confuse no fractions below 500 s."""
+"""Allowed error of a double in spacings, so that 0.1 + 0.2 counts as the intended fraction. Half as many exclude
+products of three; twice as many confuse no fractions below 500 s.
+"""
 _EXACT = 2**53  # whole numbers up to it are doubles
 _FINEST = 10_000
-"""Largest number of parts of a sampling step for inputs over time. Measured instants share no step except their last
-digit. Half or twice only affects grids in between."""
+"""Largest number of parts of a sampling step for inputs over time. Half or twice only affects grids between the two."""
 _MOST_TICKS = 20_000_000
 _MOST_SAMPLES = 5_000_000
 
 
 @functools.lru_cache(maxsize=4096)  # for a handful of values per run, and the instants of inputs over time
 def fraction(value: float) -> Fraction:
-    """Return the simple fraction that rounds to a number, else its decimal digits."""
+    """Return the simple fraction that rounds to a number or, without one, its decimal value."""
     simple = Fraction(value).limit_denominator(_DENOMINATOR)
     if abs(float(simple) - value) <= _SPACINGS * math.ulp(value):
         return simple
@@ -83,7 +83,7 @@ def rows_of(every: float, end: float, dt: float, origin: str) -> FloatArray:
 
 
 def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[FloatArray, int, int | None]:
-    """Return the instants at which a run stops, with its end; ticks per recorded sample; ticks per hold."""
+    """Return the instants at which a run stops, including its end, and the ticks per recorded sample and per hold."""
     shortest = dt if hold is None else min(dt, hold)
     if end / shortest > _MOST_TICKS:
         raise bad_value("t_end", end, f"at most {_MOST_TICKS} times the sampling step {shortest:g} s", origin)
@@ -111,7 +111,7 @@ def common_step(dt: float, instants: FloatArray, origin: str) -> float:
     Raises
     ------
     InputError
-        When the only one is too small.
+        If it is too small.
     """
     step = fraction(dt)
     for instant in instants:

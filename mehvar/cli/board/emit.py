@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mehvar board emit`: a law as a package for another project's build system or framework.
 
-Each package has the same folder `src`, and the files that its build system reads. Settings that change bits are in the
-sources, because not every build system gives a library its own flags. Headers have none: they would change the code of
-a project that includes them.
+All packages have the same folder `src` and the files of one build system. Settings that affect rounding are in the
+sources, because not every build system supports flags per library. Headers contain no such settings, which would
+change the code of the including project.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def command(
 
 
 def _ranges(texts: list[str] | None, firmware: Program) -> dict[str, tuple[float, float]]:
-    """Return allowed ranges by quantity, from texts as in `roll=-70deg:70deg`."""
+    """Return allowed ranges by quantity, from texts such as `roll=-70deg:70deg`."""
     units = {q.name: q.unit for q in law_inputs(firmware)} if texts else {}
     ranges = {}
     for name, text in read_settings(texts, "--range").items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed loop with a law on a board: arguments, request and result that several commands share."""
+"""Arguments, request and result of a closed loop with a law on a board, for several commands."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ Tunable = Annotated[
 
 
 def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
-    """Return the parameters that stay tunable while all others become constants; None if none becomes one.
+    """Return the parameters that stay tunable while all others become constants, or None if all stay tunable.
 
     Raises
     ------
     InputError
-        For names without constants, where they have no effect.
+        If names are given without constants, where they have no effect.
     """
     if names is not None and not inline:
         raise bad_value(
@@ -63,7 +63,7 @@ def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
 
 
 def compiled(model: str) -> Model:
-    """Return a model with compiled C functions, because board and reference must run the same C."""
+    """Return a model with compiled C functions, so that board and reference run the same C."""
     return load(model, backend="c")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`mehvar board tune`: change of a law's parameter on a board, between two samples of a run."""
+"""`mehvar board tune`: change of a law's parameter on a board while it runs, between two samples."""
 
 from __future__ import annotations
 

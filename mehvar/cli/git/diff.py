@@ -26,13 +26,13 @@ def command(
 def external_diff(arguments: Sequence[str]) -> None:
     """Print the differences of two versions of an equations.json, under its path.
 
-    Git takes any other exit status than 0 for a failure, so there is no other. Incomparable files are reported.
+    The exit status is always 0, because git treats any other as a failure. Incomparable files are reported.
 
     Parameters
     ----------
     arguments : sequence of str
-        What git passes: path, old file, old hash, old mode, new file, new hash, new mode, and more for a renamed file;
-        the path alone for one with merge conflicts.
+        Git's arguments: path, old file, old hash, old mode, new file, new hash, new mode, and more for a renamed
+        file. For a file with merge conflicts only the path.
     """
     typer.echo(f"mehvar diff {arguments[0]}")
     if len(arguments) < 7:

@@ -23,7 +23,7 @@ def command(file: Annotated[Path, typer.Argument(help="An equations.json.")]) ->
 def textconv(file: Path) -> str:
     """Return an equations.json as text for git: names, titles, and one term per line.
 
-    One of another schema, or damaged, is returned as it is.
+    A file with another schema or with damage is returned unchanged.
     """
     try:
         document = read_equations(file)

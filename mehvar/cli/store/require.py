@@ -47,7 +47,7 @@ def command(
     Raises
     ------
     InputError
-        If nothing is required, a requirement cannot be read, or for a store or a campaign that cannot be used.
+        If there is no requirement, a requirement cannot be read, or the store or campaign is unusable.
     """
     checked_confidence(confidence, "--confidence")
     if page is not None:

@@ -39,7 +39,7 @@ def command(
     Raises
     ------
     InputError
-        For a store that is none or empty, or a condition or a variable that it does not know.
+        If the store is invalid or empty, or a condition or variable is unknown.
     """
     if plot is not None:
         from mehvar.pictures.files import checked_suffix
@@ -118,7 +118,7 @@ def _print_metrics(statistics: Statistics) -> None:
 
 
 def _estimate(statistics: Statistics) -> str:
-    """Return the success probability with its interval, or the share of runs and the reason for no interval."""
+    """Return the success probability with its interval, or the share of runs and why there is no interval."""
     if statistics.design in NO_INTERVAL:
         return f"share {statistics.probability:.6g}; {NO_INTERVAL[statistics.design]}"
     ends = f"[{statistics.low:.6g}, {statistics.high:.6g}]"

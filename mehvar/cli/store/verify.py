@@ -13,7 +13,7 @@ from mehvar.runtime.batch.store.verification import Verification, verify
 from mehvar.terminal import working
 
 _SHOWN = 20
-"""Lines about damage that a terminal shows; --json has all."""
+"""Largest number of lines about damage on a terminal; --json has all."""
 
 
 def command(
@@ -22,12 +22,12 @@ def command(
 ) -> int:
     """Check every file against its checksum; return 0 for an undamaged store, else 1.
 
-    Files that no record lists are named; nothing reads them, and the status does not depend on them.
+    Files without a record are listed, but do not affect the status, because nothing reads them.
 
     Raises
     ------
     InputError
-        For a store that is none.
+        If the folder is not a store.
     """
     with working(f"verifying {path}"):
         verification = verify(path)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages about a law on a board: part of the report, own page, facts, evidence."""
+"""Pages about a law on a board: section of the report, separate page, facts, evidence."""

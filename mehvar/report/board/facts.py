@@ -81,7 +81,7 @@ def _difference(difference: Difference) -> dict[str, Any]:
 
 
 def _differences(one: Run, other: Run | None, later: float | None = None) -> dict[str, Any] | None:
-    """Return largest and root mean square differences of inputs and states; `later` adds a shift of one sample."""
+    """Return the largest and root mean square differences of inputs and states; `later` shifts by one sample."""
     if other is None:
         return None
     rows = min(len(one.u), len(other.u))

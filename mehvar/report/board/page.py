@@ -76,9 +76,9 @@ def _loop_figure(outcome: BoardRun) -> Figure:
 
 
 def inputs_figure(outcome: BoardRun) -> Figure:
-    """Draw each input as commanded by the board and by the host in float, with the difference below.
+    """Draw each input of board and host in float, with the difference below.
 
-    One column for each unit; at the bottom, the cost of float: the difference from the law in double.
+    There is one column per unit. The lowest panel shows the difference between float and double.
     """
     units = list(dict.fromkeys(q.unit for q in outcome.board.manifest.inputs))
     with style():

@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Multiplicative extended Kalman filter of attitude and gyro bias from a gyro and a star tracker.
 
-The attitude error is three small angles a and the bias error is db. They obey
+The attitude error is three small angles a about inertial axes and the bias error is db. From sample to sample
 
-    a' = -A' (db + e),    db' = w,
+    a -> a - B db - T A' e,    db -> db + w,    B = integral of A' over the period T,
 
-where A maps inertial axes to hub axes, e is the gyro's white noise and w the white noise of its bias. The angles are
-about inertial axes, so that their transition matrix is triangular like U. After each tracker measurement the angles
-are added to the quaternion and reset to zero. Sources: Lefferts, Markley and Shuster, J. Guidance 5 (1982) 417;
-Markley and Crassidis, Fundamentals of Spacecraft Attitude Determination and Control, Springer 2014; for angles about
-inertial axes Sola, arXiv 1711.02508.
+where A maps inertial axes to hub axes, e is the gyro's white noise and w the step of its bias. The integrating gyro
+measures the turn phi of a period. For a constant rate, B = T A_m' (I + [phi x]^2/24) to fourth order in phi, where A_m
+is A halfway. The gyro's noise is equal about all axes, hence also about inertial ones. The transition matrix is
+triangular like U. After each tracker measurement the angles are added to the quaternion and reset to zero.
 
-Each sampled rate applies from half a period before the sample to half a period after it, which cancels the effect of
-a constant acceleration. The memory therefore holds the attitude half a period after the last sample. Half of the gyro
-noise acts before a measurement and half after it. With a quarter of it taken from the tracker's variance, gain and
-covariance equal those of the exact filter.
+Sources: Lefferts, Markley and Shuster, J. Guidance 5 (1982) 417; Markley and Crassidis, Fundamentals of Spacecraft
+Attitude Determination and Control, Springer 2014; for angles about inertial axes Sola, arXiv 1711.02508.
 """
 
 from __future__ import annotations
@@ -44,6 +41,11 @@ _LOST = 3
 """Consecutive rejections after which a filter counts as diverged; a sound filter rejects one in a million."""
 
 
+def _tangent(square: Expr) -> Expr:
+    """Return tan(x)/(2 x) of half an angle x, to fourth order, from x^2."""
+    return HALF + square * (sp.Rational(1, 6) + square / 15)
+
+
 class Keeper(Protocol):
     """Interface of a law that a filter uses: name, memory and reports."""
 
@@ -64,7 +66,7 @@ class Estimate:
     attitude : tuple of Expr
         Unit quaternion from the axes of the hub to inertial axes, scalar first.
     rates : tuple of Expr
-        Rate of the hub, rad/s: the gyro's, minus its bias.
+        Rate of the hub, rad/s: the gyro's mean over the last period, minus its bias.
     """
 
     attitude: tuple[Expr, ...]
@@ -83,7 +85,7 @@ class AttitudeFilter(Part):
     name : str
         As of a `Part`; start of the names in the law's memory.
     gyro : Gyro
-        With noise and walk.
+        Integrating, with noise and walk.
     tracker : StarTracker
         With sigma.
     every : number
@@ -108,8 +110,12 @@ class AttitudeFilter(Part):
         for field, of in (("noise", self.gyro), ("walk", self.gyro), ("sigma", self.tracker)):
             if getattr(of, field) is None:
                 raise ModelError(f"{self.name}: {of.name}.{field} = None: must be given for a filter")
-        if not self.gyro.steady:
-            raise ModelError(f"{self.name}: {self.gyro.name} must measure at each sample, without every and dropout")
+        if not self.gyro.integrating:
+            name = self.gyro.name
+            raise ModelError(f"{self.name}: {name}.integrating = False: a filter needs integrating=True")
+        for sensor in (self.gyro, self.tracker):
+            if sensor.delay:
+                raise ModelError(f"{self.name}: {sensor.name}.delay = {sensor.delay}: must be 0 for a filter")
         if not self.tracker.steady and self.every != 1:
             raise ModelError(
                 f"{self.name}.every = {self.every!r}: must be left out, {self.tracker.name} has its own rate"
@@ -147,8 +153,8 @@ class _Sample:
     def __init__(self, of: AttitudeFilter, at: Mounted, law: Keeper) -> None:
         self.of, self.at, self.law = of, at, law
         self.gyro, self.tracker = of.of(of.gyro, at), of.of(of.tracker, at)
-        self.half = at.craft.period / 2
-        self.q = [self._keep(f"q{k}", "1", f"quaternion half a period on, {k}", int(k == 0)) for k in range(4)]
+        self.period = at.craft.period
+        self.q = [self._keep(f"q{k}", "1", f"quaternion, {k}", int(k == 0)) for k in range(4)]
         self.bias = sp.Matrix([self._keep(f"bias_{axis}", "rad/s", f"bias of the gyro, {axis}") for axis in AXES])
         self.factors = self._factors()
         self.count = self._keep("count", "1", "samples since the last measurement; -1 before the first", -1)
@@ -195,38 +201,44 @@ class _Sample:
         over = self.define(f"{name}_over", 1 / sp.sqrt(raw.dot(raw)), f"{title}: one over its length")
         return self.vector(name, over * raw, title)
 
-    def turned(self, name: str, q: Sequence[Expr], rate: sp.Matrix, span: Expr) -> sp.Matrix:
-        """Return a quaternion rotated at a constant rate, not normalised, to fifth order in the angle."""
-        angle = self.vector(f"{name}_angle", span / 2 * rate, "half the angle")
-        longer = self.define(f"{name}_longer", 1 + angle.dot(angle) / 3, "tangent of half the angle over it")
+    def turned(self, name: str, q: Sequence[Expr], angle: sp.Matrix) -> sp.Matrix:
+        """Return a quaternion after a small turn, not normalised; the error has seventh order in the angle."""
+        square = self.define(f"{name}_square", angle.dot(angle) / 4, "square of half the angle")
+        longer = self.define(f"{name}_longer", _tangent(square), "tangent of half the angle over the angle")
         return quaternion_product(list(q), (1, *(longer * angle)))
 
-    def transition(self, name: str, q: Sequence[Expr]) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the matrix from inertial to hub axes, and the propagation of the error over half a period."""
+    def rotation(self, name: str, q: Sequence[Expr]) -> sp.Matrix:
+        """Return the matrix from inertial axes to hub axes."""
         turn = quaternion_rotation(list(q))
-        turn = sp.Matrix(3, 3, lambda i, j: self.define(f"{name}_{AXES[i]}{AXES[j]}", turn[i, j], "rotation"))
+        return sp.Matrix(3, 3, lambda i, j: self.define(f"{name}_{AXES[i]}{AXES[j]}", turn[i, j], "rotation"))
+
+    def transition(self, middle: sp.Matrix, angle: sp.Matrix) -> sp.Matrix:
+        """Return the error's transition over a period from the attitude halfway and half the turn."""
+        bend = self.define("bend", 1 - angle.dot(angle) / 6, "share of a bias across the turn")
+        across = [self.define(f"along{i}", angle.dot(middle[:, i]) / 6, "of a bias along it") for i in range(3)]
+        entries = sp.Matrix(3, 3, lambda i, j: -self.period * (bend * middle[j, i] + across[i] * angle[j]))
         transition = sp.eye(len(_ERROR))
-        transition[:3, 3:] = -self.half * turn.T
-        return turn, transition
+        transition[:3, 3:] = sp.Matrix(
+            3, 3, lambda i, j: self.define(f"B{i + 1}{j + 1}", entries[i, j], "angle by a bias")
+        )
+        return transition
 
     def estimate(self) -> Estimate:
         """Define the filter step and return the estimates."""
         measured = sp.Matrix(self.of.gyro.symbols)
-        rate = self.vector("rate", measured - self.bias, "rate without the bias")
-        now = self.unit("now", self.turned("to", self.q, rate, self.half), "quaternion before the measurement")
+        angle = self.vector("angle", self.period / 2 * (measured - self.bias), "half the turn since the last sample")
+        middle = self.unit("middle", self.turned("to", self.q, angle), "quaternion halfway")
+        now = self.unit("now", self.turned("on", middle, angle), "quaternion before the measurement")
         seen, first = self.seen(now), self.count < -HALF
         choice = [sp.Piecewise((s, first), (q, True)) for s, q in zip(seen, now, strict=True)]
         now = self.vector("before", choice, "quaternion before the measurement, or the first one")
-        turn, transition = self.transition("turn", now)
-        white, walk = self.noise()
-        prior = self.factors.moved(self.stage("to"), transition).widened(self.stage("white"), (*white, 0, 0, 0))
-        correction, factors = self.corrected(now, seen, turn, prior, white[0] / 2)
+        transition = self.transition(self.rotation("mid", middle), angle)
+        prior = self.factors.propagated(self.stage("to"), transition, transition, self.noise())
+        correction, factors = self.corrected(now, seen, prior)
         attitude = self.unit("after", quaternion_product((1, *(correction[:3, 0] / 2)), list(now)), "quaternion")
         bias = self.vector("bias", self.bias + correction[3:, 0], "bias of the gyro")
-        rate = self.vector("rate_after", measured - bias, "rate without the bias, after the measurement")
-        _, transition = self.transition("on", attitude)
-        factors = factors.moved(self.stage("on"), transition).widened(self.stage("walk"), (*white, *walk))
-        self.law.update_all(self.q, self.turned("on", attitude, rate, self.half))
+        rate = self.vector("rate", measured - bias, "rate without the bias, after the measurement")
+        self.law.update_all(self.q, attitude)
         self.law.update_all(self.bias, bias)
         self.law.update_all(self.factors.entries, factors.entries)
         self.report()
@@ -240,25 +252,22 @@ class _Sample:
         entries = [sp.Piecewise((s, self.due), (q, True)) for s, q in zip(symbols, now, strict=True)]
         return list(self.vector("seen", entries, "measured quaternion, or the expected one"))
 
-    def noise(self) -> tuple[list[Expr], list[Expr]]:
-        """Return the gyro's contribution to the variances: of angles per half period, of biases per period."""
-        white = self.define("white", self.gyro.noise**2 * self.half, "variance of an angle by half a period")
-        walk = self.define("walk", self.gyro.walk**2 * self.at.craft.period, "variance of a bias by a period")
-        return [white] * 3, [walk] * 3
+    def noise(self) -> tuple[Expr, ...]:
+        """Return the variances by which noise of the gyro changes angles and biases in a period."""
+        white = self.define("white", self.gyro.noise**2 * self.period, "variance of an angle by a period")
+        walk = self.define("walk", self.gyro.walk**2 * self.period, "variance of a bias by a period")
+        return (white,) * 3 + (walk,) * 3
 
-    def corrected(
-        self, now: sp.Matrix, seen: Sequence[Expr], turn: sp.Matrix, prior: Factors, less: Expr
-    ) -> tuple[sp.Matrix, Factors]:
+    def corrected(self, now: sp.Matrix, seen: Sequence[Expr], prior: Factors) -> tuple[sp.Matrix, Factors]:
         """Return correction and factors after a measurement of three angles; a rejected measurement changes nothing."""
         scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), seen)
         over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
+        turn = self.rotation("turn", list(now))
         correction, factors, terms = sp.zeros(len(_ERROR), 1), prior, []
         for k, axis in enumerate(AXES):
             define = self.stage(f"angle_{axis}")
             row = [*turn.row(k), 0, 0, 0]
-            square = self.tracker.sigma[k] ** 2
-            noise = define("R", sp.Max(square - less, square / 2), "variance, of which the noise of the gyro is less")
-            factors, product, over_variance = factors.measured(define, row, noise)
+            factors, product, over_variance = factors.measured(define, row, self.tracker.sigma[k] ** 2)
             innovation = define("innovation", over * off[k] - sp.Matrix(row).dot(correction), "innovation")
             share = define("share", innovation * over_variance, "innovation over its variance")
             correction = self.vector(f"angle_{axis}_x", correction + share * sp.Matrix(product), "correction")
@@ -283,13 +292,14 @@ class _Sample:
         update(self.rejected, rejected)
 
     def report(self) -> None:
-        """Report the prediction error at a sample. The true state is half a period after the stored estimate."""
-        frame, name = self.at.frame, self.of.name
-        true = self.turned("true", self.at.craft.quaternion, frame.rate, -self.half)
+        """Report the errors of the stored estimates, which are of the last sample, a period ago."""
+        name, turn = self.of.name, -self.period / 2 * sp.Matrix(self.of.gyro.means)
+        true = self.turned("half", self.turned("true", self.at.craft.quaternion, turn), turn)
         scalar, *off = quaternion_product(list(true), (self.q[0], *(-q for q in self.q[1:])))
         angles = [self.define(f"off{k}", 2 * entry / scalar, "error of the attitude") for k, entry in enumerate(off)]
         biases = sp.Matrix(self.of.gyro.biases) - self.bias
-        nees = self.factors.distance(self.stage("nees"), [*angles, *biases])
+        walked = self.factors.widened(self.stage("walked"), (0, 0, 0, *self.noise()[3:]))
+        nees = walked.distance(self.stage("nees"), [*angles, *biases])
         lost = sp.Piecewise((1, self.rejected > _LOST - HALF), (0, True))
         size = sp.sqrt(sp.Matrix(angles).dot(sp.Matrix(angles)))
         self.law.report(Output(Quantity(f"{name}_error", "rad", f"{name}: error of the attitude"), size))

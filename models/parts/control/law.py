@@ -81,16 +81,20 @@ class Law:
 
     def measured(self, sensor: Instrument) -> tuple[Expr, ...]:
         """Return a sensor's last measurement; if the sensor skips samples, the law's memory stores it."""
-        if sensor.steady:
+        if sensor.continuous:
             return sensor.symbols
         if sensor.name not in self._last:
-            new = sensor.new.symbol > sp.Rational(1, 2)
-            pairs = list(zip(sensor.seen(), sensor.before(), strict=True))
-            kept = [self.keep(f"{q.name}_last", q.unit, f"last {q.description}", start) for q, start in pairs]
-            last = [sp.Piecewise((q.symbol, new), (k, True)) for (q, _), k in zip(pairs, kept, strict=True)]
-            self.update_all(kept, last)
-            self._last[sensor.name] = tuple(last)
+            self._last[sensor.name] = sensor.symbols if sensor.steady else self._held(sensor)
         return self._last[sensor.name]
+
+    def _held(self, sensor: Instrument) -> tuple[Expr, ...]:
+        """Keep the last measurement of a sensor that skips samples."""
+        new = sensor.new.symbol > sp.Rational(1, 2)
+        pairs = list(zip(sensor.seen(), sensor.before(), strict=True))
+        kept = [self.keep(f"{q.name}_last", q.unit, f"last {q.description}", start) for q, start in pairs]
+        last = [sp.Piecewise((q.symbol, new), (k, True)) for (q, _), k in zip(pairs, kept, strict=True)]
+        self.update_all(kept, last)
+        return tuple(last)
 
     def parameter(
         self, name: str, default: float, unit: str = "1", meaning: str = "", bounds: str = "(-inf, inf)",

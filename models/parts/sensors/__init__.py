@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sensors of a spacecraft."""
 
-from .instruments import Gyro, Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
+from .inertial import Accelerometer, Gyro
+from .instruments import Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
 from .measuring import drifting, measuring, watching
 
 __all__ = [
-    "Gyro", "Instrument", "Magnetometer", "StarTracker", "SunSensor", "Tachometer", "drifting", "measuring", "watching",
+    "Accelerometer", "Gyro", "Instrument", "Magnetometer", "StarTracker", "SunSensor", "Tachometer", "drifting",
+    "measuring", "watching",
 ]  # fmt: skip

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gyros, star trackers, Sun sensors, magnetometers and tachometers.
+"""Star trackers, Sun sensors, magnetometers and tachometers, and what all sensors share.
 
 White noise of a gyro or a magnetometer is a density, as data sheets print it: a sample has it over the root of the
 sampling period, so that a mean over a time does not depend on how often one samples. What a camera or a Sun sensor gets
 wrong in one picture is a standard deviation, whatever the period. Without noise a sensor shows the truth.
 
 A sensor with a rate of its own, or whose measurements get lost, has one more number to show: NAME_new, 1 where it has
-measured. All others are zero where it has not.
+measured. All others are zero where it has not. A sensor with a delay keeps its last measurements in states that move on
+at each sample.
 """
 
 from __future__ import annotations
@@ -25,11 +26,22 @@ from ...quantities import TIME, ModelError, Quantity
 from ...system import Condition
 from ..environment import sky
 from ..frame import AXES
-from ..part import Motion, Mounted, Part, State, start
+from ..part import Motion, Mounted, Part, State
 from ..values import Number, Parameters, Vector, direction, scalar, vector
 
 HALF = sp.Rational(1, 2)
 HALF_TURN = "(0, 3.141592653589794)"
+MOST_DELAY = 100
+"""Largest delay of a sensor: each sample of delay is a state for each number that the sensor shows."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A state's value after a sample: `after`, and a normal number of standard deviation `size`."""
+
+    state: Quantity
+    after: Expr = sp.S.Zero
+    size: Expr = sp.S.Zero
 
 
 @dataclass(frozen=True)
@@ -42,6 +54,8 @@ class Instrument(Part):
         Samples from one measurement to the next; default: it measures at each.
     dropout : number, optional
         Share of the measurements that get lost, at random.
+    delay : int
+        Samples from a measurement to its arrival. The first to arrive is that of the second sample.
     """
 
     every: Annotated[Number | None, scalar("every", "1", "samples from one measurement to the next", "[1, inf)")] = (
@@ -50,11 +64,21 @@ class Instrument(Part):
     dropout: Annotated[Number | None, scalar("dropout", "1", "share of measurements that get lost", "[0, 1)")] = field(
         default=None, kw_only=True
     )
+    delay: int = field(default=0, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.delay, bool) or not isinstance(self.delay, int) or not 0 <= self.delay <= MOST_DELAY:
+            raise ModelError(f"{self.name}.delay = {self.delay!r}: must be a whole number from 0 to {MOST_DELAY}")
 
     @property
     def steady(self) -> bool:
         """True if it measures at each sample."""
         return self.every is None and self.dropout is None
+
+    @property
+    def continuous(self) -> bool:
+        """True if it measures at each instant, for a continuous law too."""
+        return self.steady and not self.delay
 
     @property
     def new(self) -> Quantity:
@@ -107,13 +131,42 @@ class Instrument(Part):
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
         """Return the measured quantities with their errors."""
 
-    def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
-        """Return the states with random walk, each with the standard deviation of its change per sample."""
+    def shown(self) -> tuple[Quantity, ...]:
+        """Return what laws receive: the measured quantities, after the flag of a sensor that skips samples."""
+        return self.seen() if self.steady else (self.new, *self.seen())
+
+    def queue(self) -> tuple[tuple[Quantity, ...], ...]:
+        """Return the states that keep measurements until they arrive, the newest first; none without delay."""
+        ages = range(self.delay + 1) if self.delay else ()
+        return tuple(
+            tuple(Quantity(f"{q.name}_ago{age}", q.unit, f"{q.description}, {age} samples ago") for q in self.shown())
+            for age in ages
+        )
+
+    def own_states(self, scenario: Parameters) -> tuple[State, ...]:
+        """Return the states of the sensor besides its queue."""
+        return ()
+
+    def states(self, scenario: Parameters) -> tuple[State, ...]:
+        begin = [sp.sympify(value) for value in ((0.0,) * (not self.steady) + self.before())]
+        rows = (map(State, row, begin) for row in self.queue())
+        return (*self.own_states(scenario), *(state for row in rows for state in row))
+
+    def own_rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        """Return the rates of these states."""
+        return ()
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        waiting = sum(len(row) for row in self.queue())
+        return (*self.own_rates(at, motion), *(sp.S.Zero,) * waiting)
+
+    def jumps(self, at: Mounted) -> Sequence[Jump]:
+        """Return the changes of these states at a sample, before it measures."""
         return ()
 
 
 @dataclass(frozen=True)
-class _Triad(Instrument):
+class Triad(Instrument):
     """A sensor of a vector's three components in hub axes."""
 
     def seen(self) -> tuple[Quantity, ...]:
@@ -125,75 +178,12 @@ class _Triad(Instrument):
 
 
 @dataclass(frozen=True)
-class Gyro(_Triad):
-    """Three gyros along the hub axes.
-
-    Parameters
-    ----------
-    name, every, dropout
-        As of a `Part` and an `Instrument`; it measures NAME_x, NAME_y and NAME_z, rad/s.
-    noise : number, optional
-        Angle random walk: density of the white noise, rad/s^(1/2).
-    walk : number, optional
-        Rate random walk: density of the change of the bias, rad/s^(3/2); the biases are states then, NAME_bias_x, ...
-    scale : three numbers, optional
-        Relative errors of the scale factors: 0.001 shows a rate 0.1 % too large.
-    misalignment : three numbers, optional
-        Small turn of the gyros against the hub, rad: they feel w - misalignment x w.
-    step : number, optional
-        Quantisation: the difference between two numbers that the gyro can show, rad/s.
-    """
-
-    noise: Annotated[Number | None, scalar("noise", "rad/s^(1/2)", "angle random walk", "[0, inf)")] = None
-    walk: Annotated[Number | None, scalar("walk", "rad/s^(3/2)", "rate random walk", "[0, inf)")] = None
-    scale: Annotated[Vector | None, vector("scale", "1", "relative error of the scale factor")] = None
-    misalignment: Annotated[Vector | None, vector("turn", "rad", "turn of the gyros against the hub")] = None
-    step: Annotated[Number | None, scalar("step", "rad/s", "quantisation of a rate")] = None
-
-    def _kind(self, axis: str) -> tuple[str, str]:
-        return "rad/s", f"rate about {axis} that {self.name} measures"
-
-    def _biases(self) -> tuple[Quantity, ...]:
-        if self.walk is None:
-            return ()
-        return tuple(
-            Quantity(f"{self.name}_bias_{axis}", "rad/s", f"bias of {self.name} about {axis}") for axis in AXES
-        )
-
-    @property
-    def biases(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of the biases; none without `walk`."""
-        return tuple(q.symbol for q in self._biases())
-
-    def states(self, scenario: Parameters) -> tuple[State, ...]:
-        return tuple(start(q, scenario) for q in self._biases())
-
-    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
-        return (sp.S.Zero,) * len(self._biases())
-
-    def errors(self, at: Mounted) -> Sequence[Expr]:
-        return _density(at.values.noise, at)
-
-    def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
-        v, rate = at.values, at.frame.rate
-        if v.misalignment is not None:
-            rate = rate - v.misalignment.cross(rate)
-        if v.scale is not None:
-            rate = rate + v.scale.multiply_elementwise(rate)
-        shown = rate + sp.Matrix(self.biases or [0, 0, 0]) + sp.Matrix(errors)
-        return list(shown if v.step is None else shown.applyfunc(lambda w: v.step * sp.floor(w / v.step + HALF)))
-
-    def drifts(self, at: Mounted) -> Sequence[tuple[Quantity, Expr]]:
-        return [(q, at.values.walk * sp.sqrt(at.craft.period)) for q in self._biases()]
-
-
-@dataclass(frozen=True)
 class StarTracker(Instrument):
     """A star tracker: it measures the attitude as a unit quaternion.
 
     Parameters
     ----------
-    name, every, dropout
+    name, every, dropout, delay
         As of a `Part` and an `Instrument`; it measures NAME_q0, ..., NAME_q3, scalar first.
     sigma : three numbers, optional
         Standard deviations of the angles about the axes of the hub, rad; that about the line of sight is the largest.
@@ -214,6 +204,7 @@ class StarTracker(Instrument):
     ] = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if (self.boresight is None) != (self.exclusion is None):
             raise ModelError(
                 f"{self.name}.exclusion needs boresight, and boresight serves exclusion: give both or none"
@@ -254,12 +245,12 @@ class StarTracker(Instrument):
 
 
 @dataclass(frozen=True)
-class SunSensor(_Triad):
+class SunSensor(Triad):
     """A Sun sensor: it measures the direction to the Sun in hub axes, and zero in the Earth's shadow.
 
     Parameters
     ----------
-    name, every, dropout
+    name, every, dropout, delay
         As of a `Part` and an `Instrument`; it measures NAME_x, NAME_y and NAME_z.
     sigma : number, optional
         Standard deviation of each component.
@@ -279,12 +270,12 @@ class SunSensor(_Triad):
 
 
 @dataclass(frozen=True)
-class Magnetometer(_Triad):
+class Magnetometer(Triad):
     """A magnetometer: it measures the Earth's field in hub axes.
 
     Parameters
     ----------
-    name, every, dropout
+    name, every, dropout, delay
         As of a `Part` and an `Instrument`; it measures NAME_x, NAME_y and NAME_z, Wb/m^2.
     noise : number, optional
         Density of the white noise, Wb s^(1/2)/m^2.
@@ -296,7 +287,7 @@ class Magnetometer(_Triad):
         return "Wb/m^2", f"magnetic field along {axis} that {self.name} measures"
 
     def errors(self, at: Mounted) -> Sequence[Expr]:
-        return _density(at.values.noise, at)
+        return density(at.values.noise, at)
 
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
         return list(sky(at).field + sp.Matrix(errors))
@@ -308,7 +299,7 @@ class Tachometer(Instrument):
 
     Parameters
     ----------
-    name, every, dropout
+    name, every, dropout, delay
         As of a `Part` and an `Instrument`; the name is that of what it measures too.
     of : Part
         The part.
@@ -320,6 +311,7 @@ class Tachometer(Instrument):
     sigma: Annotated[Number | None, scalar("sigma", "rad/s", "standard deviation", "[0, inf)")] = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not isinstance(self.of, Part) or len(self.of.coordinates()) != 1:
             raise ModelError(f"{self.name}.of = {self.of!r}: must be a part of one degree of freedom, such as a Wheel")
 
@@ -337,8 +329,8 @@ class Tachometer(Instrument):
         return (coordinate.speed.symbol + error,)
 
 
-def _density(density: Expr | None, at: Mounted) -> Sequence[Expr]:
-    """Return the standard deviation of a white noise sample along each axis."""
+def density(noise: Expr | None, at: Mounted) -> Sequence[Expr]:
+    """Return the standard deviation of a sample of white noise with a density, along each axis."""
     every = sp.S.One if at.values.every is None else at.values.every
-    size = sp.S.Zero if density is None else density / sp.sqrt(every * at.craft.period)
+    size = sp.S.Zero if noise is None else noise / sp.sqrt(every * at.craft.period)
     return (size,) * len(AXES)

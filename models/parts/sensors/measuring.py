@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurements of all sensors of a craft, and the random walks of their biases."""
+"""Measurements of all sensors of a craft, and the changes of their states at samples."""
 
 from __future__ import annotations
 
@@ -9,44 +9,68 @@ from dataclasses import replace
 import sympy as sp
 
 from ...derivation import Expr
-from ...quantities import Group, Quantity
+from ...quantities import Group, ModelError, Quantity
 from ...system import Controller, RandomStep, Sensor
 from ..part import Mounted, Part, State
-from .instruments import HALF, Instrument
+from .instruments import HALF, Instrument, Jump
+
+Noise = dict[str, Quantity]
+"""Random numbers by their names, in the order of use."""
 
 
 def measuring(parts: Sequence[tuple[Part, Mounted]]) -> Sensor | None:
     """Return the measurements of laws; None for a craft without sensors, whose laws receive the state."""
-    noise: list[Quantity] = []
+    noise: Noise = {}
     measured: list[Expr] = []
     seen: list[Quantity] = []
     for part, at in parts:
         if isinstance(part, Instrument):
-            labels = [f"{part.name}_e{k + 1}" for k in range(len(part.errors(at)))]
-            sizes = dict(zip(labels, part.errors(at), strict=True))
-            drawn = {n: Quantity(n, "1", f"error of {part.name}") for n, size in sizes.items() if size != 0}
-            noise += drawn.values()
-            errors = [size * drawn[n].symbol if n in drawn else size for n, size in sizes.items()]
-            values = list(part.measured(at, errors))
-            if part.steady:
-                measured += values
-                seen += part.seen()
-                continue
-            noise += part.lots
-            new = at.define("now", sp.Piecewise((1, part.measures(at)), (0, True)), part.new.description, "1")
-            measured += [new, *(sp.Piecewise((value, new > HALF), (0, True)) for value in values)]
-            seen += (part.new, *part.seen())
-    return Sensor(Group("e", tuple(noise)), tuple(measured), Group("seen", tuple(seen))) if seen else None
+            queue = part.queue()
+            measured += [q.symbol for q in queue[-1]] if queue else _measurement(part, at, noise)
+            seen += part.shown()
+    return Sensor(Group("e", tuple(noise.values())), tuple(measured), Group("seen", tuple(seen))) if seen else None
+
+
+def _measurement(part: Instrument, at: Mounted, noise: Noise) -> list[Expr]:
+    """Return what a sensor shows at a sample without delay, and add its random numbers to `noise`."""
+    labels = [f"{part.name}_e{k + 1}" for k in range(len(part.errors(at)))]
+    sizes = dict(zip(labels, part.errors(at), strict=True))
+    drawn = {n: Quantity(n, "1", f"error of {part.name}") for n, size in sizes.items() if size != 0}
+    noise |= drawn
+    errors = [size * drawn[n].symbol if n in drawn else size for n, size in sizes.items()]
+    values = list(part.measured(at, errors))
+    if part.steady:
+        return values
+    noise |= {q.name: q for q in part.lots}
+    new = at.define("now", sp.Piecewise((1, part.measures(at)), (0, True)), part.new.description, "1")
+    return [new, *(sp.Piecewise((value, new > HALF), (0, True)) for value in values)]
 
 
 def drifting(parts: Sequence[tuple[Part, Mounted]], states: Sequence[State]) -> RandomStep | None:
-    """Return the random walk of the sensors' biases; None if no bias walks."""
-    walks = [w for part, at in parts if isinstance(part, Instrument) for w in part.drifts(at)]
-    noise = {q.symbol: Quantity(f"{q.name}_e", "1", f"change of the {q.description}") for q, _ in walks}
-    sizes = {q.symbol: size for q, size in walks}
+    """Return the changes of the sensors' states at a sample; None for sensors without states."""
+    noise: Noise = {}
+    after: dict[sp.Symbol, Expr] = {}
+    for part, at in parts:
+        if isinstance(part, Instrument):
+            after |= {jump.state.symbol: _changed(jump, noise) for jump in part.jumps(at)}
+            if queue := part.queue():
+                newest = [e.xreplace(after) for e in _measurement(part, at, noise)]
+                older = [q.symbol for row in queue[:-1] for q in row]
+                after |= dict(zip((q.symbol for row in queue for q in row), (*newest, *older), strict=True))
+    if after and not noise:
+        names = ", ".join(part.name for part, _ in parts if isinstance(part, Instrument) and part.queue())
+        raise ModelError(f"{names}: a delay needs a sensor with errors: give it sigma or noise")
     symbols = [state.quantity.symbol for state in states]
-    after = tuple(s + sizes[s] * noise[s].symbol if s in sizes else s for s in symbols)
-    return RandomStep(Group("e", tuple(noise.values())), after) if walks else None
+    return RandomStep(Group("e", tuple(noise.values())), tuple(after.get(s, s) for s in symbols)) if after else None
+
+
+def _changed(jump: Jump, noise: Noise) -> Expr:
+    """Return the value of a state after a sample, and add its random number to `noise`."""
+    if jump.size == 0:
+        return jump.after
+    q = Quantity(f"{jump.state.name}_e", "1", f"change of the {jump.state.description}")
+    noise[q.name] = q
+    return jump.after + jump.size * q.symbol
 
 
 def watching(sensor: Sensor, parts: Sequence[Part], inputs: int, period: str) -> Controller:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bounds of a probability and of a quantile from counts of runs.
 
-SciPy has both. Importing it for them took 1 s of processor time, more than a small batch.
+SciPy also provides them, but its import takes 1 s of processor time, more than a small batch.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _SMALL_STEP = 1e-9
 def lower_bound(successes: int, runs: int, confidence: float) -> float:
     """Return the exact lower bound of a probability for a predetermined number of runs (Clopper and Pearson 1934).
 
-    With that probability, as many successes or more have the probability 1 - confidence.
+    At this bound, the observed number of successes or more has the probability 1 - confidence.
     """
     if not successes:
         return 0.0
@@ -72,7 +72,7 @@ def _deviance(k: FloatArray, mean: float) -> FloatArray:
 
 
 def _stirling(n: FloatArray) -> FloatArray:
-    """Return ln(n!) without Stirling's approximation of it; zero for n = 0, which the caller replaces."""
+    """Return the error of Stirling's approximation of ln(n!); zero for n = 0, which the caller replaces."""
     table = [0.0, *(math.lgamma(k + 1) - (k + 0.5) * math.log(k) + k - _HALF_LOG_2_PI for k in range(1, 16))]
     large = np.maximum(n, 15.0)
     square = large**2

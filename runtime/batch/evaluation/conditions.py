@@ -33,8 +33,9 @@ _Value = Callable[[Values], Any]
 """Function that evaluates a number of a condition for many runs."""
 
 _Truth = tuple[NDArray[np.bool_], NDArray[np.bool_]]
-"""Masks of runs for which a part of a condition is true, and for which it is false. A comparison with NaN is neither
-true nor false; `and`, `or`, `not` follow Kleene's strong logic."""
+"""Masks of runs for which a part of a condition is true and false. A comparison with NaN is neither; `and`, `or` and
+`not` follow Kleene's logic.
+"""
 
 _COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Lt: operator.lt,
@@ -72,7 +73,7 @@ class Criterion:
     Raises
     ------
     InputError
-        If the text is no such condition, or names a number that a run does not have.
+        If the text is not a condition, or a run lacks a named number.
     """
 
     def __init__(self, text: str, origin: str = "success") -> None:
@@ -112,7 +113,7 @@ class Criterion:
         return np.isin(status, counted) & holds
 
     def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError for unknown names, names without a number, and comparisons of different units.
+        """Refuse unknown names, names without a number, and comparisons of different units.
 
         Parameters
         ----------
@@ -221,7 +222,7 @@ class Criterion:
         raise self._refused()
 
     def _whole(self, left: ast.expr, right: ast.expr) -> int:
-        """Return the whole number that a status or count is compared with."""
+        """Return the integer with which a status or count is compared."""
         name = _name(left) or ""
         match right:
             case ast.Name(id=word) if name == _STATUS and word in _WORDS:
@@ -346,7 +347,7 @@ def _disjunction(one: _Truth, other: _Truth) -> _Truth:
 
 
 def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:
-    """Return the kind of a product of a number and a power of another; None if neither has a unit."""
+    """Return the kind of the product of a number and a power of another; None if neither has a unit."""
     if other is None:
         return one
     if one is None and power == 1:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts on requirements that rarely fail, by runs that search for failures; see `splitting`."""
+"""Verdicts on requirements that rarely fail, from a search for failures; see `splitting`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _RAREST = 1e-12
 """Smallest share of failures. For smaller shares, points of the unit cube are too coarse: they are multiples of
 1e-16."""
 _PILOT = 100
-"""The pilot uses one run of this many at each level, but at least as many runs as a repetition."""
+"""Divisor of the number of runs that gives the pilot's runs per level, which are at least those of a repetition."""
 _AT_ONCE = 2**14
 """Number of runs that are computed at once, with all their summaries."""
 _EDGE = 2.0**-53
@@ -48,14 +48,14 @@ def decide_rare(
     report: Progress | None = None,
     origin: str = "the call",
 ) -> list[Verdict]:
-    """Decide requirements by runs that search for failures.
+    """Decide requirements with a search for failures.
 
     Parameters
     ----------
     model, own, origin
         As of `run_batch`.
     campaign : Campaign
-        The runs; n is the largest number of them for each requirement.
+        The runs; n is the largest number of runs per requirement.
     requirements : mapping of str to str
         Quantiles by name, as of `read_requirements`.
     confidence : float or None
@@ -68,7 +68,7 @@ def decide_rare(
     Raises
     ------
     InputError
-        Without a requirement or a distribution, for a probability, or for anything that a batch refuses.
+        Without a requirement or distribution, for a requirement on a probability, or if a batch refuses an argument.
     """
     confidence = checked_confidence(confidence, origin)
     plan = Plan(model if isinstance(model, Model) else load(model, "c"), campaign, origin, own)
@@ -146,7 +146,7 @@ class _Seeker:
         return f"n = {self._n} is too small for {len(stages.levels)} levels, which take {needed} runs or more"
 
     def _score(self, points: FloatArray) -> FloatArray:
-        """Return the distance of each run's number from the limit; zero or more means a failure."""
+        """Return the distance of each run's number from the limit, which is zero or positive for failures."""
         parts = np.array_split(points, -(-len(points) // _AT_ONCE) or 1)
         scores: FloatArray = np.concatenate([self._piece(part) for part in parts])
         return scores
@@ -168,7 +168,7 @@ class _Seeker:
         return scores
 
     def _column(self, values: Values, name: str) -> NDArray[Any]:
-        """Return a number of each run, by a name of conditions."""
+        """Return one number per run, by its name in conditions."""
         match = SUMMARY.match(name)
         if not match:
             return values[name]

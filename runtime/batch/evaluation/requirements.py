@@ -2,8 +2,8 @@
 """Requirements on a batch, as in `quantile(0.997, error) < 0.02 deg`, decided with a stated confidence.
 
 A requirement says that at least a share of all possible runs fulfils a condition. The stored runs are a sample of
-these. It holds where the lower bound of the share reaches the required one; it does not hold where the upper bound
-stays below; in between it is undecided. Each bound errs with a probability of at most 1 - confidence.
+these. It holds if the lower bound of the share reaches the required share, and does not hold if the upper bound is
+below it; otherwise it is undecided. Each bound is wrong with a probability of at most 1 - confidence.
 """
 
 from __future__ import annotations
@@ -57,15 +57,15 @@ class Requirement:
     Attributes
     ----------
     name, text : str
-        As they were written.
+        Name and text, as given.
     share : float
-        The least share, in (0, 1).
+        Required share, in (0, 1).
     condition : str
         The condition on one run; see `Criterion`.
     number : str
-        What a quantile is of; empty for a probability.
+        Number of the quantile; empty for a probability.
     largest : bool
-        True where a large number is a bad one.
+        True if large numbers are worse.
     limit : float
         The limit of a quantile.
     """
@@ -150,10 +150,10 @@ def log_evidence(successes: int, runs: int, share: float) -> float:
     """Return the logarithm of the evidence that a probability exceeds a share. It is valid at any number of runs.
 
     The evidence is the likelihood ratio against `share`, averaged uniformly over the larger probabilities. For a true
-    probability of at most `share` it is a supermartingale that begins at 1, so it ever reaches 1 / a with a probability
-    of at most a, whenever one looks (Ville 1939; Robbins 1970). It falls as `share` grows up to the observed one, since
-    the logarithm of the likelihood is concave; so the shares that it excludes are an interval. Where the larger
-    probabilities are too unlikely for a double, far below any decision, it is minus infinity.
+    probability of at most `share` it is a supermartingale that starts at 1. It therefore ever reaches 1 / a with a
+    probability of at most a (Ville 1939; Robbins 1970). It decreases for shares up to the observed one, because the
+    log-likelihood is concave, so that excluded shares form an interval. It is minus infinity if the larger
+    probabilities underflow.
     """
     from scipy.special import betaincc, betaln, xlog1py, xlogy
 
@@ -183,7 +183,7 @@ def sequential_bound(successes: int, runs: int, confidence: float) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Number of counted and of fulfilling runs, with both bounds of the share of all runs."""
+    """Numbers of counted runs and of runs that fulfil the condition, with bounds of the share of all runs."""
 
     runs: int
     fulfilled: int
@@ -222,7 +222,7 @@ class RareEvidence:
 
     @property
     def fulfilled(self) -> None:
-        """No number, because failing runs are searched for and not counted."""
+        """None, because a search does not count fulfilling runs."""
 
     def answer(self, share: float) -> Answer:
         """Return the verdict of the bounds on a required share."""
@@ -247,11 +247,11 @@ class DecisionRule:
     Parameters
     ----------
     requirements : sequence of Requirement
-        What is decided; at least one.
+        Requirements to decide, at least one.
     confidence : float
         Confidence of each bound.
     design : str
-        Design of the runs; only independent ones decide anything.
+        Design of the runs, which must be independent.
 
     Raises
     ------
@@ -287,19 +287,18 @@ class Verdict:
     Attributes
     ----------
     requirement : Requirement
-        What is required.
+        The requirement.
     answer : str
         "holds", "does not hold" or "undecided".
     evidence : Evidence, RareEvidence or None
-        The counts and bounds; None where the runs prove nothing.
+        Counts and bounds; None if the runs prove nothing.
     reason : str
         Why it is undecided, or how the bounds were computed.
     worst : tuple of (int, float)
-        The counted runs with the worst numbers, worst first: infinite for a run that did not reach its end or has no
-        number.
-        For a probability the first runs that do not fulfil the condition.
+        Runs with the worst numbers, worst first; the number is infinite for a run that ended early or lacks it. For a
+        probability, the first runs that do not fulfil the condition.
     failures : mapping of str to array
-        Values of runs that fail, worst first, where they were sought; `mehvar.batch` takes them as `points`.
+        Varied values of failing runs, worst first, after a search; `mehvar.batch` takes them as `points`.
     """
 
     requirement: Requirement
@@ -319,8 +318,8 @@ def recorded(store: Store) -> tuple[dict[str, str], float]:
 def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: float | None = None) -> list[Verdict]:
     """Decide requirements by the runs of a store.
 
-    Bounds are those of Clopper and Pearson where all the runs that were planned are stored. A batch that a stop rule or
-    a person ended has a number of runs that may depend on what they showed; its bounds hold for any such number.
+    If all planned runs are stored, bounds are those of Clopper and Pearson. Otherwise the number of runs may depend
+    on their results, and the bounds are valid for any number of runs.
 
     Parameters
     ----------
@@ -368,13 +367,13 @@ def _verdict(
 
 
 def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
-    """Return the numbers of the worst runs among those that count, and their values."""
+    """Return numbers and values of the worst runs among those that count."""
     bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
     return tuple((run, _badness(store, requirement, run)) for run in bad)
 
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
-    """Return the evidence after the first block that decides, or else after the last block before a gap."""
+    """Return the evidence after the first decisive block or, without one, after the last block before a gap."""
     rule, fulfilled, runs = DecisionRule([requirement], confidence, "random"), 0, 0
     for place, block in enumerate(store.stored()):
         if block != place:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sensitivities: shares of a metric's scatter that each drawn value explains."""
+"""Sensitivities: share of a metric's variance that each drawn value explains."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ _RESAMPLES = 999
 """Bootstrap resamples, as in SciPy: an interval ends at the 25th and the 975th value. For normal scatter its ends
 have a standard deviation of 2 % of its width; with half as many 3 %, with twice as many 1.5 %."""
 _LEAST_GROUPS = 16
-"""Smallest number of groups with reliable bootstrap intervals. In 150 designs for a + 2 b + 3 (a - 1/2)(b - 1/2),
-intervals contained the index in all cases with 32 groups, at least 97 % with 16, 79 % with 8, 61 % with 4."""
+"""Smallest number of groups with reliable bootstrap intervals. In 150 tests, intervals contained the index in all
+cases with 32 groups, at least 97 % with 16, 79 % with 8, 61 % with 4.
+"""
 
 _ERROR = 100
 """Error of a metric relative to the tolerance of a step: final errors were 4 to 600 times the tolerance (numerics.md,
@@ -42,7 +43,7 @@ class Share:
     Attributes
     ----------
     value, low, high : float
-        Estimate and ends.
+        Estimate and ends of its interval.
     """
 
     value: float
@@ -67,7 +68,7 @@ UNDETERMINED = Share(math.nan, math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Shares of one metric's scatter that drawn values explain.
+    """Sensitivities of one metric to the drawn values.
 
     Attributes
     ----------
@@ -76,8 +77,8 @@ class Sensitivity:
     kind : {"sobol", "regression"}
         Sobol indices of each dispersion, or standardised regression coefficients of each drawn value.
     first : mapping of str to Share
-        First-order index, or coefficient: the change of the metric, in its standard deviations, for one standard
-        deviation of the drawn value. Undetermined where the metric scatters no more than its integration error.
+        First-order index, or regression coefficient in standard deviations of metric and drawn value. Undetermined if
+        the metric scatters only by its integration error.
     total : mapping of str to Share
         Total index; empty for a regression.
     explained : float
@@ -129,7 +130,7 @@ def sensitivities(store: Store) -> list[Sensitivity]:
 
 
 def _rounding(values: FloatArray, options: Mapping[str, float]) -> float:
-    """Return the standard deviation that integration errors explain."""
+    """Return the standard deviation that integration errors can cause."""
     defaults = RunOptions()
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
@@ -174,7 +175,7 @@ def _indices(sums: FloatArray, groups: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _resampled(products: FloatArray) -> FloatArray:
-    """Return sums over groups drawn with replacement, one row per draw; the same ones at each call."""
+    """Return reproducible sums over groups drawn with replacement, one row per draw."""
     draws, n = np.random.Generator(np.random.Philox(0)), len(products)
     counts = (np.bincount(draws.integers(n, size=n), minlength=n) for _ in range(_RESAMPLES))
     return np.stack([times @ products for times in counts])

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Small probabilities by multilevel splitting, also called subset simulation.
 
-Points of standard normal numbers have a score, and fail from 0 on. Levels of the score rise so that one point in ten
-is above each; the survivors of a level spread by a Markov chain that keeps their distribution. The probability is the
-product of the shares of survivors (Kahn and Harris 1951; Au and Beck, Probabilistic Engineering Mechanics 16 (2001)
-263). A pilot fixes levels and steps. With fixed levels each repetition is unbiased, whatever the chains do (Del Moral
-2004), so the scatter of independent repetitions is the error.
+Each point of standard normal numbers has a score; scores of 0 or more are failures. Levels of the score rise so that
+one point in ten survives each. Survivors spread by a Markov chain that preserves their distribution. The probability
+is the product of the survivors' shares (Kahn and Harris 1951; Au and Beck, Probabilistic Engineering Mechanics 16
+(2001) 263). A pilot determines levels and steps. With fixed levels each repetition is unbiased (Del Moral 2004), so
+that the scatter of independent repetitions gives the error.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from ..sampling import FloatArray
 
 Score = Callable[[FloatArray], FloatArray]
-"""Function that scores points of shape (n, dimensions): 0 or more is a failure, infinity a run without a number."""
+"""Function that scores points of shape (n, dimensions): 0 or more for failures, infinity for runs without a number."""
 
 REPETITIONS = 20
-"""Number of independent repetitions. With this number, their scatter is known to a sixth. Half as many widen a bound at
-99 % by a
-tenth."""
+"""Number of independent repetitions, which gives their scatter to a sixth. Half as many widen a 99 % bound by a
+tenth.
+"""
 FEWEST = 250
 """Smallest number of points per repetition. With 250 its probability scatters by about 80 %; with fewer, bounds are
 wrong too often."""
@@ -34,12 +34,11 @@ _SHARE = 0.1
 _ACCEPTED = 0.4
 """Desired share of accepted steps; it determines the step width. Values of 0.2 and 0.6 are hardly worse."""
 _BEYOND = 30.0
-"""Factor between the relevant share and that of the last level. The last level lies below, so that a bound decides
-without failures."""
+"""Factor by which the last level's share is below the relevant share, so that a bound decides without failures."""
 _STUCK = 0.02
-"""Smallest share of accepted steps. Below it, chains hardly move, because noise matters more than the varied values."""
+"""Smallest share of accepted steps; below it noise matters more than the varied values."""
 _SURVIVORS = 0.5
-"""Largest share of one repetition in the sum. Above it, the other repetitions seem to miss most failures."""
+"""Largest share of one repetition in the sum; above it other repetitions probably miss most failures."""
 
 
 class Cloud(NamedTuple):
@@ -56,7 +55,7 @@ class Cloud(NamedTuple):
 
 @dataclass(frozen=True)
 class Levels:
-    """Rising levels with their step widths; the reason, if the levels do not reach failures."""
+    """Rising levels with their step widths, and the reason if they do not reach failures."""
 
     levels: tuple[float, ...]
     widths: tuple[float, ...]
@@ -71,13 +70,13 @@ class Estimate:
     Attributes
     ----------
     shares : array
-        Estimates of the probability that a score is at least the end of the levels, one a repetition.
+        Estimated probability of reaching the last level, one per repetition.
     runs : int
-        Scores that were computed.
+        Number of computed scores.
     failed : array
-        Points that fail, worst first.
+        Failing points, worst first.
     problem : str
-        Why the shares prove nothing; empty where they do.
+        Reason why the shares prove nothing, or an empty text.
     """
 
     shares: FloatArray
@@ -87,7 +86,7 @@ class Estimate:
 
 
 def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Generator) -> Levels:
-    """Return levels up to a failure, or up to a share far below `least`, the smallest relevant share."""
+    """Return levels up to failures, or up to a share far below the smallest relevant one, `least`."""
     cloud = _first(score, dimensions, n, 1, rng)
     levels: list[float] = []
     widths: list[float] = []
@@ -109,7 +108,7 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
 
 
 def _level(scores: FloatArray) -> float:
-    """Return the score that a share of the runs reaches; NaN between runs without the number (score inf)."""
+    """Return the score that a given share of the runs reaches; NaN if it lies among runs without a number."""
     with np.errstate(invalid="ignore"):
         return float(np.quantile(scores, 1 - _SHARE))
 
@@ -133,8 +132,8 @@ def estimate(score: Score, dimensions: int, n: int, stages: Levels, rng: np.rand
 def bounds(shares: FloatArray, confidence: float) -> tuple[float, float]:
     """Return bounds of the mean of positive estimates at given confidences.
 
-    The estimates are nearly lognormal (Cerou and Guyader 2016). Of Student's interval of the logarithm of the mean and
-    Cox's interval of a lognormal mean, each side takes the wider: few estimates make the first too narrow above.
+    The estimates are nearly lognormal (Cerou and Guyader 2016). Each bound is the wider of Student's interval of the
+    logarithm of the mean, which is too narrow above for few estimates, and Cox's interval of a lognormal mean.
     """
     from scipy.special import stdtrit
 
@@ -158,8 +157,8 @@ def _spread(
 ) -> tuple[Cloud, float]:
     """Return n points per group above a level, and the share of accepted steps.
 
-    Each survivor begins a chain; all its states count, and the chains of a group have as equal lengths as can be. A
-    step mixes a point with a new one and is refused at or below the level, which keeps the distribution.
+    Each survivor starts a chain, all of whose states count; chain lengths within a group differ by at most one. A
+    step mixes a point with a new one and is rejected at or below the level, which preserves the distribution.
     """
     lengths, states, accepted = _lengths(now.group, n, rng), [], 0
     keep = np.sqrt(1 - width**2)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Statistics of a store: success rate, confidence intervals, worst runs, bands, sensitivities.
 
-Data are read block by block or column by column, so memory does not grow with the stored data per run.
+Data are read by blocks or columns, so that memory does not grow with the stored data per run.
 """
 
 from __future__ import annotations
@@ -31,22 +31,23 @@ from .conditions import Criterion
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 _SLAB_BYTES = 2**26
-"""Bytes of a slab of series that is read at once, 64 MiB; a quantile needs several copies. Half as much doubles the
-passes over chunks that hold more samples than a slab."""
+"""Number of bytes of series that are read at once, 64 MiB, of which quantiles need several copies. Half as many
+double the passes over large chunks.
+"""
 SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
 """Pattern of a name of one number per run in its summary."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
 }
-"""Designs for which the share of successful runs is no probability, or has an unknown error."""
+"""Designs for which the share of successful runs is not a probability or has an unknown error."""
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
 class Success:
     """Success of runs: reaching the end and, if there is a condition, fulfilling it.
 
-    A condition on the status replaces the first requirement: runs that ended early may then fulfil it.
+    With a condition on the status, runs that ended early may be successful too.
 
     Raises
     ------
@@ -77,17 +78,17 @@ class StopRule:
     Parameters
     ----------
     text : str
-        "ci(success) < 0.01": the whole width of the exact 95 % interval of the probability of success.
+        Rule such as "ci(success) < 0.01", on the full width of the exact 95 % interval of the success probability.
     design : str
         Design of the runs, as of `design_of`. Only independent points and the Sobol sequence can end early.
 
     success : Success, optional
-        What counts as success; default: to reach the end.
+        Definition of success; default: reaching the end.
 
     Raises
     ------
     InputError
-        For another text, a width that is not in (0, 1), or a design that needs all its runs.
+        If the text is not such a rule, the width is not in (0, 1), or the design needs all its runs.
     """
 
     def __init__(self, text: str, design: str, success: Success | None = None) -> None:
@@ -159,10 +160,10 @@ def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> Floa
 
 @dataclass(frozen=True)
 class MetricStatistics:
-    """Statistics of one number of the runs: mean of finite values, quantiles of known ones, extreme runs.
+    """Statistics of one number of the runs: mean of finite values, quantiles, extreme runs.
 
-    `note` says why no run has the number. `intervals` holds the 95 % interval of each quantile; an end is NaN where
-    too few runs determine it, and both are where the design has no interval.
+    `note` is the reason if no run has the number. `intervals` has the 95 % interval of each quantile. An end is NaN
+    if too few runs determine it; both are NaN if the design has no interval.
     """
 
     name: str
@@ -191,7 +192,7 @@ class Statistics:
     statuses : mapping of str to int
         Number of runs by how they ended.
     endings : mapping of str to (int, int)
-        Number of runs that each event ended, and of those that it ended at their start.
+        For each event, the number of runs that it ended, and the number that it ended at their start.
     successes : int
         Number of successful runs; `probability` is their share, `low` and `high` its exact 95 % interval.
     design : str
@@ -274,7 +275,7 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
 
 
 def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
-    """Return how many runs each event ended, and how many at their start; failures come first, as in a run."""
+    """Return the numbers of runs that each event ended, in total and at their start, failures first."""
     ends = store.array_attributes().get("event", {}).get("ends", ())
     if not any(ends):
         return {}
@@ -316,7 +317,7 @@ def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: 
     values : callable
         Returns one number for each run of a block.
     before : int, optional
-        Only blocks that end with this run are read; default: all.
+        Read only blocks before this run; default: all.
     """
     best: list[tuple[float, int]] = []
     for block in store.stored():

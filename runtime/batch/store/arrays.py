@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays as files in Zarr's form (core specification, version 3), limited to the one form of array in a store.
+"""Reader and writer of a store's arrays in Zarr's format, version 3.
 
-Zarr reads these files too. Importing it takes longer than a small batch, and each of its writes starts an event loop.
+The library zarr reads these files too, but its import takes longer than a small batch.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ROOT = "zarr.json"
-"""Metadata of a group or an array."""
+"""File name of the metadata of a group or an array."""
 _TEXT = "string"
 _NUMBERS = ("float64", "int64", "int8", "uint8")
 _OWN = ("shape", "chunk_grid", "chunk_key_encoding", "fill_value", "codecs", "node_type", "zarr_format")
@@ -44,13 +44,13 @@ class Array:
     shape, chunk : tuple of int
         Size of the array and of a chunk.
     dtype : str
-        As Zarr names it.
+        Zarr's name of the type.
     dimensions : tuple of str
         Names of the dimensions.
     attributes : mapping
         Unit, description and the like.
     fill : int or str
-        Value where no chunk is, as in JSON.
+        Value of missing chunks, as in JSON.
     """
 
     name: str
@@ -149,7 +149,7 @@ def read_array(files: Files, name: str) -> Array:
     Raises
     ------
     ValueError
-        If they are missing, or say that it is stored in another form.
+        If they are missing or describe another format.
     """
     content = files.read(f"{name}/{ROOT}")
     if content is None:

@@ -13,8 +13,9 @@ from .records import FORMAT, digest
 NAMES = ("mehvar_batch", "variables")
 """Attributes of every store: format, and names of variables."""
 IDENTITY = ("model", "model_hash", "campaign", "success", "until", "require", "numerics", "law")
-"""Attributes common to all blocks. Every record contains their hash. `law` exists for laws in Python only, `require`
-for batches with requirements only."""
+"""Attributes common to all blocks, whose hash every record contains. Only batches with a Python law have `law`, and
+only those with requirements `require`.
+"""
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Attributes:
     variables : tuple of str
         Arrays with one row per run.
     model, model_hash, model_source, title, controller, scenario : str
-        Name and hash of the model, the name `load` found it by, its title with that of the law; law and scenario.
+        Name and hash of the model, the argument of `load`, the title of model and law, law and scenario.
     success, until : str
         Conditions, empty for none.
     seed : int
@@ -67,7 +68,7 @@ class Attributes:
 
 @dataclass(frozen=True)
 class CampaignText:
-    """A `Campaign` without its options, which are texts or numbers."""
+    """A `Campaign` as text, without its options."""
 
     controller: str
     n: int
@@ -113,7 +114,7 @@ def batch_hash(identity: Mapping[str, Any], chunk: int) -> str:
 
 
 def check_attributes(attributes: Mapping[str, Any]) -> None:
-    """Refuse attributes that are not those of a batch, or contradict its campaign.
+    """Refuse attributes that no batch has or that contradict its campaign.
 
     Raises
     ------
@@ -150,12 +151,12 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
 
 
 def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None:
-    """Refuse attributes of another batch than the record's.
+    """Refuse attributes of a batch other than the record's.
 
     Raises
     ------
     SchemaError
-        If they are.
+        If the batches differ.
     """
     identity = {name: attributes[name] for name in IDENTITY if name in attributes}
     if batch_hash(identity, about["chunk"]) != about["batch"]:
@@ -165,7 +166,7 @@ def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None
 def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own: Mapping[str, Any]) -> None:
     """Refuse variables that contradict the attributes, and array attributes that mehvar does not write.
 
-    An unknown attribute can change what others read: `scale_factor` multiplies the values in xarray.
+    Unknown attributes can change the values that other programs read, such as `scale_factor` in xarray.
 
     Parameters
     ----------

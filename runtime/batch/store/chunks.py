@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files of a store; each is checked against its record when read."""
+"""Files of a store, each checked against its record when read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Chunks:
     """Files of a store in a folder.
 
-    A chunk of a block without a record counts as absent: its writer is still at work, or was killed.
+    A chunk of a block without a record counts as absent, because its writer is active or was killed.
 
     Attributes
     ----------
@@ -64,12 +64,12 @@ class Chunks:
         return self._blocks[block]
 
     def forget(self, block: int) -> None:
-        """Discard a cached record, because its block is rewritten. Its digest in the end record no longer counts."""
+        """Discard a cached record whose block is rewritten; its digest in the end record no longer counts."""
         self._blocks.pop(block, None)
         self._proof.unseal(block)
 
     def read(self, name: str) -> bytes | None:
-        """Return a file; None for one that no record lists.
+        """Return a file, or None for a file that no record lists.
 
         Raises
         ------
@@ -138,7 +138,7 @@ def zarr_store(files: Files) -> Any:
 
     class Checked(MemoryStore):
         async def get(self, key: str, prototype: Any = None, *_: Any, **__: Any) -> Any:
-            """Return a file; parts of files are never requested, as the arrays have no shards."""
+            """Return a file; parts are never requested, because the arrays have no shards."""
             content = files.read(key)
             return None if content is None else prototype.buffer.from_bytes(content)
 

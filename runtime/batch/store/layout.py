@@ -19,13 +19,14 @@ from .records import FORMAT, STORE, Record, file_digest
 STATUS = "status"
 NOT_RUN = 255
 _LARGEST_CHUNK = 2**22
-"""Number of bytes in a chunk of series; a chunk is compressed as a whole in memory. Half as many bytes double the
-number of files, but short reads then decompress half as much."""
+"""Largest number of bytes in a chunk of series. Half as many double the number of files, but short reads then
+decompress half as much.
+"""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """An array of a store: one row per run, or a coordinate without run dimension.
+    """An array of a store, with one row per run, or a coordinate without run dimension.
 
     `size` is the length of a second dimension.
     """
@@ -58,7 +59,7 @@ class Layout:
     coordinates : mapping
         Names and instants along second dimensions, by dimension.
     identity : mapping of str to str
-        Everything that all blocks share; a store with another identity is not continued.
+        All that blocks have in common; a store is continued only with equal identity.
     attributes : mapping
         Other attributes of the group; any JSON values.
     """

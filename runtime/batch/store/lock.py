@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lock of a store: a locked file that names the only process allowed to write."""
+"""Lock of a store: a locked file with the name of the only process that may write."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 """Flags for opening a lock file: links are not followed, and pipes do not block."""
 _LOOKS, _LOOK = 200, 0.005
-"""Number of attempts of a writer, and seconds between them. A checking process holds the lock for microseconds unless
-it loses its processor: on two busy cores, four such processes blocked a writer for 0.1 s."""
+"""Number of attempts of a writer, and seconds between them. Readers hold the lock for microseconds, but on two busy
+cores four of them blocked a writer for 0.1 s.
+"""
 _LONGEST = 256
 """Bytes of a file that names a process: a host name has at most 255."""
 
@@ -79,7 +80,7 @@ def holder(folder: Path) -> str | None:
 
 
 def is_abandoned(folder: Path) -> bool:
-    """Return True if the process that made this folder is recorded in the lock and has ended.
+    """Return True if the lock names the process that made this folder, and this process has ended.
 
     A lock without a name may belong to a process that is about to lock it.
     """
@@ -122,9 +123,9 @@ def _locks(handle: int) -> bool:
 
 
 def _lock(handle: int, alone: bool = True) -> bool:
-    """Lock a file until it is closed; return False if another process has it. Return True if locks are not supported.
+    """Lock a file until it is closed. Return False if another process has it, True also if locks are not supported.
 
-    Without `alone`, the lock is shared: several processes can check a file at the same time.
+    Without `alone` the lock is shared, so that several processes can check a file at once.
     """
     try:
         import fcntl

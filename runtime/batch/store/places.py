@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Allowed contents of a store: plain files and folders. Links are never followed."""
+"""Check that a store contains only plain files and folders; links are never followed."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def remove_foreign(folder: Path) -> None:
 
 
 def make_place(folder: Path, name: str) -> None:
-    """Make a path writable: remove a folder at it, and everything but folders above it."""
+    """Make a path writable by removing a folder at the path and all but folders above it."""
     place = folder
     *above, _ = name.split("/")
     for part in above:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of a batch as its dataset holds them."""
+"""Runs of a batch in its dataset."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Records of a store, flushed to disk: of the store, of each block, and of the end.
+"""Records of a store, of each block, and of the end, flushed to disk.
 
-A record is a file that lists other files with their digests, and a digest of itself. It is written in one piece after
-its files are on disk. Each listed file is therefore either intact, byte for byte, or damaged.
+A record is a file that lists other files with their digests, and a digest of itself. It is written after its files
+are on disk, so that a listed file is either intact or damaged.
 """
 
 from __future__ import annotations
@@ -59,13 +59,13 @@ class Record:
 
 @dataclass(frozen=True)
 class Stray:
-    """A record that is invalid at its path; `what` has the reason, as in "of another batch"."""
+    """A record that is invalid at its path, with the reason `what`, such as "of another batch"."""
 
     what: str
 
 
 class Proof:
-    """Records of a store, each checked for its batch; readers use this class.
+    """Reader of a store's records, which checks that each belongs to the batch.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Proof:
         return record
 
     def unseal(self, block: int) -> None:
-        """Trust a block's record even if the end record contains the digest of an older one."""
+        """Accept a block's record although the end record has the digest of an older one."""
         self._seals.pop(block_record(block), None)
 
     def _read(self, name: str) -> Record | Stray | None:
@@ -145,7 +145,7 @@ def read_record(path: Path) -> Record | None:
 
 
 def check_format(path: Path) -> None:
-    """Refuse a record of another version, whatever its contents.
+    """Refuse a record of another version.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Batch on disk: a Zarr group in which each block of runs is either recorded or absent.
+"""Batch on disk: a Zarr group whose blocks of runs are either recorded or absent.
 
-One chunk of every variable is one block of runs. When all chunks of a block are on disk, its record is written with
-their digests. A block counts as stored when its record exists. Other files of a killed process are written again,
-with the same bytes.
+A block of runs is one chunk of each variable. When all its chunks are on disk, its record with their digests is
+written. A block counts as stored if its record exists. Other files of a killed process are written again with the
+same bytes.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ _NEW = ".new"
 
 
 class StoreError(MehvarError, OSError):
-    """The store cannot take the next block. It keeps the stored ones."""
+    """Error if the next block cannot be stored; stored blocks stay."""
 
     exit_status = 3
     resumable = True
@@ -125,7 +125,7 @@ class Store:
         Raises
         ------
         DamageError
-            If the record of one is damaged, or of another block or batch.
+            If a record is damaged or belongs to another block or batch.
         """
         if self._chunks is None:
             return sorted(self._memory)
@@ -137,7 +137,7 @@ class Store:
         Raises
         ------
         DamageError
-            If its record is not whole, or of another block or batch.
+            If its record is damaged or belongs to another block or batch.
         """
         return block in self._memory if self._chunks is None else self._chunks.block(block) is not None
 
@@ -314,7 +314,7 @@ class Store:
 
     @contextlib.contextmanager
     def _reading(self, name: str, where: str = "") -> Iterator[None]:
-        """Convert any error of a codec about a foreign chunk into an error that names the file."""
+        """Convert a codec's error about an invalid chunk into an error that names the file."""
         with deferred():
             try:
                 yield
@@ -327,7 +327,7 @@ class Store:
 
 @deferred()
 def create(path: Path | None, layout: Layout) -> Store:
-    """Create a store without runs, locked by this process; its name appears when it is complete.
+    """Create an empty store, locked by this process, whose name appears when it is complete.
 
     Parameters
     ----------
@@ -359,10 +359,10 @@ def create(path: Path | None, layout: Layout) -> Store:
 
 @deferred()
 def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
-    """Open a store to continue it, locked by this process, after repairing metadata, names and instants.
+    """Repair a store's metadata, names and instants, and open it to continue, locked by this process.
 
-    Nothing is changed before `compare` has accepted the folder as a store to continue. A complete store that cannot
-    be written is opened for reading.
+    `compare` must accept the folder before anything is changed. A complete store without write permission is opened
+    for reading.
 
     Parameters
     ----------
@@ -404,7 +404,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
     Raises
     ------
     InputError
-        If there is none, it is not a batch of this version, or its metadata are damaged.
+        If there is no store, it has another version, or its metadata are damaged.
     """
     folder = store_folder(path)
     if not (folder / FOLDER).is_dir():
@@ -486,7 +486,7 @@ def _refuse_existing(path: Path) -> None:
 
 
 def _remove_abandoned(path: Path) -> None:
-    """Remove what killed processes left while they created this store."""
+    """Remove leftovers of killed processes that created this store."""
     for scratch in path.parent.glob(f".{glob.escape(path.name)}.*{_NEW}"):
         if is_abandoned(scratch):
             shutil.rmtree(scratch, ignore_errors=True)
@@ -568,7 +568,7 @@ def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
 
 
 def _remove_beyond(folder: Path, blocks: int) -> None:
-    """Remove the blocks from a number on: records first, as chunks without record do not count."""
+    """Remove the blocks from a number on, records first, because chunks without record do not count."""
     for path in (*folder.glob(f"{FOLDER}/*.json"), *folder.glob("*/c/*")):
         if path.stem.isdigit() and int(path.stem) >= blocks and path.parent.parent.name not in _coordinates(folder):
             shutil.rmtree(path) if path.is_dir() else path.unlink()

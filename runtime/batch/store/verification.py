@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verification of a store: every file against its record, without reading arrays."""
+"""Verification of a store's files against their records, without reading arrays."""
 
 from __future__ import annotations
 
@@ -34,10 +34,11 @@ from .records import (
 T = TypeVar("T")
 
 _LOOKS, _LOOK = 10, 0.1
-"""Number of attempts at a store that is being written, and seconds between them. An early end of a batch rewrites
-metadata in 0.1 s. Repairs of damaged stores take longer; no reader waits for them."""
+"""Number of attempts at a store that is being written, and seconds between them. An early end rewrites metadata in
+0.1 s. Readers do not wait for repairs, which take longer.
+"""
 _SHOWN = 3
-"""Files of a block, and blocks, that a message names."""
+"""Largest number of files per block, and of blocks, in a message."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,7 @@ class Verification:
     writer : str or None
         The process that is writing it now.
     others : tuple of str
-        Unread files that no record lists: of the user, or of a killed process and a block that is
-        not stored. They do not affect the verdict.
+        Files that no record lists: the user's, or leftovers of a killed process. They do not affect the verdict.
     """
 
     store: str
@@ -140,7 +140,7 @@ def verify(path: str | os.PathLike[str]) -> Verification:
     Returns
     -------
     Verification
-        `complete` is True where all of it is present and intact; `missing` and `damaged` name the blocks.
+        `complete` is True if everything is present and intact; `missing` and `damaged` list blocks.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def verify(path: str | os.PathLike[str]) -> Verification:
 
 
 def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T], bool]) -> T:
-    """Return the result of `look`. Repeat the call while it finds damage and a process writes.
+    """Return the result of `look`, called again while it finds damage and a process writes.
 
     Parameters
     ----------
@@ -200,12 +200,12 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
 
 
 def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
-    """Return the records of a store, and the damage: to its record, to files in it, and foreign paths.
+    """Return the records of a store, and the damage to its record and files, including foreign paths.
 
     Raises
     ------
     InputError
-        If the store is of another version, or nothing in the folder says of which batch it is.
+        If the store has another version, or nothing in the folder identifies the batch.
     """
     check_format(folder / STORE)
     proof = Proof(folder)
@@ -215,7 +215,7 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
 
 
 def check_identified(folder: Path) -> None:
-    """Refuse a folder if its records and attributes identify no batch, because it cannot be repaired."""
+    """Refuse a folder whose records and attributes identify no batch; it cannot be repaired."""
     if any(map(read_record, (folder / FOLDER).glob("*.json"))):
         return
     try:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Emulated board: Unicorn runs the complete image with its drivers, this module simulates the hardware.
+"""Emulated board: Unicorn runs the complete image with its drivers, and this module simulates the hardware.
 
-Time advances only by `advance`, so every run is the same.
+Time advances only by `advance`, so that runs are reproducible.
 """
 
 from __future__ import annotations
@@ -38,8 +38,9 @@ _IWDG_KR, _IWDG_PR, _IWDG_RLR = 0x3000, 0x3004, 0x3008
 _IWDG_START, _IWDG_RELOAD, _IWDG_HERTZ = 0xCCCC, 0xAAAA, 32_000
 _HSI_ON_AND_READY, _PLL_ON = 0x83, 1 << 24
 _STEP_MS = 20
-"""Milliseconds per emulation step. On the fastest board (168 MHz) a 24-bit counter overflows after 99.9 ms, and its
-flag shows only one overflow."""
+"""Milliseconds per emulation step, so that a 24-bit counter, which overflows after 99.9 ms at 168 MHz, overflows at
+most once.
+"""
 
 Hook = Callable[[int, int], None]
 """Function called before each block of instructions, with its address and size."""
@@ -229,7 +230,7 @@ class EmulatedBoard:
             self._uc.emu_stop()
 
     def receive(self) -> int:
-        """Return the next byte on the line, which must not be empty."""
+        """Return the next byte on the nonempty line."""
         return self._to_board.popleft()
 
     def waiting(self) -> bool:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cost of a step on the board: exact instruction counts, estimated cycles, executed lines.
 
-The image is the one for flashing, without instrumentation: the emulator reports the blocks that it runs.
+The image is the one for flashing, without instrumentation, because the emulator reports the blocks that it runs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .machine import EmulatedBoard
 STEP = "mv_app_step"
 _NOT_THE_LAW = ("mv_server_", "mv_link_", "mv_board_", "main", "Reset_", "Default_", "mv_app_selftest")
 _TAKEN = 2
-"""Cycles of a taken branch's pipeline refill: the middle of the manual's range, 1 to 3."""
+"""Cycles of the pipeline refill after a taken branch, the middle of the manual's range, 1 to 3."""
 _CYCLES = {"vdiv": 14, "vsqrt": 14, "vfma": 3, "vfms": 3, "vmla": 3, "vmls": 3, "vnmla": 3, "vnmls": 3, "vmrs": 1,
            "vldr": 2, "vstr": 2, "ldr": 2, "ldrb": 2, "ldrh": 2, "str": 2, "strb": 2, "udiv": 7, "sdiv": 7}  # fmt: skip
 """Cycles of instructions according to the Cortex-M4 Technical Reference Manual; all others take one cycle."""
@@ -29,14 +29,14 @@ _PER_REGISTER = ("ldm", "stm", "push", "pop", "vldm", "vstm", "vpush", "vpop")
 
 @dataclass
 class Profile:
-    """Counts over all steps so far.
+    """Counts over all steps.
 
     Attributes
     ----------
     most, least : int
-        Instructions of a step.
+        Largest and smallest number of instructions of a step.
     cycles : int
-        Cycles of the step with the most, estimated for a Cortex-M4F without wait states.
+        Cycles of the longest step, estimated for a Cortex-M4F without wait states.
     steps : int
         Number of counted steps.
     addresses : set of int
@@ -53,7 +53,7 @@ class Profile:
 class StepProfiler:
     """Observer of a machine that counts the instructions of steps.
 
-    Call `count` after each exchange; the first call only finds the return address of a step.
+    Call `count` after each exchange; the first call determines the return address of a step.
     """
 
     def __init__(self, machine: EmulatedBoard, elf: Elf, cycles: bool) -> None:
@@ -97,7 +97,7 @@ class StepProfiler:
         blocks.clear()
 
     def _length(self, block: tuple[int, int]) -> int:
-        """Return the number of instructions in a block; record them as executed at first use."""
+        """Return the number of instructions in a block, and at first use record them as executed."""
         if block not in self._lengths:
             instructions = self._instructions(*block)
             self.profile.addresses.update(address for address, _, _ in instructions)
@@ -185,7 +185,7 @@ def registers(operands: str) -> int:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Lines of a function in a source file: those with code, and the executed ones."""
+    """Lines of a function in a source file, with code and executed."""
 
     function: str
     lines: int

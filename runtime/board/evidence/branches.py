@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Outcomes of each conditional instruction of an emulated law.
 
-A compiler turns each condition of the source into a conditional branch or an IT block. Both outcomes of each give
-decision and condition coverage of the code. This is not MC/DC, where each condition must decide independently.
+A compiler converts each condition of the source into a conditional branch or an IT block. Both outcomes of all give
+decision and condition coverage. They do not give MC/DC, which requires that each condition decides independently.
 """
 
 from __future__ import annotations

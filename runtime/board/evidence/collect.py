@@ -25,27 +25,27 @@ from .trace import Traced, trace
 
 
 class EvidenceError(MehvarError, RuntimeError):
-    """Incomplete evidence about an image; no page is written."""
+    """Error for incomplete evidence about an image; no page is written."""
 
 
 _ODD = (0.0, -0.0, 1e-40, 1e-20, 1e31, -3e38, np.inf, -np.inf, np.nan)
 """Values of a broken sensor or line: signed zeros, subnormal, too large, infinite, NaN."""
 _SCALES = (-3.0, 3.0)
-"""Powers of ten by which memory and measurements are scaled: estimates may be wrong by a factor of a thousand."""
+"""Powers of ten by which memory and measurements are scaled, as estimates may be wrong by a factor of a thousand."""
 
 
 @dataclass(frozen=True)
 class Length:
-    """Instructions of a function and of everything that it calls.
+    """Number of instructions of a function with all functions that it calls.
 
     Attributes
     ----------
     bound : int or None
-        Largest number of instructions of a call, from the image alone; None where it is unknown.
+        Largest number of instructions of a call, derived from the image; None if unknown.
     reason : str
         Reason why it is unknown.
     seen : int
-        Largest number of a call in the campaign.
+        Largest number observed in the campaign.
     """
 
     function: str
@@ -137,7 +137,7 @@ def collect(
 
 
 def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
-    """Refuse evidence without an executed function, or without the longest step of the closed loop."""
+    """Refuse evidence in which a function was not executed, or the closed loop's longest step is missing."""
     missing = sorted(outcomes.most.keys() - names)
     if missing:
         raise EvidenceError(f"a step executes {', '.join(missing)}, but the analysis of the code found no call to it")

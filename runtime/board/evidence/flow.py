@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Upper bounds on a function's number of instructions, from the image only.
+"""Upper bounds on a function's number of instructions, derived from the image.
 
-A function is a graph of blocks. Without loops, its longest path counts. A loop is bounded when a register moves
-between two known values in constant steps: the bound is the number of iterations times the longest iteration. Unknown
-parts (a jump through a register, a loop whose end is data) are unbounded, with the reason; nothing is guessed.
+A function is a graph of blocks. Without loops, the bound is its longest path. A loop is bounded if a register moves
+between two known values in constant steps; its bound is the number of iterations times the longest iteration. A jump
+through a register, or a loop whose end depends on data, is unbounded, with the reason.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ _ARGUMENTS = ("r0", "r1", "r2", "r3")
 _CALLER_SAVED = (*_ARGUMENTS, "ip", "r12", "lr")
 _LITERAL = re.compile(r"ldr(?:\.w)? (\w+), \[pc, #(-?0x[0-9a-f]+|-?\d+)\]")
 _PC_AHEAD = 4
-"""Bytes between an instruction and the value of the program counter that it reads, before rounding down to words."""
+"""Number of bytes by which the program counter is ahead of the instruction that reads it."""
 
 Value = tuple[str, int]
-"""Value of a register: an offset from another register at the function's start; with "", a constant."""
+"""Value of a register: a constant (register "") or an offset from another register at the function's start."""
 State = dict[str, Value]
 
 
@@ -60,7 +60,7 @@ class Flow:
         Raises
         ------
         UnboundedError
-            For recursion, a jump through a register, or a loop that is not counted by a register.
+            For recursion, a jump through a register, or a loop without a counting register.
         """
         if name in above:
             raise UnboundedError(f"{name} is recursive")
@@ -216,7 +216,7 @@ class _Function:
         return total, own
 
     def _longest(self, nodes: set[int], entry: int) -> tuple[int, int]:
-        """Return the longest path from an entry within some blocks, without a return to the entry."""
+        """Return the longest path from an entry within given blocks that does not return to the entry."""
         arrows = {n: [m for m in self._next[n] if m in nodes and m != entry] for n in nodes}
         length: dict[int, tuple[int, int]] = {}
         for component in _components(arrows, entry):  # each after its successors

@@ -22,28 +22,28 @@ from .linkmap import LinkMap, Member
 
 @dataclass(frozen=True)
 class Inspected:
-    """A function of the law, or one that it calls.
+    """Function of the law, or function that it calls.
 
     Attributes
     ----------
     size, own : int
-        Bytes and instructions of its own.
+        Size in bytes, and number of its own instructions.
     loops : int or None
-        Outermost loops; None where undecided.
+        Number of outermost loops; None if undecided.
     indirect : int
-        Calls through a register.
+        Number of calls through a register.
     calls : tuple of str
         The functions that it calls, directly or indirectly.
     depth : int or None
-        Functions in the longest chain of calls from it, itself included; None where it is recursive.
+        Number of functions in its longest chain of calls, including itself; None if recursive.
     origin : str or None
-        Its object file, where a map of the image was given.
+        Its object file, if a map of the image was given.
     recursive : bool
-        True where it is among them.
+        True if it calls itself, directly or indirectly.
     bound, stack : int or None
-        Largest number of instructions of a call, and of bytes of stack; None where undecided.
+        Largest number of instructions of a call, and of bytes of stack; None if undecided.
     reasons : tuple of str
-        Reasons why something is undecided.
+        Reasons for undecided values.
     """
 
     function: str
@@ -67,13 +67,13 @@ class Inspection:
     Attributes
     ----------
     flash, ram : int
-        Bytes of the whole image.
+        Bytes of the image.
     doubles : list of str
         Double-precision routines in the image.
     functions : list of Inspected
-        The law first, then its step, then all that they call.
+        The law, its step, then all functions that they call.
     members : tuple of Member, optional
-        Members of libraries in the image, where a map of it was given.
+        Members of libraries in the image, if a map was given.
     """
 
     path: Path
@@ -98,7 +98,7 @@ def inspect(path: Path, symbol: str, linked: LinkMap | None = None) -> Inspectio
     Raises
     ------
     InputError
-        For a file that is no such image, or one without the law's function.
+        If the file is not such an image, or lacks the law's function.
     """
     _check(path)
     elf = read_elf(path, stack=False)

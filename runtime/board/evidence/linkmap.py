@@ -16,7 +16,7 @@ _MEMBER = re.compile(r"^(\S+\(\S+\))\s+(\S.*?) \((\S+)\)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Member:
-    """A library member in the image, with the file and symbol that required it."""
+    """Library member in the image, with the file and symbol that required it."""
 
     member: str
     file: str
@@ -49,7 +49,7 @@ def read_map(path: Path) -> LinkMap:
     Raises
     ------
     InputError
-        For a file that is no map of GNU ld.
+        If the file is not a map of GNU ld.
     """
     text = path.read_text(encoding="utf-8", errors="replace")
     before, head, after = text.partition(_HEAD)

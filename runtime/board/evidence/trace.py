@@ -39,9 +39,9 @@ class Traced:
     lines : (int, int)
         First and last line in the generated code.
     addresses : tuple of (int, int)
-        First and last address of each run of instructions that the compiler attributes to these lines.
+        First and last address of each sequence of instructions that the compiler attributes to these lines.
     instructions : int
-        Number of instructions; 0 where the compiler merged the step into another one.
+        Number of instructions; 0 if the compiler merged the step into another step.
     """
 
     number: str
@@ -110,7 +110,7 @@ def _runs(addresses: list[int], sizes: dict[int, int]) -> tuple[tuple[int, int],
 
 
 def _lines(path: Path, symbol: str, file: str) -> Callable[[int], int | None]:
-    """Return the line of the law's code for each address: its own, or that of the inlined call."""
+    """Return for each address the line of the law's code, for inlined functions that of the call."""
     rows = line_table(path)
     starts = [address for address, _, _ in rows]
     calls = {at: line for low, high, line in _inlined(path, symbol) for at in range(low, high, 2)}

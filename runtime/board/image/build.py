@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Build of a board's program from a generated model; equal contents are compiled once."""
+"""Build of a board's program from a generated model, cached by contents."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from .toolchains import Board, Toolchain
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 STACK_SIZE = 1536
-"""Reserved bytes of stack; the actual use is measured."""
+"""Reserved bytes of stack."""
 FLAGS = (
     "-std=c99", "-pedantic", "-g", "-ffp-contract=off", "-fno-math-errno", "-DMEHVAR_FLOAT", "-DMEHVAR_SMALL", "-I.",
     "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables",
 )  # fmt: skip
-"""Compiler flags for all boards. None changes results: no contraction, no reassociation."""
+"""Compiler flags for all boards, without contraction and reassociation, so that they do not affect results."""
 LAW_FLAGS, OTHER_FLAGS = ("-O2",), ("-Os",)
-"""Optimisation: for speed in generated code, for size elsewhere."""
+"""Optimisation flags: for speed in generated code, for size elsewhere."""
 _KIND, _OBJECTS, _ELF, _LAW = "boards", "objects", "firmware.elf", "law.c"
 _INCLUDE = re.compile(r'^#\s*include\s*["<](.+?)[">]', re.MULTILINE)
 _LARGEST = (2 - 2.0**-23) * 2.0**127
@@ -56,13 +56,14 @@ class Program:
     Attributes
     ----------
     model, law, scenario, resolved
-        The model, its law, and the parameters that are compiled in.
+        The model, its law, scenario, and compiled-in parameters.
     period : float
         Sample period of the law, s.
     raw : bool
         Bare packets instead of frames.
     tunable : tuple of str, optional
-        All other parameters are constants of the law's code; None: no parameter is constant.
+        Parameters that stay variable while all others are constants of the law's code; None if no parameter is
+        constant.
     """
 
     model: Model
@@ -119,14 +120,15 @@ def program(
 ) -> Program:
     """Return the inputs of a firmware build for a law; a scenario gives the compiled-in parameters.
 
-    Over a line, a command acts one sample after it was computed. A law that can be designed for that is.
+    Over a line, a command acts one sample after its computation. A law with a parameter for this delay is designed
+    for it.
 
     Parameters
     ----------
     period : float, optional
         Time between two samples, s, which the output watchdog uses; default: that of the law.
     tunable : sequence of str, optional
-        Make all parameters but these constants of the law's code.
+        Parameters to keep variable while all others become constants of the law's code.
     resolved : Resolved, optional
         Parameters other than the scenario's.
     """
@@ -186,7 +188,7 @@ def build(firmware: Program, board: Board | None, toolchain: Toolchain) -> Image
     Parameters
     ----------
     board : Board or None
-        None for software in the loop, a process on this machine.
+        Board, or None for software in the loop, a process on this machine.
 
     Raises
     ------
@@ -216,7 +218,7 @@ def _compile(folder: Path, texts: Mapping[str, str], commands: list[list[str]], 
 
 
 def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolchain: Toolchain) -> None:
-    """Put a unit's object file into a folder; firmwares share most objects."""
+    """Write a unit's object file into a folder, from the cache that firmwares share."""
     unit, name = command[-3], command[-1]
     read = (text for item in sorted(_included(unit, texts).items()) for text in item)
 

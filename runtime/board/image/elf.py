@@ -59,7 +59,7 @@ class Elf:
 
 
 def read_elf(path: Path, stack: bool = True) -> Elf:
-    """Read an image for a board; another project's image has no known stack."""
+    """Read an image for a board; the stack of another project's image is unknown."""
     with path.open("rb") as file:
         elf = ELFFile(file)
         segments = tuple(
@@ -82,7 +82,7 @@ def read_elf(path: Path, stack: bool = True) -> Elf:
 
 
 def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:
-    """Split each function at the symbols for starts of instructions ($t) and constants ($d)."""
+    """Split each function at the symbols that start instructions ($t) and constants ($d)."""
     marks = sorted((s["st_value"], s.name[:2]) for s in table.iter_symbols() if s.name[:2] in ("$t", "$d"))
     functions: dict[str, list[tuple[int, int]]] = {}
     for symbol in table.iter_symbols():

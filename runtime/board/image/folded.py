@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""law.c: a law with constant parameters. It writes its new memory as early as possible.
+"""Writer of law.c: a law with constant parameters, which writes its new memory as early as possible.
 
 A law that tolerates missing measurements ends with `z_next[i] = SELECT(mask, new, z[i])` for each number i of its
-memory. All new numbers then wait for the mask, most of them on the stack. As z and z_next are two halves of a buffer,
-each number can be written where it is computed, and restored in a sample whose mask is false. The bits are the same.
+memory. All new numbers would wait for the mask, most of them on the stack. z and z_next are two halves of a buffer,
+so each number can be written when computed, and restored in a sample whose mask is false. Results are bit-identical.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ class _Store:
 
 
 def law_source(manifest: Manifest, law: Controller, tunable: Sequence[str], text: str) -> str:
-    """Return the code of law.c; all parameters except tunable ones are constants for the compiler.
+    """Return the code of law.c, in which all parameters except tunable ones are constants.
 
-    The compiler rounds as the processor does, so the bits do not change.
+    The compiler rounds like the processor, so that results are bit-identical.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _body(text: str, function: str) -> list[str]:
 
 
 def _early(statements: list[str], memory: Sequence[str]) -> list[str]:
-    """Write each new memory number as soon as possible, and restore it where the mask is false."""
+    """Write each new memory number as soon as possible, and restore it if the mask is false."""
     stores = {k: store for k, text in enumerate(statements) if (store := _store(text, memory))}
     if not stores:
         return statements
@@ -119,7 +119,7 @@ def _known(expression: str, statements: Sequence[str]) -> int:
 
 
 def _store(text: str, memory: Sequence[str]) -> _Store | None:
-    """Return the masked memory assignment in a statement if the alternative is the old number."""
+    """Return a statement's masked memory assignment if its alternative is the old number."""
     match = _STORE.match(text)
     if match is None or not match[2].startswith("SELECT("):
         return None

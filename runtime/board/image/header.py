@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C headers that describe a model and a law to the portable firmware."""
+"""C headers that describe a model and a law for the portable firmware."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Layout:
     sizes : tuple of int
         Sizes in HELLO: numbers in a step, its answer, z, p, c, s, x.
     hash : bytes
-        Hash that distinguishes models, laws and layouts.
+        Hash of model, law and layout.
     """
 
     model: str
@@ -67,7 +67,7 @@ def layout(manifest: Manifest, law: Controller) -> Layout:
 
 
 def raw_numbers(link: Layout) -> int:
-    """Return the count of numbers in a bare packet to the board; those after the inputs are zero."""
+    """Return the number of values in a bare packet to the board; those after the inputs are zero."""
     return max(len(link.inputs), _RAW_NUMBERS)
 
 
@@ -122,7 +122,7 @@ def board_law_header(
     Parameters
     ----------
     resolved : Resolved
-        The parameters of the program until the host sets others.
+        Initial parameters of the program, until the host sets others.
     period : float
         Sample period of the law, s.
     delay : int
@@ -130,7 +130,7 @@ def board_law_header(
     suffix : str
         Suffix of the plant variant's right-hand side, for the self-test.
     tunable : sequence of str, optional
-        Parameters that can be set while all others are constants of the law's code; None: all can be set.
+        Parameters that stay variable while all others are constants of the law's code; None for all.
 
     Raises
     ------

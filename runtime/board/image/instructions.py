@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Instructions of images for Cortex-M or RISC-V: names, changed registers, jump targets."""
+"""Instructions of images for Cortex-M and RISC-V: names, changed registers, jump targets."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _CODE = 2**32
 
 
 class UnboundedError(MehvarError, ValueError):
-    """The instructions of a function do not determine its length or stack."""
+    """Error for a function whose instructions do not determine its length or stack."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Instruction:
 
     @property
     def exact(self) -> bool:
-        """True for a test of equality: a loop counter must reach the compared value exactly."""
+        """True for a test of equality, whose value a loop counter must reach exactly."""
         return self.mnemonic.startswith("cb") or self.mnemonic.split(".")[0].endswith(("eq", "ne"))
 
     @property
@@ -62,7 +62,7 @@ class Instruction:
 
     @property
     def leaves(self) -> bool:
-        """True if the following instruction is reached by jumps only."""
+        """True if only jumps reach the following instruction."""
         if self.call or self.conditional or self.returns_if:
             return False
         return self.mnemonic in ("b", "b.w", "bx", "udf") or "pc" in self.writes or "pc}" in self.operands
@@ -97,7 +97,7 @@ class RiscV(Instruction):
 
     @property
     def leaves(self) -> bool:
-        """True if the following instruction is reached by jumps only."""
+        """True if only jumps reach the following instruction."""
         name = self.mnemonic.removeprefix("c.")
         return not self.call and name in ("j", "jal", "jr", "jalr", "ret", "ebreak", "unimp")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors that run the firmware as a Linux process; foreign ones use QEMU's user mode."""
+"""Processors that run the firmware as a Linux process, foreign ones under QEMU's user mode."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Processor:
     name, title : str
         Identifier, and name for people.
     gcc : str or None
-        Debian's name of its gcc; None where no C library exists for it.
+        Debian's name of its gcc; None without a C library for it.
     zig : tuple of str
         Options of zig to build for it.
     emulator : str
@@ -64,9 +64,9 @@ def process_toolchain(name: str | None, compiler: str | None = None) -> Toolchai
     Parameters
     ----------
     name : str or None
-        A processor; default: this machine's.
+        Name of a processor; default: this machine's.
     compiler : {"gcc", "zig"}, optional
-        For another processor gcc where it is installed, else zig; for this machine the one of models, or zig.
+        Default: for another processor gcc if installed, else zig; for this machine the compiler of models.
 
     Raises
     ------

@@ -29,7 +29,7 @@ class Board:
     source : str
         Its file in firmware/boards.
     cpu : {"m3", "m4f", "m7"}
-        Processor; an M3 computes floats in software.
+        Processor; the M3 computes floats in software.
     flash, ram : (int, int)
         First address and size, bytes.
     machine : str
@@ -77,12 +77,12 @@ _GCC_CPU = {
 _GCC_SMALL = (
     "-fno-trapping-math", "-fno-tree-pre", "-fno-if-conversion", "-fno-schedule-insns2", "-fno-inline-small-functions",
 )  # fmt: skip
-"""Flags for gcc; each makes a law's image smaller and no step slower."""
+"""Flags for gcc that make a law's image smaller without slowing a step."""
 _GCC_FOLDING = {"m4f": ("-mtune=cortex-a5",)}
 """Flag for a law with constant parameters. With it, gcc uses vmla as clang does.
 
-The bits stay the same, as vmla rounds twice. The adaptive law has 164 instructions and 644 bytes fewer, but 313 more
-estimated cycles; the estimate counts fetching instructions as free."""
+Results are bit-identical, because vmla rounds twice. The adaptive law has 164 instructions and 644 bytes less but 313
+estimated cycles more; the estimate ignores instruction fetches."""
 _ZIG_CPU = {
     "m3": ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m3"),
     "m4f": ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m4+vfp4d16sp-slowfpvmlx"),
@@ -126,7 +126,7 @@ def board(name: str) -> Board:
 
 
 def toolchain(name: str | None = None) -> Toolchain:
-    """Return a cross compiler: the requested one, else gcc (its code is smaller and faster), else zig.
+    """Return a cross compiler: the requested one, else gcc (smaller and faster code), else zig.
 
     Raises
     ------

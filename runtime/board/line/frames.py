@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 _HEADER, _CRC = struct.Struct("<BBHI"), 4
 _LONGEST = 1 << 16
-"""Largest number of stored bytes without a delimiter: more than any frame. It limits the memory for endless noise."""
+"""Largest number of stored bytes without a delimiter, above the length of any frame, which limits memory under noise.
+"""
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ _TABLE = tuple(map(_remainder, range(256)))
 
 
 def _stuff(body: bytes) -> bytes:
-    """Replace zeros by the distance to the next zero (consistent overhead byte stuffing)."""
+    """Replace zeros by the distance to the next zero (consistent-overhead byte stuffing)."""
     stuffed = bytearray()
     for block in body.split(b"\0"):
         while len(block) >= 254:  # the longest block that one code byte, 1 to 255, can announce

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Link to a board: one request at a time, repeated until its answer. Types are those of firmware/mehvar/server.h."""
+"""Link to a board, which repeats each request until its answer; request types are in firmware/mehvar/server.h."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ _STATS = (
 
 
 class LinkError(MehvarError, RuntimeError):
-    """The board does not answer, or its answer is invalid."""
+    """Error if the board does not answer, or its answer is invalid."""
 
     exit_status = 3
 
 
 class RestartError(LinkError):
-    """The board restarted or served another host, so its memory and parameters are unknown."""
+    """Error if the board restarted or served another host, so that its memory and parameters are unknown."""
 
 
 class Flags(IntFlag):
@@ -133,11 +133,10 @@ class Link:
     layout : Layout
         Layout of the model and law that the board must run.
     timeout : float
-        Seconds to wait for an answer before the request is sent again: several times the 2 x 35 ms that 400 bytes
-        take at 115200 baud. A delayed step is not evaluated twice, so a shorter time costs traffic, not bits.
+        Seconds to wait for an answer before the request is sent again, several times the 2 x 35 ms that 400 bytes
+        take at 115200 baud. A delayed step is not evaluated twice, so that a shorter time only causes traffic.
     tries : int
-        Number of times a request is sent before the link is given up: five seconds with the default timeout, long
-        enough for a board to restart.
+        Number of attempts per request: five seconds with the default timeout, long enough for a board to restart.
     """
 
     def __init__(self, port: Port, layout: Layout, timeout: float = 0.25, tries: int = 20) -> None:
@@ -149,14 +148,14 @@ class Link:
         self._number = 0
 
     def connect(self, patience: float = 10.0) -> Hello:
-        """Wait for the board's answer, and check that it serves this host with the right program.
+        """Connect to the board, and check that it serves this host with the right program.
 
         The board then has its compiled-in parameters and no memory.
 
         Raises
         ------
         LinkError
-            If nothing answers for `patience` seconds, or the board runs a law for another host all that time.
+            If nothing answers for `patience` seconds, or the board serves another host during this time.
         InputError
             If the board runs another model, law or version.
         """
@@ -186,7 +185,7 @@ class Link:
         Raises
         ------
         RestartError
-            If the board has no memory to evaluate it with.
+            If the board has no memory yet.
         """
         reply = self._request(STEP, numbers.astype("<f4").tobytes())
         size = 4 * self._layout.sizes[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's bare packets: unframed numbers in both directions. See firmware/raw.c."""
+"""The paper's bare packets, unframed numbers in both directions; see firmware/raw.c."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from .link import LinkError, Port
 
 Doubles = NDArray[np.float64]
 _FIRST_TRIES, _FIRST_TIMEOUT = 10, 0.5
-"""Number of attempts and timeout of the first packet: five seconds for the start of a board. Later packets are never
-repeated, because each is a new sample."""
+"""Number of attempts and timeout of the first packet, five seconds for the start of a board. Later packets are not
+repeated, because each is a new sample.
+"""
 
 
 class BareLaw:
     """A law on a board with bare packets; give it to `simulate` as `law`.
 
-    The board has the parameters that were compiled in, and starts its memory from the first packet.
+    The board has compiled-in parameters, and initialises its memory from the first packet.
     """
 
     def __init__(self, port: Port, program: Program, timeout: float = 2.0) -> None:
@@ -61,12 +62,12 @@ class BareLaw:
 
 
 class HostLaw:
-    """The same law on this machine, with memory initialised as on the board.
+    """The law on this machine, with memory initialised as on the board.
 
     Parameters
     ----------
     real : {"float", "double"}
-        Its number type.
+        Number type of the law.
     """
 
     def __init__(self, program: Program, resolved: Resolved, real: Real = "float") -> None:

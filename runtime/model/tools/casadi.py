@@ -44,7 +44,7 @@ def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
     function : Function
         Of the manifest.
     generated : callable
-        The function of the generated Python module, which is evaluated on symbols.
+        Function of the generated Python module, which is called with symbols.
 
     Raises
     ------

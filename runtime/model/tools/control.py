@@ -35,7 +35,7 @@ def state_space(system: LinearSystem) -> Any:
 
 
 def _distinct(outputs: tuple[str, ...], system: LinearSystem) -> tuple[str, ...]:
-    """Return unique output names: python-control allows the names of states but not of inputs."""
+    """Return output names that differ from the inputs' names, as python-control requires."""
     return tuple(f"{name}_out" if name in system.inputs else name for name in outputs)
 
 
@@ -51,7 +51,7 @@ def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any
 
 
 def law_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
-    """Return a law with inputs x, r. With memory z, the first input is v, the plant's input of the previous sample."""
+    """Return a law with inputs x and r or, with memory, first the plant's input v of the previous sample."""
     INTEGRATED.refuse(manifest, Place.NLSYS, law)
     call, nx, nz = functions[identifier(law.name)], len(manifest.seen), len(law.memory)
     inputs = (*manifest.seen, *manifest.references)
@@ -84,7 +84,7 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
     Raises
     ------
     InputError
-        For a sampled law: python-control joins no sampled system to a continuous one.
+        For a sampled law, because python-control cannot connect sampled and continuous systems.
     """
     if law.period is not None:
         raise bad_value(
@@ -103,7 +103,7 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
 
 
 class _Named:
-    """A signal without entry in the manifest."""
+    """A signal without an entry in the manifest."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -17,7 +17,7 @@ class InitialValueProblem(NamedTuple):
     Attributes
     ----------
     fun, jac : callable
-        (t, x) to dx/dt and to its exact derivative by x.
+        Functions of (t, x): dx/dt and its exact derivative with respect to x.
     y0 : array
         State at the start.
     t_span : tuple of float

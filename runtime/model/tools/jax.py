@@ -13,7 +13,7 @@ from .rebound import Translation, library, rebound
 
 
 class _Numpy:
-    """`jax.numpy` with the one name that it lacks."""
+    """`jax.numpy` with the missing name `errstate`."""
 
     def __init__(self, numpy: Any) -> None:
         self._numpy = numpy
@@ -49,5 +49,5 @@ def jax_functions(manifest: Manifest) -> Translation:
 
 
 def float_of(numpy: Any) -> Any:
-    """Return JAX's current type of Python floats: double only with `jax_enable_x64`."""
+    """Return the type of Python floats in JAX, which is double only with `jax_enable_x64`."""
     return numpy.result_type(float)

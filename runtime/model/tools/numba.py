@@ -43,7 +43,7 @@ def numba_functions(manifest: Manifest) -> Translation:
 
 
 _COLUMNS = {"jac_x": 0, "jac_u": 1}
-"""Jacobians computed from columns of `jvp`, with the position of the direction among its arguments."""
+"""Jacobians computed by columns with `jvp`, and the positions of its direction arguments."""
 
 
 def _jacobian(njit: Callable[..., Any], jvp: Any, name: str, manifest: Manifest) -> Any:
@@ -64,7 +64,7 @@ def _jacobian(njit: Callable[..., Any], jvp: Any, name: str, manifest: Manifest)
 
 
 class _Scalar(ast.NodeTransformer):
-    """Transformer of code for arrays with leading axes into code for one point."""
+    """Transformer that rewrites code for arrays with leading axes as code for one point."""
 
     def __init__(self, shapes: tuple[tuple[int, ...], ...]) -> None:
         self._shapes = shapes
@@ -92,7 +92,7 @@ class _Scalar(ast.NodeTransformer):
         return ast.Call(node.func, arguments, [])
 
     def visit_Return(self, node: ast.Return) -> list[ast.stmt]:
-        """Fill arrays of the results' shapes where the code stacks elements."""
+        """Replace stacked elements by filled arrays of the results' shapes."""
         assert node.value is not None
         several = len(self._shapes) > 1
         values = node.value.elts if several and isinstance(node.value, ast.Tuple) else [node.value]

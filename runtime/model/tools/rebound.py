@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generated Python with another library in place of NumPy: one source for many number types."""
+"""Generated Python code with another library in place of NumPy."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from ..functions import PythonBackend
 
 
 def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
-    """Return code with replaced global names, also in the functions that it calls.
+    """Return a function with replaced global names, also in the functions that it calls.
 
     Parameters
     ----------
     function : callable
-        Of the generated module.
+        Function of the generated module.
     **names
-        Such as `np`, `_arrays` and `_vector`, all that the generated functions use.
+        Replacements of all names that generated functions use, such as `np`, `_arrays` and `_vector`.
     """
     assert isinstance(function, FunctionType)
     space = {**function.__globals__, **names}
@@ -49,7 +49,7 @@ class Translation:
     manifest : Manifest
         Of the model.
     translate : callable
-        Makes one of the name of a function and of the generated Python function.
+        Converts a function, given its name and the generated Python function.
     """
 
     def __init__(self, manifest: Manifest, translate: Callable[[str, Callable[..., Any]], Any]) -> None:

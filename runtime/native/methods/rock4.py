@@ -3,10 +3,10 @@
 
     python runtime/native/methods/rock4.py
 
-The construction is Abdulle's, SIAM J. Sci. Comput. 23 (2002) 2041, with a fixed number of stages: a stability
-polynomial of order four that stays below DAMPING on a long piece of the negative real axis is the product of an
-orthogonal polynomial, whose recurrence gives the first stages, and of a quartic, which is left to the last four. The
-last digits depend on the libraries; tests/runtime/run/test_rock4.py holds the committed ones to their conditions.
+The construction is Abdulle's, SIAM J. Sci. Comput. 23 (2002) 2041, with a fixed number of stages. A stability
+polynomial of order four stays below DAMPING on a long interval of the negative real axis. It is the product of an
+orthogonal polynomial, whose recurrence gives the first stages, and a quartic for the last four. The last digits
+depend on the libraries; tests/runtime/run/test_rock4.py checks the committed coefficients.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 STAGES = 16
 LAST = 4
 DAMPING = 0.95
-"""Largest value of the stability polynomial: 0.9 gives a stable length of 86.5 in place of 87.1, 0.99 gives 87.7."""
+"""Largest value of the stability polynomial, with a stable length of 87.1; 0.9 gives 86.5 and 0.99 gives 87.7."""
 FILE = Path(__file__).with_suffix(".inc")
 
 QUARTIC = (-2.4505, 1.2982, -0.2841, 3.5036, 88.0)
@@ -35,7 +35,7 @@ TAIL = (-0.12, 1.16, -0.76, -0.1, 0.2, 0.46, 0.44, -0.2, 0.2, 0.25)
 END_POINTS = (0.72, 0.87)
 """Times of the last two stages, in steps."""
 LINEAR_ERROR = 1 / 100
-"""Difference in the coefficient of z^4 of the embedded method. It only scales the error estimate."""
+"""Difference in the coefficient of z^4 of the embedded method, which only scales the error estimate."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def find_estimate(a: Array, length: float) -> Array:
 def find_dense(a: Array, length: float) -> Array:
     """Return the weights of h s^2 (1 - s)^2 for dense output of order four, small where the method is stable.
 
-    The cubic with the slopes at both ends is off by that times the term of order four of the solution's series.
+    The cubic Hermite interpolant differs from the solution by this polynomial times the fourth-order term.
     """
     c = a.sum(axis=1)
     conditions = np.array([np.ones(STAGES), c, c**2, a @ c, c**3, c * (a @ c), a @ c**2, a @ a @ c])
@@ -148,7 +148,7 @@ def find_dense(a: Array, length: float) -> Array:
 
 
 def smallest(a: Array, length: float, conditions: Array, values: Array) -> Array:
-    """Return weights of the stages. They fulfil the conditions and are small on the stable length."""
+    """Return weights of the stages that fulfil the conditions and are small on the stable length."""
     z = -length * (1 - np.cos(np.linspace(0, np.pi, 300))) / 2
     damped = np.array([v * np.linalg.solve(np.eye(STAGES) - v * a, np.ones(STAGES)) for v in z])
     quadratic = damped.T @ damped / len(z) + 1e-3 * np.eye(STAGES)

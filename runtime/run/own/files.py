@@ -30,16 +30,16 @@ def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xar
     Parameters
     ----------
     path : path
-        A result in NetCDF; or a table in CSV with a column `t` and one for each input, by its name or, as in results,
-        `u_NAME`. A unit in brackets after a name must be the model's. Other columns of a result in CSV are ignored.
+        A result in NetCDF, or a CSV table with a column `t` and a column `NAME` or `u_NAME` per input. A unit in
+        brackets after a name must be the model's. Other columns are ignored if the table is a result.
     manifest : Manifest
         Manifest of the model.
 
     Raises
     ------
     InputError
-        For a file that cannot be read, has another ending, lacks a column, has one twice or in another unit, or holds
-        something other than numbers.
+        If the file cannot be read or has an unknown ending, a column is missing or occurs twice, a unit is wrong, or
+        a cell is not a number.
     """
     suffix = Path(path).suffix.lower()
     if suffix == ".nc":

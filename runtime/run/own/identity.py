@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identity of a Python law: its code, and all values and functions that it reads from outside."""
+"""Identity of a Python law: its code, and all outside values and functions that it reads."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ _INSTALLED = {"site-packages", "dist-packages"}
 _STANDARD = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib"))
 """Folders of installed modules and of Python, whose files do not change between runs of a batch."""
 _LONGEST = 200
-"""Characters of a shown value; longer ones, such as tables of numbers, are shown by digest."""
+"""Largest number of characters of a shown value; longer ones, such as tables, are shown by digest."""
 _OPEN: tuple[object, ...] = (
     *(eval, exec, compile, globals, locals, vars, __import__, importlib.import_module, importlib.__import__),
     *(sys.modules, sys._getframe, inspect.currentframe, inspect.stack),
     *(os.environ, os.getenv, getattr(os, "environb", os.environ), getattr(os, "getenvb", os.getenv)),
 )
-"""Objects through which code can reach any object by a computed name, or the conditions at the start of the process."""
+"""Objects that give access to any object by a computed name, or to the start conditions of the process."""
 _OPEN_MODULES = {"builtins", "gc", "importlib", "inspect", "os", "sys"}
 _MOVING: tuple[object, ...] = (
     *(open, input, id, hash, np.load, np.loadtxt, np.genfromtxt, np.fromfile, np.memmap),
@@ -62,7 +62,7 @@ contexts such as decimal precision."""
 _OPEN_NAMES = {"__globals__", "__builtins__", "__annotations__", "__subclasses__"} | {
     *("f_globals", "f_locals", "f_builtins", "f_back", "gi_frame", "tb_frame"),
 }
-"""Attributes that lead beyond an object's contents."""
+"""Attributes that give access beyond an object's contents."""
 _SHOWN = (
     *(object, list, tuple, dict, set, frozenset, OrderedDict, defaultdict, *_PLAIN, np.ndarray),
     *(SimpleNamespace, functools._lru_cache_wrapper),
@@ -71,11 +71,11 @@ _SHOWN = (
 
 
 class UnidentifiedError(Exception):
-    """A law reads something that cannot be identified; the message names it."""
+    """Error for a law that reads something unidentifiable, which the message names."""
 
 
 def identify(function: Callable[..., Any]) -> tuple[str, str]:
-    """Return a function's code with everything it reads, or the part that cannot be identified."""
+    """Return a function's code with everything it reads, or the part that is unidentifiable."""
     try:
         return source(function), ""
     except UnidentifiedError as error:
@@ -83,7 +83,7 @@ def identify(function: Callable[..., Any]) -> tuple[str, str]:
 
 
 def source(function: Callable[..., Any]) -> str:
-    """Return a function's code, and everything it reads from outside, one line each.
+    """Return a function's code and everything it reads from outside, one line each.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def source(function: Callable[..., Any]) -> str:
 
 
 class _Walk:
-    """Search of everything reachable from a function, each object once."""
+    """Search of all objects that are reachable from a function."""
 
     def __init__(self) -> None:
         self._lines: dict[str, str] = {}
@@ -244,7 +244,7 @@ _OF_EACH_CLASS = frozenset(
 
 
 def _reads(code: CodeType) -> Iterator[tuple[str, ...]]:
-    """Yield the outside names that code loads, each with its directly accessed attributes.
+    """Yield the outside names that code loads, each with the attributes that it accesses directly.
 
     Raises
     ------
@@ -322,7 +322,7 @@ def _made_in(kind: type) -> type:
 
 
 def _comes_with_python(value: object) -> bool:
-    """Return True for an attribute of an installed module that is not a number or table that users may set."""
+    """Return True for an attribute of an installed module, except numbers and tables that users may set."""
     if _is_number(value) or isinstance(value, list | tuple | set | dict) or any(value is open_ for open_ in _OPEN):
         return False
     if _is_bound(value):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs over time without a law: numbers, arrays, functions of time, or inputs of an earlier run."""
+"""Inputs over time without a law: numbers, arrays, functions of time, or the inputs of an earlier run."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ class Signal:
     value : callable
         The input at an instant.
     held : bool
-        True where it changes only at `instants`.
+        True if it changes only at `instants`.
     instants : array, (n,)
         Instants of steps or kinks, s.
     last : float
         End of the known input, s.
     text : str
-        Identity of the input, where Python knows its code.
+        Identity of the input, if available.
     unidentified : str
-        Reason why it has no such identity.
+        Reason why it has no identity.
     """
 
     value: Callable[[float], float]
@@ -74,8 +74,8 @@ def open_loop(
     Parameters
     ----------
     inputs : mapping or xarray.Dataset
-        Inputs by name: a number, arrays (t, values), or a function of t; an input without an entry is zero. For the
-        result of an earlier run, its commands, shifted by its delay.
+        Inputs by name: a number, arrays (t, values), or a function of t; others are zero. Or the result of an earlier
+        run, whose commands are shifted by its delay.
     manifest : Manifest
         Manifest of the model.
     period : float, optional
@@ -227,7 +227,7 @@ def _recorded(
 
 
 def _check_inputs(run: Any, manifest: Manifest, origin: str) -> None:
-    """Refuse inputs that the model lacks; the inputs of a run's result always fit."""
+    """Refuse inputs that the model lacks, unless they are from a run's result."""
     laws = manifest.controllers.values()
     groups = (manifest.states, manifest.outputs, *(group for law in laws for group in (law.memory, law.outputs)))
     inputs = [f"{kind}{q.name}" for q in manifest.inputs for kind in ("u_", "u_cmd_")]

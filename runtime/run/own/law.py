@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law as a Python function with checks of its results."""
+"""Law as a Python function, with checks of its results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Law = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], tuple[FloatArra
 
 
 class LawError(MehvarError, RuntimeError):
-    """A Python law failed or returned an invalid input; the message says when, what and where."""
+    """Error for a Python law that failed or returned an invalid input; the message has time, value and line."""
 
     exit_status = 3
 
@@ -48,7 +48,7 @@ class OwnLaw:
     Attributes
     ----------
     controller : Controller
-        Its description, like that of a model's law; its name is one that no law of a model can have.
+        Description like that of a model's law, with a name that no law of a model can have.
     start : array, (nz,)
         Memory before the first sample.
     command : callable
@@ -56,13 +56,13 @@ class OwnLaw:
     period : float, optional
         Time for which an input is held, s; None for a continuous law, or if undecided.
     held : bool
-        True where the input changes only at `instants`, so that it can be held between them.
+        True if the input changes only at `instants` and can be held between them.
     instants : array, (n,)
         Instants of steps or kinks of inputs over time, s; integration stops at each.
     text : str
-        Identity: its source, and everything it reads from its surroundings.
+        Identity: its source and everything that it reads from outside.
     unidentified : str
-        Reason why a law has no identity: the part that cannot be identified.
+        Reason why the law has no identity: the unidentifiable part.
     """
 
     controller: Controller
@@ -75,7 +75,7 @@ class OwnLaw:
     unidentified: str = ""
 
     def hold(self, dt: float, origin: str) -> tuple[float | None, float]:
-        """Return the hold time of an input, None in a continuous loop, and the step at which the loop stops.
+        """Return the hold time of an input (None in a continuous loop), and the step at which the loop stops.
 
         Raises
         ------
@@ -207,7 +207,7 @@ class _Caller:
 
 
 def _numbers(value: object, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return numbers of shape (n,) or (n, runs); one number may fill a row, a single row needs no list."""
+    """Return numbers of shape (n,) or (n, runs), where one number may fill a row, and a single row needs no list."""
     n, runs = shape[0], shape[1:]
     try:
         listed = value if isinstance(value, list | tuple) else unmasked(value)

@@ -17,10 +17,10 @@ from ...model.functions import FloatArray
 class State(np.ndarray[Any, np.dtype[np.float64]]):
     """State as a law's argument, shape (nx,), or (nx, runs) in a batch; read-only.
 
-    `x.NAME` and `x["NAME"]` are a state or a reference, `x.r` all references. A state with the name of an array
-    attribute, such as `T`, replaces that attribute: transposed arrays are not needed here.
+    `x.NAME` and `x["NAME"]` are a state or a reference, and `x.r` all references. A state with the name of an array
+    attribute, such as `T`, replaces that attribute.
 
-    Results of computations with it are plain arrays, since names would not fit a part of the state.
+    Results of computations with it are plain arrays.
     """
 
     names: Sequence[str]

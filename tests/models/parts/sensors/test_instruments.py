@@ -10,6 +10,7 @@ import mehvar
 from mehvar.base.errors import MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import (
+    Accelerometer,
     Bob,
     Gyro,
     Hub,
@@ -19,6 +20,8 @@ from mehvar.models.parts import (
     StarTracker,
     SunSensor,
     Tachometer,
+    Thruster,
+    Torquer,
     Wheel,
 )
 
@@ -149,7 +152,7 @@ def variance(errors, count):
 EVERY, STEP = 4, 0.05
 SIZES = {
     "gyro_noise": (1e-3, "gyro_y"), "mag_noise": (1e-9, "mag_x"), "sun_sigma": (2e-3, "sun_z"),
-    "tacho_sigma": (0.3, "tacho"), "tracker_sigmay": (1e-4, "tracker_q2"),
+    "tacho_sigma": (0.3, "tacho"), "tracker_sigmay": (1e-4, "tracker_q2"), "acc_noise": (1e-3, "acc_z"),
 }  # fmt: skip
 
 
@@ -159,7 +162,7 @@ def test_allan_variances_are_those_of_the_densities():
     parts = (
         WHEEL, Gyro("gyro", noise=1e-3, walk=1e-3, **rate), Magnetometer("mag", noise=1e-9, **rate),
         SunSensor("sun", sigma=2e-3, **rate), Tachometer("tacho", of=WHEEL, sigma=0.3, **rate),
-        StarTracker("tracker", sigma=(1e-4, 1e-4, 1e-4), **rate),
+        StarTracker("tracker", sigma=(1e-4, 1e-4, 1e-4), **rate), Accelerometer("acc", noise=1e-3),
     )  # fmt: skip
     model = mehvar.build(craft_of(*parts, orbit=Orbit(), period=STEP))
     options = {"t_end": 200.0, "save": STEP * EVERY, "wheel_speed_0": 3.0, "dt_out": STEP * EVERY}
@@ -172,6 +175,7 @@ def test_allan_variances_are_those_of_the_densities():
     noisy = mehvar.batch(model, "watch", 60, **options, gyro_walk=0.0)
     for parameter, (size, name) in SIZES.items():
         white = {"noise": size / np.sqrt(STEP * EVERY), "sigma": size, "sigmay": size / 2}[parameter.split("_")[1]]
+        white *= np.sqrt(EVERY) if name == "acc_z" else 1  # it measures at each sample
         for count in (1, 3, 10, 30):
             assert variance(errors(noisy, name), count) == pytest.approx(white**2 / count, rel=0.1)
     walking = mehvar.batch(model, "watch", 60, **options, gyro_noise=0.0)
@@ -197,6 +201,53 @@ def test_a_sensor_measures_at_its_turn_and_loses_a_share():
     np.testing.assert_array_equal(q0, new)  # it shows the truth, or zero
 
 
+def test_measurements_arrive_late():
+    """A tracker two samples late, with pictures at each third; a gyro one sample late that integrates; no noise."""
+    tracker = StarTracker("tracker", sigma=(1e-4, 1e-4, 1e-4), every=3, delay=2)
+    gyro = Gyro("gyro", walk=0.0, integrating=True, delay=1)
+    model = mehvar.build(craft_of(WHEEL, tracker, gyro, Tachometer("tacho", of=WHEEL, delay=1), period=0.1))
+    start = {"wx_0": 0.3, "wy_0": -0.5, "wz_0": 0.7, "gyro_bias_y_0": 0.01}
+    run = mehvar.simulate(model, "watch", t_end=3.0, **start, **{f"tracker_sigma{a}": 0.0 for a in "xyz"})
+    q = run["q1"].values
+    last = [3 * ((k - 2) // 3) for k in range(5, 30)]
+    np.testing.assert_array_equal(run["tracker_q1_shown"].values[6:], q[last])
+    mean = run["gyro_mean_y"].values
+    np.testing.assert_allclose(run["gyro_y_shown"].values[3:], mean[1:-2] + 0.01, rtol=1e-14)
+    np.testing.assert_array_equal(run["tacho_shown"].values[3:], run["wheel_speed"].values[1:-2])
+
+
+def test_a_gyro_that_integrates_has_the_turn_of_a_tumble():
+    """At 1.8 rad/s the rotation vector of a period agrees with the attitudes at its ends to 1e-6 of a turn."""
+    model = mehvar.build(craft_of(WHEEL, Gyro("gyro", walk=0.0, integrating=True), period=0.1))
+    run = mehvar.simulate(model, "watch", t_end=10.0, wx_0=1.0, wy_0=-1.2, wz_0=0.9)
+    turns = Rotation.from_quat(np.stack([run[f"q{k}"].values for k in range(4)], axis=1), scalar_first=True)
+    means = np.stack([run[f"gyro_mean_{a}"].values for a in "xyz"], axis=1)
+    np.testing.assert_allclose(0.1 * means[1:], (turns[:-1].inv() * turns[1:]).as_rotvec(), rtol=0, atol=2e-7)
+    assert means[0].tolist() == [1.0, -1.2, 0.9]
+
+
+@pytest.mark.parametrize("orbit", [None, Orbit("J2", inclination=1.7)], ids=["free", "orbit"])
+def test_an_accelerometer_feels_thrust_and_turn_of_its_place_and_no_gravity(orbit):
+    """Thrust F along x at the centre, torque M about z from rest: means of F/m - w^2 r and of r M/J over a period."""
+    parts = (Thruster("jet", direction=(1, 0, 0)), Torquer("turn"), Accelerometer("acc", noise=1e-3, at=(0.4, 0, 0)))
+    model = mehvar.build(craft_of(*parts, orbit=orbit, period=0.5))
+
+    shown = []
+
+    def law(t, x):
+        shown.append(x.acc_y)
+        return [5.0, 0.0, 0.0, 0.2]
+
+    run = mehvar.simulate(model, law, period=0.5, dt_out=0.5, t_end=5.0, acc_noise=0.0, acc_bias_y_0=0.02)
+    t, alpha = run["t"].values[1:], 0.2 / 2.0
+    squared = alpha**2 * (t**2 - t * 0.5 + 0.5**2 / 3)
+    seen = {axis: run[f"acc_mean_{axis}"].values[1:] for axis in "xyz"}
+    np.testing.assert_allclose(seen["x"], 5.0 / 10 - 0.4 * squared, rtol=1e-9)
+    np.testing.assert_allclose(seen["y"], 0.4 * alpha, rtol=1e-9)
+    np.testing.assert_allclose(seen["z"], 0, atol=1e-12)
+    np.testing.assert_allclose(shown[1:10], 0.4 * alpha + 0.02, rtol=1e-9)
+
+
 def test_a_law_has_the_last_measurement():
     """A tracker that is blind until a turn has slowed down, and a gyro at each fourth sample."""
     craft = craft_of(WHEEL, StarTracker("tracker", blind=0.1, every=1), Gyro("gyro", every=4), period=0.1)
@@ -218,16 +269,19 @@ def test_a_law_has_the_last_measurement():
     assert 0 < np.count_nonzero(shown) < len(x)
 
 
-def continuous():
-    craft = craft_of(WHEEL, StarTracker("tracker", every=2))
-    craft.law("own", lambda law: {"wheel": law.attitude[1]}, sampled=False)
+def continuous(sensor):
+    craft = craft_of(WHEEL, sensor)
+    craft.law("own", lambda law: {"wheel": law.measured(sensor)[1]}, sampled=False)
     return craft.system()
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (continuous, "law own is continuous, but tracker needs a sampled law: leave out sampled=False"),
+        (
+            lambda: continuous(StarTracker("tracker", every=2)),
+            "law own is continuous, but tracker needs a sampled law: leave out sampled=False",
+        ),
         (lambda: craft_of(Gyro("gyro", every=0)).system(), r"gyro_every = 0: must be a number in \[1, inf\)"),
         (lambda: craft_of(Gyro("gyro", dropout=1.0)).system(), r"gyro_dropout = 1.0: must be a number in \[0, 1\)"),
         (
@@ -241,6 +295,11 @@ def continuous():
             "tracker needs an orbit",
         ),
         (lambda: craft_of(Gyro("gyro", step=0.0)).system(), r"gyro_step = 0.0: must be a number in \(0, inf\)"),
+        (lambda: Gyro("gyro", integrating=True), "gyro.walk = None: must be given, as it integrates; 0 is allowed"),
+        (lambda: Accelerometer("acc", every=2), "acc: integrates from sample to sample: leave out every and dropout"),
+        (lambda: Gyro("gyro", delay=-1), "gyro.delay = -1: must be a whole number from 0 to 100"),
+        (lambda: craft_of(Gyro("gyro", delay=2)).system(), "gyro: a delay needs a sensor with errors: give it sigma"),
+        (lambda: continuous(Gyro("gyro", walk=0.0, integrating=True)), "is continuous, but gyro needs a sampled law"),
         (lambda: Tachometer("tacho", of=HUB), "tacho.of = .*: must be a part of one degree of freedom"),
         (lambda: craft_of(Tachometer("tacho", of=WHEEL)).system(), "tacho.of: wheel is not on the craft; add it too"),
         (lambda: Tachometer("tacho", of=Bob("tank", mass=1.0, length=1.0)), "must be a part of one degree of freedom"),
