@@ -9,7 +9,7 @@ import os
 import re
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,13 +58,15 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
     before, original = set(sys.modules), builtins.__import__
     known = set[tuple[object, ...]]()
 
-    def imported(name: str, *arguments: Any, **keywords: Any) -> Any:
-        module = original(name, *arguments, **keywords)
-        importer = (arguments[0] or {}).get("__name__", "") if arguments else ""
-        statement = (importer, name, *map(str, arguments[2:4]))
+    def imported(
+        name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
+    ) -> Any:
+        module = original(name, globals, locals, fromlist, level)
+        importer = globals.get("__name__", "") if globals else ""
+        statement = (importer, name, tuple(fromlist or ()), level)
         if statement not in known:  # SymPy imports inside functions: a derivation executes 100 000 such statements
             known.add(statement)
-            _IMPORTS[importer] |= _names(module, name, *arguments[2:4])
+            _IMPORTS[importer] |= _names(module, name, fromlist, level)
         return module
 
     builtins.__import__ = imported

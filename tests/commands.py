@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`python -m mehvar` as a process of its own that need not import the libraries: two seconds of each command.
 
-One process has imported them and nothing of ours that a command could have changed. For each command it forks one that
-gets the caller's files, folder and environment. What importing costs and needs is tested by
-`tests/mehvar/test_package.py`, signals and limits by tests that start a process of their own.
+One process has imported them, and the rooms of mehvar that read no model. For each command it forks one that gets the
+caller's files, folder and environment. Where the caller's PYTHONPATH may lead to another copy of mehvar, the fork
+forgets these rooms. What importing costs and needs is tested by `tests/mehvar/test_package.py`, signals and limits by
+tests that start a process of their own.
 
 A command derives models and judges papers in further processes, by `python -P` or by multiprocessing: `python` is a
 program that forks these as well, and is any other Python for whatever else it is asked.
@@ -20,6 +21,7 @@ import itertools
 import json
 import multiprocessing.spawn
 import os
+import pkgutil
 import runpy
 import select
 import shutil
@@ -35,9 +37,13 @@ from typing import NoReturn
 
 LIBRARIES = (
     *("numpy", "scipy.sparse", "scipy.integrate", "scipy.linalg", "scipy.optimize", "pandas", "xarray", "dask.array"),
-    *("pint", "zarr", "h5netcdf", "sympy", "casadi", "mpmath", "pydantic", "jinja2", "typer.main", "rich.console"),
-    *("matplotlib.figure", "matplotlib.backends.backend_agg", "PIL.Image", "unicorn", "pyarrow"),
+    *("pint", "zarr", "h5netcdf.legacyapi", "sympy", "sympy.combinatorics", "sympy.tensor", "casadi", "mpmath"),
+    *("pydantic.json_schema", "pydantic.type_adapter", "jinja2", "typer.main", "typer._adapters", "tomllib"),
+    *("rich.console", "rich.progress", "rich.table", "matplotlib.figure", "matplotlib.backends.backend_agg"),
+    *("PIL.Image", "unicorn", "pyarrow", "distributed"),  # xarray imports the last to write a file
 )
+ROOMS = ("base", "cli", "runtime", "pictures", "formats")
+"""Rooms of mehvar; what a derivation reads is imported under its eyes, which `models` must be."""
 COLD = sys.executable
 """A Python that has imported nothing."""
 MOST = 64
@@ -115,10 +121,14 @@ def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
 
 
 def load() -> None:
-    """Import the libraries; an environment for validation lacks some."""
+    """Import the libraries, of which an environment for validation lacks some, and the rooms."""
     for name in LIBRARIES:
         with contextlib.suppress(ModuleNotFoundError):
             importlib.import_module(name)
+    for room in ROOMS:
+        package = importlib.import_module(f"mehvar.{room}")
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            importlib.import_module(module.name)
     sys.dont_write_bytecode = True  # of what a test may edit within a second
 
 
@@ -168,6 +178,9 @@ def _called(line: socket.socket) -> list[str]:
     os.environ.clear()
     os.environ.update(environment)
     sys.path[0:0] = environment.get("PYTHONPATH", "").split(os.pathsep)
+    if "PYTHONPATH" in environment:
+        for name in [name for name in sys.modules if name.partition(".")[0] == "mehvar"]:
+            del sys.modules[name]
     return list(arguments)
 
 

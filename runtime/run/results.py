@@ -7,10 +7,13 @@ import functools
 import json
 from collections import Counter
 from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mehvar.base import cache
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import Controller, Manifest, Metric
 from mehvar.base.versions import installed
@@ -95,10 +98,20 @@ def hidden_names(manifest: Manifest) -> list[str]:
 
     `run.NAME` is then the attribute; `run["NAME"]` is always the variable.
     """
-    import xarray
-
     names = {name for law in manifest.controllers.values() for name in _descriptions(manifest, law)}
-    return sorted(name for name in names | manifest.metrics.keys() if hasattr(xarray.Dataset, name))
+    return sorted((names | manifest.metrics.keys()) & _dataset_attributes())
+
+
+def _dataset_attributes() -> set[str]:
+    """Return the attributes of `xarray.Dataset` from the cache, because importing xarray takes half a second."""
+
+    def fill(folder: Path) -> None:
+        import xarray
+
+        (folder / "attributes.json").write_text(json.dumps(dir(xarray.Dataset)), encoding="utf-8")
+
+    folder = cache.entry("dataset", f"xarray-{version('xarray')}", fill)
+    return set(json.loads((folder / "attributes.json").read_text(encoding="utf-8")))
 
 
 def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, str]]:

@@ -37,9 +37,24 @@ def test_a_warm_python_answers_as_a_cold_one(code, tmp_path):
     assert answer(commands.python(), code, tmp_path) == (status, *texts)
 
 
-def test_it_has_imported_the_libraries_and_nothing_of_ours(tmp_path):
-    code = "import sys; print('sympy' in sys.modules, [name for name in sys.modules if name.startswith('mehvar')])"
+def test_it_has_imported_the_libraries_and_of_ours_no_model(tmp_path):
+    code = (
+        "import sys; print('sympy' in sys.modules, [name for name in sys.modules if name.startswith('mehvar.models')])"
+    )
     assert answer(commands.python(), code, tmp_path)[1] == "True []\n"
+
+
+def test_another_copy_of_ours_is_imported_anew(tmp_path):
+    (tmp_path / "mehvar").mkdir()
+    (tmp_path / "mehvar" / "__init__.py").write_text("")
+    done = subprocess.run(
+        [commands.python(), "-P", "-c", "import mehvar; print(mehvar.__file__)"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={"PYTHONPATH": str(tmp_path)},
+    )
+    assert done.stdout == f"{tmp_path}/mehvar/__init__.py\n"
 
 
 def test_what_it_is_not_made_for_runs_in_another_python(tmp_path):

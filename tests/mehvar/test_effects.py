@@ -127,7 +127,7 @@ COMMANDS: Mapping[str, Mapping[str, object]] = {
         "sampling": (STORED, (*STORED, "--sampling", "latin")),
         "t_end": (STORED, (*STORED[:7], "0.2", *STORED[8:])),
         "strict": ((*STORED, "--vary", "m=choice(1000, 1)"), (*STORED, "--vary", "m=choice(1000, 1)", "--strict")),
-        "scheduler": (STORED, (*STORED, "--scheduler", "tcp://127.0.0.1:9")),
+        "scheduler": (STORED, (*STORED, "--scheduler", "tls://127.0.0.1:9")),
         "threads": (STORED, (*STORED, "--threads", "0")),
     },
     "stats": {

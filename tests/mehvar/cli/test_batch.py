@@ -248,7 +248,7 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
         ((*ONE, "--success", "max_roh < 1"), "did you mean max_rho"),
         ((*ONE, "--sampling", "grid"), "sampling = 'grid'"),
         ((*ONE, "--set", "backend=python"), "backend = 'python'"),
-        ((*ONE, "--scheduler", "tcp://127.0.0.1:9"), "must be the address of a running dask scheduler"),
+        ((*ONE, "--scheduler", "tls://127.0.0.1:9"), "must be reached with certificates"),
         ((*ONE[:-1], "/no/such/new.zarr"), "the folder /no/such does not exist"),
         ((*ONE[:-1], "/sys/new.zarr"), "cannot write /sys/new.zarr: "),
         (("stats", "none.zarr"), "no batch store none.zarr"),
