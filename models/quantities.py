@@ -121,12 +121,12 @@ class Quantity:
         """The SymPy symbol of this quantity."""
         import sympy as sp  # tables of numbers are read without it
 
-        _advise()
+        advise()
         return sp.Symbol(self.name, positive=True) if self.positive else sp.Symbol(self.name, real=True)
 
 
 @functools.cache
-def _advise() -> None:
+def advise() -> None:
     """Extend SymPy's error about `min`, `max` or `if` on symbols by the functions to use.
 
     During derivation `check.no_branching` refuses them with file and line; this message covers all other code.

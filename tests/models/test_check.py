@@ -6,6 +6,8 @@ import functools
 import inspect
 import math
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -155,6 +157,29 @@ def test_a_function_that_makes_a_system_branches_on_no_symbol():
     with pytest.raises(TypeError, match="truth value of Relational") as caught:
         wrong()
     assert ["sympy.Min" in note for note in caught.value.__notes__] == [True]
+
+
+FRESH = """
+import mehvar
+from mehvar.models.quantities import Group, Quantity
+from mehvar.models.system import System
+
+x = Group("x", (Quantity("a", "1", "a"),))
+
+
+def wrong():
+    return System(name="a", states=x, rhs=(min(x.a, 1),))
+
+
+mehvar.build(wrong)
+"""
+
+
+def test_the_first_symbol_of_a_process_may_be_in_the_branch(tmp_path):
+    """SymPy's method is replaced at the first symbol, and must not hide the line of the model."""
+    (tmp_path / "fresh.py").write_text(FRESH, encoding="utf-8")
+    process = subprocess.run([sys.executable, "fresh.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "ModelError: fresh.py:10: a Python branch asks for the truth of" in process.stderr
 
 
 def test_branches_on_symbols_are_refused():
