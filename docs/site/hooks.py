@@ -97,8 +97,11 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
 
 
 def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
-    """Name the search for screen readers, and let wide code be scrolled with the keyboard."""
+    """Name search and parts of the navigation for screen readers, and let wide code be scrolled with the keyboard."""
     output = re.sub(r'(<div class="md-search"[^>]* role="dialog")', r'\1 aria-label="Search"', output)
+    output = re.sub(r'aria-labelledby="(__nav_\w+)_label"', r'aria-labelledby="\1_title"', output)
+    output = re.sub(r'<label class="md-nav__title" for="(__nav_\w+)"', r'\g<0> id="\1_title"', output)
+    output = re.sub(r"<th(?: [^>]*)?></th>", "<td></td>", output)
     return re.sub(r"(<pre[^>]*>(?:<span></span>)?<code)>", r'\1 tabindex="0">', output)
 
 

@@ -265,4 +265,4 @@ def _check_conditions(what: str, conditions: Iterable[Condition], names: Sequenc
             ) from None
         unshown = [value for value in values if value not in places]
         if unshown:
-            raise ModelError(f"{where} {condition.message!r} does not show value {{{unshown[0]}}}")
+            raise ModelError(f"{where} {condition.message!r} lacks a place for the value {{{unshown[0]}}}")

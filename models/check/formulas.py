@@ -39,7 +39,7 @@ def _check_ends(uses: Mapping[str, set[str]]) -> None:
     while waiting:
         ready = [name for name, names in waiting.items() if not names & waiting.keys()]
         if not ready:
-            raise ModelError(f"the defaults of {', '.join(waiting)} are formulas in terms of themselves")
+            raise ModelError(f"the defaults of {', '.join(waiting)} are circular formulas")
         waiting = {name: names for name, names in waiting.items() if name not in ready}
 
 

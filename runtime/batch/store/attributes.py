@@ -185,7 +185,7 @@ def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own
     drawn, metrics = parse(attributes["drawn"]), parse(attributes["metrics"])
     if sorted([*drawn, *metrics]) != sorted(set(numbers) - set(_OWN)):
         raise SchemaError(
-            f" = {attributes['metrics']!r}: together with the drawn values, must be the numbers of a run", "metrics"
+            f" = {attributes['metrics']!r}: must be the store's numbers of a run, except the drawn values", "metrics"
         )
     for name, values in own.items():
         place = f"{name}.attributes"

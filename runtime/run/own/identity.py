@@ -94,8 +94,8 @@ def source(function: Callable[..., Any]) -> str:
         raise UnidentifiedError(f"{type(function).__name__} is not a function with source code")
     try:
         text = inspect.getsource(function)
-    except (OSError, TypeError) as error:
-        raise UnidentifiedError(f"the source of {function.__name__} was not found") from error
+    except (OSError, TypeError):  # typed at a prompt: the digest of its code identifies it
+        text = f"def {function.__name__}: source not found"
     if function.__name__ == "<lambda>":
         raise UnidentifiedError("a lambda cannot be recorded: define the law with def")
     walk = _Walk()

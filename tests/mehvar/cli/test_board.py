@@ -16,7 +16,9 @@ from mehvar.runtime import load
 from mehvar.runtime.board.image.build import program
 from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.targets import ProcessPort
+from tests.mehvar.browser import chromium, prefer
 from tests.mehvar.cli.test_app import refused, run
+from tests.mehvar.pages import violations
 from tests.tools import needs
 
 RUN = ("board", "run", "triangle", "--controller", "path", "--target", "sil", "--samples", "30")
@@ -49,6 +51,10 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     assert "the closed loop, with the law on the board" in page.lower()
     assert "largest torque about x" in page
     assert set(found["metrics"]["max_torque_x"]) == {"board", "host_double", "host_without_delay"}
+    with chromium(tmp_path) as browser:
+        prefer(browser, prefers_color_scheme="dark")
+        browser.get((tmp_path / "r" / "index.html").as_uri())
+        assert violations(browser) == []
 
 
 @pytest.mark.parametrize("delay", [0, 1])
@@ -153,7 +159,7 @@ def test_mistakes_are_named():
     assert "unknown model" in refused("board", "run", "sattelite", "--controller", "mrac")
     assert "did you mean stm32f4" in refused("board", "build", "satellite", "--controller", "pd", "--board", "stm32")
     assert "format = 'xml'" in refused(*RUN, "--format", "xml")
-    assert "must be left out without --inline-parameters: every parameter can be set then" in refused(
+    assert "must be given with --inline-parameters; without it every parameter can be set" in refused(
         *RUN, "--tunable", "R"
     )
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")

@@ -23,8 +23,9 @@ from mehvar.base.manifest import sealed
 from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
 from tests import commands
-from tests.mehvar.browser import chromium
+from tests.mehvar.browser import chromium, prefer
 from tests.mehvar.comparison.projects import CART, ROOT, Project
+from tests.mehvar.pages import violations
 
 
 def test_nothing_changed(project):
@@ -130,7 +131,7 @@ def test_a_pull_request_gets_a_comment_and_a_picture(project):
 
 def test_a_picture_that_cannot_be_is_refused_before_anything_is_compared(project):
     assert "must be a file name that ends in .png" in project.refused("--plot", "overlay.bmp")
-    assert "--paper draws no run and writes no markdown" in project.refused("--paper", "--format", "markdown")
+    assert "--paper supports neither --plot nor markdown" in project.refused("--paper", "--format", "markdown")
 
 
 @pytest.mark.soak
@@ -378,7 +379,7 @@ def configure(project: Project, kind: str, command: str) -> None:
     project.git("config", f"diff.mehvar.{kind}", f"{shlex.join(commands.mehvar())} {command}")
 
 
-def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
+def test_a_misprint_of_the_paper_is_named_with_its_correction(project, tmp_path):
     folder = project.root / "papers" / "cart"
     folder.mkdir(parents=True)
     (folder / "__init__.py").touch()
@@ -402,6 +403,10 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project):
     assert Tags(page).addresses == ["#cart"]
     assert page.count("<math") == 6  # three formulas, and in the change a term and two signs
     assert '<span class="badge">misprint</span> The force pushes. The correction is an assumption.' in page
+    with chromium(tmp_path) as browser:
+        prefer(browser, prefers_color_scheme="dark")
+        browser.get((project.root / "ledger.html").as_uri())
+        assert violations(browser) == []
 
 
 def test_an_error_of_a_ledger_is_told_with_its_line(project):
@@ -527,6 +532,7 @@ def test_a_page_fits_a_telephone_and_one_that_says_the_same_is_small(project, tm
             browser.get((project.root / name).as_uri())
             browser.execute_script("document.querySelectorAll('details').forEach(d => d.open = true)")
             assert browser.execute_script("return document.documentElement.scrollWidth") == 390
+            assert violations(browser) == []
 
 
 def test_the_page_of_the_shipped_models_that_says_the_same_is_small(tmp_path):

@@ -53,7 +53,7 @@ inertia = { unit = "kg m^2", default = 0.1, source = "assumption: any" }"""
 @pytest.mark.parametrize(
     ("kind", "text", "words"),
     [
-        (Hub, HUB.replace('"kg"', '"g"'), r"part.toml:2: mass: unit 'g' has 'g', which is none of"),
+        (Hub, HUB.replace('"kg"', '"g"'), r"part.toml:2: mass: unit 'g' has 'g', which is not one of"),
         (Hub, HUB.replace('"kg"', '"m"'), r"part.toml:2: mass: unit = 'm': must be 'kg'"),
         (
             Hub,

@@ -156,7 +156,7 @@ def two(law):
         (
             wheels(),
             two,
-            "law l: wheel1, wheel2 give torques about only 2 of 3 axes: add actuators, or tilt the existing ones",
+            "law l: wheel1, wheel2 produce torques about only 2 of 3 axes: add actuators, or tilt these",
         ),
         (wheels(), lambda law: {"wheel9": 1}, r"law l commands 'wheel9' \(did you mean 'wheel"),
         (wheels(), lambda law: {"wheel1": (1, 2)}, "law l: wheel1 has 1 inputs, and 2 commands"),
