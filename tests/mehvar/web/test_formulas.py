@@ -2,6 +2,7 @@
 """A law that a reader types into a page: its numbers are those of Python, and a mistake names its place."""
 
 import json
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -71,4 +72,4 @@ def test_a_mistake_names_its_place(answers):
 
 
 def test_no_text_becomes_a_script():
-    assert not {"eval(", "new Function", "import("} & set(FILE.read_text(encoding="utf-8").replace(" (", "(").split())
+    assert re.findall(r"\b(?:eval|Function|import|setTimeout)\s*\(", FILE.read_text(encoding="utf-8")) == []
