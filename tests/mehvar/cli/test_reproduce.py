@@ -31,7 +31,16 @@ from mehvar.runtime.files import filling
 from mehvar.runtime.model.model import load
 from tests.derived import REPRODUCED, generated
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
-from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
+from tests.mehvar.pages import (
+    contents,
+    cut_on_paper,
+    misses,
+    printed_pages,
+    resize,
+    settled,
+    unlabelled_canvases,
+    violations,
+)
 from tests.papers.shared import LIGHT, paper_agreement, paper_claims, paper_runs, shared_runs
 
 SHOWN = ("slosh", "triangle")
@@ -454,6 +463,7 @@ def test_a_page_can_be_read_aloud_and_printed(open_page, name):
     browser = open_page(name, prefers_reduced_motion="reduce")
     settled(browser)
     assert printed_pages(browser) < 30
+    assert cut_on_paper(browser) == []
     browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true })")
     assert violations(browser) == []
     assert unlabelled_canvases(browser)[0] == 0
