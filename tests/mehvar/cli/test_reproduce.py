@@ -116,7 +116,7 @@ def small(monkeypatch, shown):
 def without_others(monkeypatch, ledgers):
     """Leave out pages on which models run, which tests/mehvar/web has, and the ledgers of other papers."""
     monkeypatch.setattr(module, "judged", lambda tree: [part for name in ledgers for part in judged(tree, name)])
-    monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))
+    monkeypatch.setattr(module, "export_web", lambda model, out, **_: written(out / f"{model}.html"))
 
 
 @pytest.fixture(scope="module", params=[FEW, pytest.param(SHOWN, marks=pytest.mark.soak)], ids=" ".join)
