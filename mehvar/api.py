@@ -317,7 +317,7 @@ def stored_batch(
         }
         for name, value in decided.items():
             if value is not None or name in options:
-                raise bad_value(name, value, f"left out, since {model} says what is run", "the call")
+                raise bad_value(name, value, f"left out: {model} determines the run", "the call")
         file, origin, own = read_campaign(Path(str(model))), str(model), None
         campaign, source = file.campaign(origin), file.model
         out = file.out if out is None else out
@@ -443,7 +443,7 @@ def open_result(path: str | os.PathLike[str]) -> xr.Dataset:
 def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) -> dict[str, str]:
     """Return all dispersions as texts: distributions, lists, grids of lists, and the user's own points."""
     if design is not None and not (isinstance(design, str) and design == "grid"):
-        raise bad_value("design", design, '"grid"; sampling has the designs of drawn points', "the call")
+        raise bad_value("design", design, '"grid"; for drawn points use sampling', "the call")
     own = {} if points is None else table(points, "the call")
     for name in own.keys() & vary.keys():
         raise InputError(f"{name} is given twice, in vary and in points (from the call)")

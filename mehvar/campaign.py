@@ -69,7 +69,7 @@ class CampaignFile(_Table):
         """
         manifest = find_model(self.model)
         if self.t_end is not None and "t_end" in self.set:
-            raise InputError(f"t_end is given twice (from {origin}): by itself and in set")
+            raise InputError(f"t_end is given twice (from {origin}): as t_end and in set")
         units = setting_units(manifest)
         values = {name: _number(value, units, name, origin) for name, value in self.set.items()}
         settings = values if self.t_end is None else {**values, "t_end": _number(self.t_end, units, "t_end", origin)}

@@ -117,7 +117,7 @@ class Derivation:
         for what, text in (("name", name), ("number", number), ("title", title), ("unit", unit), ("latex", latex)):
             instance(what, text, str, "a text")
         if name in self._names:
-            raise ModelError(f"{caller()}: definition {name!r} is made twice")
+            raise ModelError(f"{caller()}: definition {name!r} exists already")
         self._names.add(name)
         quantity = Quantity(name, unit, title, latex, instance("positive", positive, bool, "True or False"))
         definition = Definition(

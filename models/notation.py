@@ -85,7 +85,7 @@ class Names:
         """
         lower, upper = sp.Rational(str(low)), sp.Rational(str(high))
         if lower >= upper:
-            raise ModelError(f"name {what!r} is tried between {lower} and {upper}: the first must be below the second")
+            raise ModelError(f"name {what!r} has the bounds {lower} and {upper}: the first must be below the second")
         if isinstance(what, Quantity):
             symbol, printed = what.symbol, latex or what.latex or str(sp.latex(what.symbol))
         else:
@@ -131,7 +131,7 @@ class Names:
 
     def _add(self, name: Name) -> Expr:
         if any(str(name.symbol) == str(other) for other in self.table):
-            raise ModelError(f"name {str(name.symbol)!r} is twice in the table of names")
+            raise ModelError(f"name {str(name.symbol)!r} occurs twice in the table of names")
         self.table[name.symbol] = name
         return name.symbol
 

@@ -191,7 +191,7 @@ class Erratum:
 
     def __post_init__(self) -> None:
         if len(self.cause) < 2 or not self.cause.endswith(".") or ". " in self.cause:
-            raise ModelError(f"the cause of an erratum is one sentence that ends with a full stop, not {self.cause!r}")
+            raise ModelError(f"cause = {self.cause!r}: must be one sentence that ends with a full stop")
 
 
 @dataclass(frozen=True)
@@ -299,7 +299,7 @@ class Paper:
         entered = [entry.number for entry in self.entries]
         strange = sorted(self.errata.keys() - set(entered))
         if strange:
-            raise ModelError(f"these errata name entries that are not in the ledger: {strange}")
+            raise ModelError(f"errata of unknown entries: {strange}: use numbers of entries of the ledger")
         numbers = [number for number in entered if number.isdecimal()]
         missing = [k for k in range(1, self.numbers + 1) if str(k) not in numbers]
         twice = sorted({number for number in entered if entered.count(number) > 1})

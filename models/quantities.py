@@ -121,12 +121,12 @@ class Quantity:
         """The SymPy symbol of this quantity."""
         import sympy as sp  # tables of numbers are read without it
 
-        _advise()
+        advise()
         return sp.Symbol(self.name, positive=True) if self.positive else sp.Symbol(self.name, real=True)
 
 
 @functools.cache
-def _advise() -> None:
+def advise() -> None:
     """Extend SymPy's error about `min`, `max` or `if` on symbols by the functions to use.
 
     During derivation `check.no_branching` refuses them with file and line; this message covers all other code.
@@ -178,14 +178,14 @@ class Interval:
         """
         match = _INTERVAL.match(text)
         if not match:
-            raise ValueError(f"bounds {text!r} are not an interval like '(0, inf)' or '[0, 1]'")
+            raise ValueError(f"bounds {text!r} must be an interval such as '(0, inf)' or '[0, 1]'")
         left, lower, upper, right = match.groups()
         try:
             interval = cls(float(lower), float(upper), left == "(", right == ")")
         except ValueError:
-            raise ValueError(f"bounds {text!r} contain something that is not a number") from None
+            raise ValueError(f"bounds {text!r} must contain two numbers") from None
         if not interval.lower < interval.upper:
-            raise ValueError(f"bounds {text!r} contain no number")
+            raise ValueError(f"bounds {text!r} are an empty interval: the first must be below the second")
         return interval
 
 

@@ -121,14 +121,15 @@ def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
 
 
 def load() -> None:
-    """Import the libraries, of which an environment for validation lacks some, and the rooms."""
+    """Import the libraries and the rooms, of which an environment for validation lacks some."""
     for name in LIBRARIES:
         with contextlib.suppress(ModuleNotFoundError):
             importlib.import_module(name)
     for room in ROOMS:
         package = importlib.import_module(f"mehvar.{room}")
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-            importlib.import_module(module.name)
+            with contextlib.suppress(ModuleNotFoundError):
+                importlib.import_module(module.name)
     sys.dont_write_bytecode = True  # of what a test may edit within a second
 
 

@@ -538,7 +538,7 @@ def check_manifest(manifest: Manifest) -> None:
     for choice in manifest.choices.values():
         if len(set(choice.values)) < max(len(choice.values), 2):
             raise SchemaError(
-                f" = {list(choice.values)}: must be two values or more, each once", f"choices.{choice.name}.values"
+                f" = {list(choice.values)}: must be two or more different values", f"choices.{choice.name}.values"
             )
     _check_scenarios(manifest)
 
@@ -579,7 +579,7 @@ def _check_words(manifest: Manifest) -> None:
 
 def _check_vectors(manifest: Manifest) -> None:
     if not manifest.states:
-        raise SchemaError(" = []: must be one state or more", "states")
+        raise SchemaError(" = []: must have at least one state", "states")
     vectors = {name: getattr(manifest, name) for name in (
         "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
         "measured", "wiener", "random_step",

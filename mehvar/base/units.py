@@ -49,7 +49,7 @@ def dimension(unit: str) -> Dimension:
                 raise ValueError(f"unit {unit!r} is not {_FORM}")
             name, power = match.groups()
             if name not in UNITS:
-                raise ValueError(f"unit {unit!r} has {name!r}, which is none of {', '.join(UNITS)}")
+                raise ValueError(f"unit {unit!r} has {name!r}, which is not one of {', '.join(UNITS)}")
             for base, exponent in UNITS[name].items():
                 total[base] = total.get(base, Fraction()) + sign * exponent * Fraction((power or "1").strip("()"))
     return {base: exponent for base, exponent in total.items() if exponent}

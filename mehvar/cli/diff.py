@@ -72,7 +72,7 @@ def command(
         if structures:
             raise bad_value("--structures", " ".join(structures), "left out with --paper, which compares papers")
         if plot is not None or chosen == "markdown":
-            raise InputError("--paper draws no run and writes no markdown: leave --plot out; choose text, json or html")
+            raise InputError("--paper supports neither --plot nor markdown: leave it out; choose text, json or html")
         return _papers(model, chosen, out)
     if plot is not None:
         checked_suffix(plot)

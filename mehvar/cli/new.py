@@ -165,7 +165,7 @@ def _example(manifest: Manifest) -> dict[str, object]:
 def _free(name: str, into: Path) -> Path:
     """Return the folder of a new name, or raise InputError for a name that is invalid or taken."""
     if keyword.iskeyword(name):
-        raise bad_value("NAME", name, "another name: this one is a word of Python")
+        raise bad_value("NAME", name, "another name: this is a reserved word of Python")
     if not _NAME.fullmatch(name):
         raise bad_value("NAME", name, "lower-case letters, digits and underscores, beginning with a letter")
     if len(name) > _LONGEST:

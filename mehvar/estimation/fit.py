@@ -214,7 +214,7 @@ class _Problem:
         self._sigma = sigma or {name: float(np.nanstd(m)) or 1.0 for name, m in self._measured.items()}
         if np.count_nonzero(self._kept) <= len(self._free):
             raise InputError(
-                f"data: {np.count_nonzero(self._kept)} samples do not determine {len(self._free)} values: give more"
+                f"data: {np.count_nonzero(self._kept)} samples cannot determine {len(self._free)} values: give more"
             )
 
     def _known(self, run: xr.Dataset) -> None:
@@ -263,7 +263,7 @@ class _Problem:
             (above, plus), (below, minus) = ends
             if np.all(plus == _FAR) and np.all(minus == _FAR):
                 raise InputError(
-                    f"{self._free[k]} cannot be fitted (from free): no other value near its first guess is allowed"
+                    f"{self._free[k]} cannot be fitted (from free): no other value near its first guess is valid"
                 )
             columns.append((plus - minus) / (above - below))
         return np.stack(columns, axis=1)
@@ -288,7 +288,7 @@ class _Problem:
         x0 = np.zeros(len(self._free)) if start is None else start
         tight = low >= high
         if tight.any():
-            raise bad_value("free", self._free[int(np.argmax(tight))], "a value with a wider interval of bounds")
+            raise bad_value("free", self._free[int(np.argmax(tight))], "a parameter with wider bounds")
         inside = np.clip(x0, low + 1e-9 * (x0 <= low), high - 1e-9 * (x0 >= high))
         result = least_squares(
             self._residuals,

@@ -211,7 +211,7 @@ class _Problem:
         steps: int = max(1, math.ceil(self._step * fastest / _TURN))
         if steps > _MOST:
             least = math.ceil(self._n * steps / _MOST)
-            raise bad_value("n", self._n, f"at least {least}: the plant moves at {fastest:.3g} 1/s", "the call")
+            raise bad_value("n", self._n, f"at least {least}: the fastest eigenvalue is {fastest:.3g} 1/s", "the call")
         return steps
 
     def _interval(self) -> Any:

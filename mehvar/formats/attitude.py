@@ -122,7 +122,7 @@ def _check_reading(t: FloatArray, quaternion: FloatArray, rates: FloatArray, abo
             other = [*([order] if order else []), *([f"rates={names}"] if components != (0, 1, 2) else [])]
             raise bad_value(
                 "quaternion", about["quaternion"],
-                f"in agreement with rates={about['rates']}: its turns between samples agree with {', '.join(other)}",
+                f"consistent with rates={about['rates']}: its rotations between samples agree with {', '.join(other)}",
                 ORIGIN,
             )  # fmt: skip
 

@@ -165,7 +165,7 @@ def _stored(dataset: xarray.Dataset) -> tuple[xarray.Dataset, str]:
     planned = dataset.sizes["run"]
     stored = np.flatnonzero(dataset[STATUS].values != NOT_RUN)
     if not stored.size:
-        raise InputError("this batch holds no run yet")
+        raise InputError("this batch has no stored run yet")
     note = f"{stored.size} of {planned} runs are stored; the others are left out" if stored.size < planned else ""
     numbers = {"run": ("run", np.arange(planned), {"long_name": "number of the run"})}
     return dataset.assign_coords(numbers).isel(run=stored), note

@@ -68,7 +68,7 @@ class Runs:
         self.numbers = np.flatnonzero(dataset["status"].values != NOT_RUN)
         self.whole = dataset
         if not self.numbers.size:
-            raise InputError("this batch holds no run yet")
+            raise InputError("this batch has no stored run yet")
         self.dataset = dataset if self.numbers.size == dataset.sizes["run"] else dataset.isel(run=self.numbers)
         self.condition = success if success is not None else dataset.attrs["success"]
         self.metrics: list[str] = json.loads(dataset.attrs["metrics"])

@@ -260,12 +260,12 @@ class Results:
         import pandas
 
         if self._is_batch or not isinstance(other, xarray.Dataset) or "t" not in other.dims or "run" in other.dims:
-            raise bad_value("other", type(other).__name__, "a run, compared with a run")
+            raise bad_value("other", type(other).__name__, "the dataset of a run, because this is a run")
         names = [str(name) for name, v in self._dataset.data_vars.items() if v.dims == ("t",) and name in other]
         here, there = _common_samples(self._dataset["t"].values, other["t"].values)
         if not names or not here.size:
             lacking = "samples at the same instants" if names else "variables of the same name"
-            raise bad_value("other", f"a run without {lacking}", "a run with some")
+            raise bad_value("other", f"a run without {lacking}", "a run with common ones")
         rows = {}
         for name in names:
             difference = np.abs(self._dataset[name].values[here] - other[name].values[there])
@@ -347,7 +347,7 @@ class Results:
     @property
     def _is_batch(self) -> bool:
         if "model" not in self._dataset.attrs:
-            raise InputError("this dataset is not a result of mehvar: it names no model")
+            raise InputError("this dataset is not a result of mehvar: it has no attribute model")
         return "run" in self._dataset.dims
 
     @cached_property

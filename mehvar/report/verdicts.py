@@ -94,7 +94,7 @@ def _rare(
         raise bad_value("rare", True, f"left out with {runs}: mehvar require {runs} --rare takes the file", "the call")
     for name in ("out", "resume", "success", "until", "strict", "scheduler"):
         if name in batch:
-            raise bad_value(name, batch[name], "left out with rare: the runs are not kept", "the call")
+            raise bad_value(name, batch[name], "left out with rare, which does not store runs", "the call")
     campaign, own = posed_batch(runs, **batch)
     return RareVerdicts(runs, campaign, requirements, confidence, threads, own, report)
 

@@ -14,7 +14,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.relational import Relational
 
-from ..quantities import ModelError, place
+from ..quantities import ModelError, advise, place
 from ..system import Expr
 
 _BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.", "mehvar.models.estimation.")
@@ -38,6 +38,7 @@ def no_branching() -> Iterator[None]:
     if "__bool__" in sp.Expr.__dict__:  # an outer context is active
         yield
         return
+    advise()  # here, because a first call inside of the context would hide the frame of the model
     plain_eq, plain_ne = sp.Expr.__eq__, sp.Expr.__ne__
 
     def truth(expr: Expr) -> bool:

@@ -39,7 +39,7 @@ def _check_ends(uses: Mapping[str, set[str]]) -> None:
     while waiting:
         ready = [name for name, names in waiting.items() if not names & waiting.keys()]
         if not ready:
-            raise ModelError(f"the defaults of {', '.join(waiting)} are formulas in terms of themselves")
+            raise ModelError(f"the defaults of {', '.join(waiting)} are circular formulas")
         waiting = {name: names for name, names in waiting.items() if name not in ready}
 
 
@@ -54,5 +54,5 @@ def _parse(parameter: Parameter, symbols: Mapping[str, sp.Symbol]) -> Expr:
     unknown = {s.name for s in expr.free_symbols} - set(symbols)
     if unknown:
         name = sorted(unknown)[0]
-        raise ModelError(f"{where} uses {name!r}, which is no parameter of this group{suggestion(name, symbols)}")
+        raise ModelError(f"{where} uses {name!r}, which is not a parameter of this group{suggestion(name, symbols)}")
     return expr

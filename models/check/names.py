@@ -131,7 +131,7 @@ def _check_outputs(system: System, taken: dict[str, _Use]) -> None:
     for name, entry in rows.items():
         if name in taken and entry != taken[name].symbol:
             raise ModelError(
-                f"{system.origin}: output {name!r} has the name of {taken[name]}, but is another expression; rename it"
+                f"{system.origin}: output {name!r} has the name of {taken[name]}, but a different expression; rename it"
             )
 
 
@@ -158,7 +158,7 @@ def _check_variables(system: System) -> None:
         if metric.name in parameters:
             raise ModelError(
                 f"{system.origin}: metric {metric.name!r} has the name of a {parameters[metric.name]}: rename "
-                "the metric, as a batch that varies the parameter has a variable for each"
+                "the metric; a batch that varies the parameter would have two variables of this name"
             )
 
 
@@ -200,9 +200,7 @@ def _check_callables(system: System) -> None:
             _check_word(word, f"{system.origin}: choice {choice.name!r}")
     for law in system.controllers:
         if not _CALLABLE.fullmatch(law.name.replace("-", "_")) or law.name in _TAKEN:
-            raise ModelError(
-                f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, but no two of these signs in a row"
-            )
+            raise ModelError(f"{law.origin}: law {law.name!r}: {_FORM}; single '-' are allowed too")
     for function in system.functions:
         where = f"{function.origin}: function {function.name!r}"
         names = [group.name for group in function.arguments]
@@ -272,8 +270,8 @@ def _check_spelling(kind: str, group: Group, origin: str) -> None:
         first = names.setdefault(quantity.name.upper(), quantity)
         if first.name != quantity.name:
             raise ModelError(
-                f"{origin}: {first.name!r} and {quantity.name!r} of vector {group.name!r} differ in capitals only, and "
-                "would be one constant in the generated C; rename one of them"
+                f"{origin}: {first.name!r} and {quantity.name!r} of vector {group.name!r} differ only in case: they "
+                "would be one constant in the generated C. Rename one of them"
             )
         if first is not quantity:
             raise ModelError(f"{origin}: {kind} {quantity.name!r} is defined twice")

@@ -73,10 +73,10 @@ def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
     for kind, group, origin in groups:
         for q in group:
             if q.symbol not in used:
-                raise ModelError(f"{origin}: {kind} {q.name!r} would be ignored: nothing is a function of it")
+                raise ModelError(f"{origin}: {kind} {q.name!r} would be ignored: no expression contains it")
     for law in system.controllers:  # applied inputs come as a whole group, of which a law may need only one
         if len(law.applied) and not used.intersection(law.applied.symbols):
-            raise ModelError(f"{law.origin}: applied of law {law.name!r} would be ignored: nothing is a function of it")
+            raise ModelError(f"{law.origin}: applied of law {law.name!r} would be ignored: no expression contains it")
 
 
 def _formulas(law: Controller) -> list[Expr]:

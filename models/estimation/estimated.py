@@ -67,7 +67,7 @@ def estimated(
     for name, density in (noise or {}).items():
         _finite(f"noise[{name!r}]", expression(f"noise[{name!r}]", density))
     if missing := [name for name in names if name not in start]:
-        raise ModelError(f"start = {dict(start)}: must have mean and deviation of {', '.join(missing)} too")
+        raise ModelError(f"start = {dict(start)}: must also have mean and deviation of {', '.join(missing)}")
     chosen = next(one for one in system.controllers if one.name == law)
     if not chosen.period or system.sensor is None:
         raise ModelError(f"{chosen.origin}: law {law!r}: estimates need a sampled law and a system with a sensor")

@@ -4,7 +4,17 @@
 from .bobs import Bob
 from .control import AttitudeFilter, Law
 from .craft import Spacecraft
-from .environment import Dipole, Drag, GravityGradient, Magnetorquer, Orbit, SunPressure, ThirdBody
+from .environment import (
+    Dipole,
+    Drag,
+    Eclipse,
+    GravityGradient,
+    GroundStation,
+    Magnetorquer,
+    Orbit,
+    SunPressure,
+    ThirdBody,
+)
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
 from .joints import Hinge, Joint, Slider
@@ -39,9 +49,11 @@ __all__ = [
     "Coordinate",
     "Dipole",
     "Drag",
+    "Eclipse",
     "Engine",
     "ExternalForce",
     "GravityGradient",
+    "GroundStation",
     "Gyro",
     "Hinge",
     "Hub",

@@ -53,7 +53,7 @@ class Bob(Part):
     def __post_init__(self) -> None:
         if sorted(map(abs, self.rest)) != [0, 0, 1]:
             raise ModelError(
-                f"{self.name}.rest = {self.rest!r}: must be an axis of the hub, either way, as in (0, 0, -1)"
+                f"{self.name}.rest = {self.rest!r}: must be an axis of the hub with either sign, such as (0, 0, -1)"
             )
 
     @property

@@ -383,5 +383,5 @@ def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:
 
 def _name(field: str, value: str) -> str:
     if not isinstance(value, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", value, re.ASCII):
-        raise ModelError(f"{field} = {value!r}: must be letters, digits and underscores, a letter first")
+        raise ModelError(f"{field} = {value!r}: must be letters, digits and underscores, beginning with a letter")
     return value

@@ -156,9 +156,9 @@ def run_batch(
         raise bad_value("resume", resume, "left out unless out is a store", origin)
     loaded = model if isinstance(model, Model) else load(model, "c")
     if loaded.backend != "c":
-        raise bad_value("backend", loaded.backend, "'c': batches need our own C", origin)
+        raise bad_value("backend", loaded.backend, "'c': batches need mehvar's C", origin)
     if own is not None and client is not None:
-        raise bad_value("scheduler", client, "left out: a law in Python runs in this process", origin)
+        raise bad_value("scheduler", client, "left out: a batch with a Python law runs in this process", origin)
     if own is not None and resume and not own.text:
         allowed = f"left out: the law in Python cannot be identified: {own.unidentified}"
         raise bad_value("resume", resume, allowed, origin)

@@ -399,7 +399,7 @@ def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
         library.mv_begin_blocks.argtypes = [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 2]
         library.mv_continue_blocks.argtypes = [*[ctypes.c_void_p] * 2, *[ctypes.c_int64] * 3]
     if library.mv_job_size() != ctypes.sizeof(_Job):
-        raise RuntimeError("the batch kernel and its Python mirror disagree; reinstall mehvar")
+        raise RuntimeError("the compiled batch kernel does not match its Python interface; reinstall mehvar")
     return library
 
 

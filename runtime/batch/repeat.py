@@ -185,7 +185,10 @@ def _own(
     if controller is None and inputs is None:
         return None
     if not store.attributes["law"]:
-        raise InputError(f"{store.name} does not contain the source of the law {campaign.controller}")
+        raise InputError(
+            f"{store.name} did not record the law {campaign.controller}, because it reads something that cannot be "
+            "identified: pass such values as parameters, or keep them in numbers of the law's module"
+        )
     text, hold = str(store.attributes["law"]), float(campaign.options["hold"])
     end = float(campaign.options.get("t_end") or model.manifest.scenario(campaign.scenario).duration)
     memory = None if controller is None else recorded_memory(text)

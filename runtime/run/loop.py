@@ -90,7 +90,7 @@ def _library() -> ctypes.CDLL:
     library.mv_start.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
     library.mv_run.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64]
     if library.mv_single_size() != ctypes.sizeof(_Single):
-        raise RuntimeError("the native loop and its Python mirror disagree; reinstall mehvar")
+        raise RuntimeError("the compiled native loop does not match its Python interface; reinstall mehvar")
     return library
 
 

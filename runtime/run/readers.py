@@ -88,9 +88,9 @@ class _Reading:
         """Return the reason why a parameter has no effect."""
         elements = [element for element in self._decided(name) if element in self._given]
         if elements:
-            return f"it decides nothing here but {', '.join(elements)}, which is given too"
+            return f"here it only determines {', '.join(elements)}, which is given too: give one of them"
         others = sorted(reader for reader in self._readers[name] if "." not in reader)
-        return f"nothing in a run under {self._law.name} reads it{', only ' + ', '.join(others) if others else ''}"
+        return f"no function of a run under {self._law.name} reads it{', only ' + ', '.join(others) if others else ''}"
 
     def _decided(self, name: str) -> dict[str, bool]:
         """Return the states and parameters that depend on a parameter; True marks initial states."""

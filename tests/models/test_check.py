@@ -6,6 +6,8 @@ import functools
 import inspect
 import math
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -70,7 +72,7 @@ def test_a_first_model_is_a_name_states_and_their_rates():
     still = System(name="still", states=x, rhs=(x.v, 0), initial=(0, 0.0))
     check(still)
     assert all(isinstance(entry, sp.Expr) for entry in (*still.rhs, *still.initial))
-    with pytest.raises(ModelError, match=r"test_check.py:\d+: parameter 'b': bounds '0..1' are not an interval"):
+    with pytest.raises(ModelError, match=r"test_check.py:\d+: parameter 'b': bounds '0..1' must be an interval"):
         Parameter("b", "1", "share", bounds="0..1")
 
 
@@ -82,7 +84,7 @@ def test_an_unused_plant_parameter_is_refused():
 
 def test_names_that_would_be_one_constant_in_c_are_refused():
     bad = dataclasses.replace(triangle(), parameters=with_parameter(triangle().parameters, "Mass"))
-    with pytest.raises(ModelError, match=r"'mass' and 'Mass' of vector 'p' differ in capitals only"):
+    with pytest.raises(ModelError, match=r"'mass' and 'Mass' of vector 'p' differ only in case"):
         check(bad)
 
 
@@ -104,8 +106,8 @@ def test_an_unused_law_parameter_is_refused():
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        ({"period": "Tss"}, r"period = 'Tss' of law 'sliding' is no parameter of group 'p'"),
-        ({"delay": "k_ph"}, r"delay = 'k_ph' of law 'sliding' is no parameter of group 'c'.*k_phi"),
+        ({"period": "Tss"}, r"period = 'Tss' of law 'sliding' is not a parameter of group 'p'"),
+        ({"delay": "k_ph"}, r"delay = 'k_ph' of law 'sliding' is not a parameter of group 'c'.*k_phi"),
     ],
 )
 def test_a_period_or_a_delay_that_is_no_parameter_is_refused(edit, message):
@@ -116,7 +118,7 @@ def test_a_period_or_a_delay_that_is_no_parameter_is_refused(edit, message):
 
 def test_a_formula_in_an_unknown_name_is_refused():
     group = with_parameter(triangle().controllers[0].parameters, "twice", "2*k_ph")
-    with pytest.raises(ModelError, match=r"uses 'k_ph', which is no parameter of this group.*k_phi"):
+    with pytest.raises(ModelError, match=r"uses 'k_ph', which is not a parameter of this group.*k_phi"):
         formulas(group)
 
 
@@ -155,6 +157,29 @@ def test_a_function_that_makes_a_system_branches_on_no_symbol():
     with pytest.raises(TypeError, match="truth value of Relational") as caught:
         wrong()
     assert ["sympy.Min" in note for note in caught.value.__notes__] == [True]
+
+
+FRESH = """
+import mehvar
+from mehvar.models.quantities import Group, Quantity
+from mehvar.models.system import System
+
+x = Group("x", (Quantity("a", "1", "a"),))
+
+
+def wrong():
+    return System(name="a", states=x, rhs=(min(x.a, 1),))
+
+
+mehvar.build(wrong)
+"""
+
+
+def test_the_first_symbol_of_a_process_may_be_in_the_branch(tmp_path):
+    """SymPy's method is replaced at the first symbol, and must not hide the line of the model."""
+    (tmp_path / "fresh.py").write_text(FRESH, encoding="utf-8")
+    process = subprocess.run([sys.executable, "fresh.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "ModelError: fresh.py:10: a Python branch asks for the truth of" in process.stderr
 
 
 def test_branches_on_symbols_are_refused():
@@ -326,10 +351,10 @@ REFUSED = [
      r"unit = 'm': must be s, for settling"),
     ("a metric in no unit", CART, ("metrics", 0, "unit"), lambda v: "furlong", r"metric 'furthest' .*'furlong', which"),
     ("a formula of itself", CART, ("controllers", 0, "parameters", "quantities", 0, "default"), lambda v: "2*gain",
-     r"law 'sum-law': the defaults of gain are formulas in terms of themselves"),
+     r"law 'sum-law': the defaults of gain are circular formulas"),
     ("formulas of each other", CART, ("controllers", 0, "parameters", "quantities"),
      lambda v: (dataclasses.replace(v[0], default="leak"), dataclasses.replace(v[1], default="gain")),
-     r"the defaults of gain, leak are formulas in terms of themselves"),
+     r"the defaults of gain, leak are circular formulas"),
     ("a limit that never holds", CART, ("limits", 0, "margin"), lambda v: sp.S.NegativeOne,
      r"margin 1 of limits, row 1 of 1: -1 does not depend on any symbol"),
     ("a constraint that always holds", CART, ("constraints", 0, "margin"), lambda v: sp.S.One,

@@ -62,9 +62,9 @@ def test_a_good_table_is_read_in_order(tmp_path):
             (("default = 2", f"default = {value}"), "must be a number, a formula or a list of numbers")
             for value in ("true", "1979-05-27", "[true]", "{ a = 1 }")
         ),
-        (('bounds = "(0, inf)"', 'bounds = "0..1"'), "bounds '0..1' are not an interval"),
-        (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "contain no number"),
-        (('bounds = "(0, inf)"', 'bounds = "(0, 1_0)"'), "bounds '\\(0, 1_0\\)' are not an interval"),
+        (('bounds = "(0, inf)"', 'bounds = "0..1"'), "bounds '0..1' must be an interval"),
+        (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "are an empty interval"),
+        (('bounds = "(0, inf)"', 'bounds = "(0, 1_0)"'), "bounds '\\(0, 1_0\\)' must be an interval"),
         (("[plant]", "[plant"), "is not valid TOML: Expected"),
         (('bounds = "[0, 5]"', 'bounds = "[0, 5'), r"parameters.toml:5: is not valid TOML"),
         (("[sliding]", "[plant]"), r"parameters.toml:4: is not valid TOML: Cannot declare"),

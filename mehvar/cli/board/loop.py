@@ -57,7 +57,7 @@ def tunable_of(inline: bool, names: str | None) -> tuple[str, ...] | None:
     """
     if names is not None and not inline:
         raise bad_value(
-            "tunable", names, "left out without --inline-parameters: every parameter can be set then", "--tunable"
+            "tunable", names, "given with --inline-parameters; without it every parameter can be set", "--tunable"
         )
     return tuple(filter(None, map(str.strip, (names or "").split(",")))) if inline else None
 

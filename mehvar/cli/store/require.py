@@ -111,11 +111,11 @@ def _rare(
     if path.suffix != ".toml":
         raise InputError(f"--rare draws new runs, and {path} is a finished batch: give a campaign file")
     if out is not None or resume:
-        raise InputError("--rare keeps no runs: leave out --out and --resume")
+        raise InputError("--rare does not store runs: leave out --out and --resume")
     file = read_campaign(path)
     for name in ("out", "success", "until"):
         if (value := getattr(file, name)) is not None:
-            raise bad_value(name, str(value), "left out with --rare: the runs are not kept", str(path))
+            raise bad_value(name, str(value), "left out with --rare, which does not store runs", str(path))
     with progress(f"{path} seeks failures") as advance:
         return RareVerdicts(
             file.model,

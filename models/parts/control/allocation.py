@@ -115,7 +115,7 @@ def check_effects(name: str, matrix: sp.Matrix, parts: Sequence[Part], values: d
     if rank < matrix.rows:
         what = "torques about" if matrix.rows <= len(AXES) else "forces and torques along"
         raise ModelError(
-            f"{name}: {names} give {what} only {rank} of {matrix.rows} axes: add actuators, or tilt the existing ones"
+            f"{name}: {names} produce {what} only {rank} of {matrix.rows} axes: add actuators, or tilt these"
         )
     if all(isinstance(part, Thruster) for part in parts):
         one = sp.ones(matrix.cols, 1)

@@ -4,5 +4,9 @@
 from .bodies import ThirdBody
 from .loads import Dipole, Drag, GravityGradient, Magnetorquer, SunPressure
 from .orbit import Orbit, Sky, sky
+from .sights import Eclipse, GroundStation
 
-__all__ = ["Dipole", "Drag", "GravityGradient", "Magnetorquer", "Orbit", "Sky", "SunPressure", "ThirdBody", "sky"]
+__all__ = [
+    "Dipole", "Drag", "Eclipse", "GravityGradient", "GroundStation", "Magnetorquer", "Orbit", "Sky", "SunPressure",
+    "ThirdBody", "sky",
+]  # fmt: skip

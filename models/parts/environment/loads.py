@@ -160,9 +160,7 @@ class SunPressure(Part):
         if self.normal is not None and self.mirrored is None:
             object.__setattr__(self, "mirrored", 0.6)  # of solar cells and foil, as that of the satellite's surface
         if self.normal is None and self.mirrored is not None:
-            raise ModelError(
-                f"{self.name}.mirrored is for a plate, and a sphere has no mirror: give a normal, or leave mirrored out"
-            )
+            raise ModelError(f"{self.name}.mirrored applies only to a plate: give a normal, or leave mirrored out")
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         v, here = at.values, sky(at)

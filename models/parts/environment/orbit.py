@@ -29,6 +29,7 @@ EARTH = {
     "J3": Value(-2.53265649e-6, source="addition: the Earth, EGM96"),
     "J4": Value(-1.61962159e-6, source="addition: the Earth, EGM96"),
     "radius": Value(6378137.0, source="addition: the Earth, WGS 84"),
+    "flattening": Value(1 / 298.257223563, source="addition: the Earth, WGS 84"),
     "spin": Value(7.292115e-5, source="addition: the Earth, WGS 84"),
     "dipole": Value(7.9e15, source="addition: dipole model of the Earth's field"),
     "tilt": Value(0.17, source="addition: the Earth in 2020, IGRF-13"),
@@ -269,23 +270,34 @@ class Sky:
     @property
     def light(self) -> Expr:
         """Visible share of the Sun: 1 in sunlight, 0 in the Earth's shadow."""
-        radius, up = _radius(self.part, self.orbit.frame)
-        along = self.orbit.define("noon", self._sun.dot(up), "cosine of the angle between Sun and craft", "1")
         if self.part.shadow == "cone":
-            return self._visible(radius, along)
+            return self._visible()
+        radius, along = self.radius, self._noon
         off = sp.sqrt(sp.Max(0, 1 - along**2)) * radius
         dark = sp.And(along < 0, off < self.orbit.values.radius)
         return self.orbit.define("lit", sp.Piecewise((0, dark), (1, True)), "1 in sunlight, 0 in the shadow", "1")
 
-    def _visible(self, radius: Expr, along: Expr) -> Expr:
+    @property
+    def _noon(self) -> Expr:
+        up = _radius(self.part, self.orbit.frame)[1]
+        return self.orbit.define("noon", self._sun.dot(up), "cosine of the angle between Sun and craft", "1")
+
+    @property
+    def discs(self) -> tuple[Expr, Expr]:
+        """Angle between the centres of the Sun's and the Earth's disc, and the angular radius of the Earth, rad."""
+        define, limb = self.orbit.define, sp.asin(sp.Min(1, self.orbit.values.radius / self.radius))
+        earth = define("limb", limb, "angular radius of the Earth", "rad")
+        along = sp.Max(-1, sp.Min(1, -self._noon))
+        return define("apart", sp.acos(along), "angle between the discs", "rad"), earth
+
+    def _visible(self) -> Expr:
         """Return the visible share of the Sun's disc beside the Earth's disc; both are flat circles.
 
         Circular segments on both sides of the common chord form the overlap. (Montenbruck and Gill, Satellite Orbits,
         2000, 3.4.2.)
         """
         define, v = self.orbit.define, self.orbit.values
-        sun, earth = v.disc, define("limb", sp.asin(sp.Min(1, v.radius / radius)), "angular radius of the Earth", "rad")
-        apart = define("apart", sp.acos(sp.Max(-1, sp.Min(1, -along))), "angle between the discs", "rad")
+        sun, (apart, earth) = v.disc, self.discs
         gap = define("gap", sp.Max(apart, _CLOSEST), "angle between the discs, above zero", "rad")
         chord = define("chord", (gap**2 + sun**2 - earth**2) / (2 * gap), "distance of the chord from the Sun", "rad")
 

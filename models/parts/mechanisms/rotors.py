@@ -147,11 +147,11 @@ class ControlMomentGyro(Part):
 
     def __post_init__(self) -> None:
         if self.speed is not None and self.friction is not None:
-            raise ModelError(f"{self.name}.friction: a constant speed is held by a motor; leave out friction or speed")
+            raise ModelError(f"{self.name}.friction: a motor holds the constant speed; leave out friction or speed")
         if self.lag is not None and self.gimbal_friction is not None:
             raise ModelError(
                 f"{self.name}.gimbal_friction: a gimbal rate that follows its command has no "
-                "friction; leave out friction or lag"
+                "friction; leave out gimbal_friction or lag"
             )
 
     def values(self, parameters: Parameters) -> SimpleNamespace:

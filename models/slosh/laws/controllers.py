@@ -74,7 +74,7 @@ def collect(derivative: Expr) -> Form:
     at_rest = dict.fromkeys(rate, sp.S.Zero)
     turning = [derivative.diff(u) for u in demand[2:]]
     if any(sp.expand(term.xreplace(at_rest)) is not sp.S.Zero for term in turning):
-        raise ModelError("V' holds Omega' without Omega: it is not of the form (29)")
+        raise ModelError("V' contains Omega' without the factor Omega: it is not of the form (29)")
     free = derivative.xreplace(dict.fromkeys(demand, sp.S.Zero))
     return Form(
         free.xreplace(at_rest),

@@ -90,7 +90,7 @@ def _check(plan: Plan, origin: str) -> None:
     if plan.campaign.sampling != Campaign.sampling:
         raise bad_value("sampling", plan.campaign.sampling, "left out with rare: the points depend on the runs", origin)
     if plan.campaign.save_every is not None:
-        raise bad_value("save", plan.campaign.save_every, "left out with rare: the runs are not kept", origin)
+        raise bad_value("save", plan.campaign.save_every, "left out with rare, which does not store runs", origin)
 
 
 def _check_rare(requirement: Requirement, origin: str) -> None:

@@ -270,7 +270,7 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
     if not verification.sound and writer is None:
         raise DamageError(f"{store.name} is damaged: {verification.summary()}; {CURE}")
     if not verification.whole:
-        raise InputError(f"{store.name} holds no run yet{f': it is being written by {writer}' if writer else ''}")
+        raise InputError(f"{store.name} has no stored run yet{f': it is being written by {writer}' if writer else ''}")
     return verification.whole, writer
 
 

@@ -162,7 +162,7 @@ def read_array(files: Files, name: str) -> Array:
         array = Array(name, tuple(sizes[0]), tuple(chunk), dtype, names, facts["attributes"], facts["fill_value"])
         if all(facts[key] == value for key, value in array.metadata().items() if key in _OWN):
             return array
-    raise ValueError(f"{name} is stored in a form that mehvar does not write")
+    raise ValueError(f"{name} is stored in a format that mehvar does not write")
 
 
 def group_metadata(attributes: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[str, Any]:

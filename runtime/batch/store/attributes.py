@@ -160,7 +160,7 @@ def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None
     """
     identity = {name: attributes[name] for name in IDENTITY if name in attributes}
     if batch_hash(identity, about["chunk"]) != about["batch"]:
-        raise SchemaError(": belong to another batch than its records", "its attributes")
+        raise SchemaError(": do not match its records, which are of another batch", "its attributes")
 
 
 def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own: Mapping[str, Any]) -> None:
@@ -185,7 +185,7 @@ def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own
     drawn, metrics = parse(attributes["drawn"]), parse(attributes["metrics"])
     if sorted([*drawn, *metrics]) != sorted(set(numbers) - set(_OWN)):
         raise SchemaError(
-            f" = {attributes['metrics']!r}: together with the drawn values, must be the numbers of a run", "metrics"
+            f" = {attributes['metrics']!r}: must be the store's numbers of a run, except the drawn values", "metrics"
         )
     for name, values in own.items():
         place = f"{name}.attributes"

@@ -91,7 +91,7 @@ def process_toolchain(name: str | None, compiler: str | None = None) -> Toolchai
         if processor.gcc and (path := shutil.which(processor.gcc)):
             return Toolchain("gcc", (path, "-static", _OWN_PRECISION), _version(path), (emulator,))
     if processor.gcc is None:
-        raise MissingError(f"gcc has no C library for {name}: --compiler zig")
+        raise MissingError(f"gcc has no C library for {name}: use --compiler zig")
     raise MissingError(f"{processor.gcc} is not installed: apt-get install gcc-{processor.gcc.removesuffix('-gcc')}")
 
 

@@ -94,8 +94,8 @@ def source(function: Callable[..., Any]) -> str:
         raise UnidentifiedError(f"{type(function).__name__} is not a function with source code")
     try:
         text = inspect.getsource(function)
-    except (OSError, TypeError) as error:
-        raise UnidentifiedError(f"the source of {function.__name__} was not found") from error
+    except (OSError, TypeError):  # typed at a prompt: the digest of its code identifies it
+        text = f"def {function.__name__}: source not found"
     if function.__name__ == "<lambda>":
         raise UnidentifiedError("a lambda cannot be recorded: define the law with def")
     walk = _Walk()
@@ -230,7 +230,7 @@ def _refuse_moving(name: str, value: object) -> None:
     owner = getattr(value, "__self__", None)
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     if any(value is moving for moving in _MOVING) or _is_moving(str(module or type(owner).__module__)):
-        raise UnidentifiedError(f"{name} has another value at another time or in another process: use t and x")
+        raise UnidentifiedError(f"{name} depends on the time or the process: use only t and x")
 
 
 def _is_moving(module: str) -> bool:

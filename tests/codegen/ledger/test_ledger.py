@@ -198,7 +198,7 @@ def test_an_erratum_is_of_an_entry_and_has_one_sentence() -> None:
     ledger = judge(Paper("", 1, names, (row,), errata={"1": Erratum(Slip.MISPRINT, "A 3 is printed.")}), "model")
     assert ledger["(1)"].erratum == Erratum(Slip.MISPRINT, "A 3 is printed.")
     assert ledger.slips() == {**dict.fromkeys(Slip, 0), Slip.MISPRINT: 1}
-    with pytest.raises(ModelError, match=r"these errata name entries that are not in the ledger: \['2'\]"):
+    with pytest.raises(ModelError, match=r"errata of unknown entries: \['2'\]"):
         Paper("", 1, names, (row,), errata={"2": Erratum(Slip.SCAN, "A dot is lost.")})
     for cause in ("", ".", "no full stop", "One. Two."):
         with pytest.raises(ModelError, match="one sentence"):

@@ -159,7 +159,7 @@ def test_mistakes_are_named():
     assert "unknown model" in refused("board", "run", "sattelite", "--controller", "mrac")
     assert "did you mean stm32f4" in refused("board", "build", "satellite", "--controller", "pd", "--board", "stm32")
     assert "format = 'xml'" in refused(*RUN, "--format", "xml")
-    assert "must be left out without --inline-parameters: every parameter can be set then" in refused(
+    assert "must be given with --inline-parameters; without it every parameter can be set" in refused(
         *RUN, "--tunable", "R"
     )
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")

@@ -88,7 +88,7 @@ def test_a_name_that_cannot_name_a_system_is_refused(tmp_path, name):
 
 @pytest.mark.parametrize("name", ["class", "lambda", "None"])
 def test_a_word_of_python_is_refused_as_one(tmp_path, name):
-    with pytest.raises(InputError, match=f"NAME = '{name}': must be another name: this one is a word of Python"):
+    with pytest.raises(InputError, match=f"NAME = '{name}': must be another name: this is a reserved word of Python"):
         scaffold(name, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

@@ -82,7 +82,7 @@ def test_an_option_that_comes_twice_is_refused(tmp_path: Path):
         mehvar.batch("triangle", "path", 2, parameters={"R": 0.6}, R=0.61)
     (tmp_path / "campaign.toml").write_text("model = 'triangle'\ncontroller = 'path'\nn = 2\n")
     for more in ({"seed": 0}, {"controller": "sliding"}, {"rtol": 1e-9}, {"initial": {}}, {"sampling": "random"}):
-        with pytest.raises(mehvar.InputError, match=f"^{next(iter(more))} = .*left out, since .* says what is run"):
+        with pytest.raises(mehvar.InputError, match=f"^{next(iter(more))} = .*left out: .* determines the run"):
             mehvar.batch(tmp_path / "campaign.toml", **more)
 
 

@@ -131,7 +131,7 @@ def test_a_pull_request_gets_a_comment_and_a_picture(project):
 
 def test_a_picture_that_cannot_be_is_refused_before_anything_is_compared(project):
     assert "must be a file name that ends in .png" in project.refused("--plot", "overlay.bmp")
-    assert "--paper draws no run and writes no markdown" in project.refused("--paper", "--format", "markdown")
+    assert "--paper supports neither --plot nor markdown" in project.refused("--paper", "--format", "markdown")
 
 
 @pytest.mark.soak

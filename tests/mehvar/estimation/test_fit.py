@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import solve_ivp
 from scipy.optimize import curve_fit
 from scipy.stats import binom, chi2
 
@@ -101,6 +102,27 @@ def test_intervals_cover_as_often_as_they_say(trials: int) -> None:
     for count in (*covered.values(), together):
         assert binom.ppf(0.001, trials, 0.95) <= count <= binom.ppf(0.999, trials, 0.95)
     assert 0.5 - 2 / np.sqrt(trials) < np.mean(misfits) < 0.5 + 2 / np.sqrt(trials)  # uniform, if the noise is as given
+
+
+def test_covariance_is_that_of_exact_sensitivities() -> None:
+    """The slopes of central differences agree with S' = f_x S + f_p of the generated Jacobians to 2e-7."""
+    model, truth = sloshing()
+    record = truth[["wx", "wy", "u_pushx", "u_pushy", "u_pushz"]]
+    fit = mehvar.fit(model, record, list(VALUES), sigma={"wx": NOISE, "wy": NOISE}, **START)
+    p, u = model.parameters(**dict(zip(VALUES, map(float, fit.values), strict=True))), [0, 0, 30.0]
+    columns, size = [model.parameter_names.index(name) for name in VALUES], len(model.state_names)
+
+    def rates(_: float, y: np.ndarray) -> np.ndarray:
+        x, slopes = y[:size], y[size:].reshape(size, -1)
+        moved = model.jac_x(x, u, p) @ slopes + model.jac_p(x, u, p)[:, columns]
+        return np.concatenate([model.rhs(x, u, p), moved.ravel()])
+
+    start = np.concatenate([[float(truth[name][0]) for name in model.state_names], np.zeros(2 * size)])
+    flown = solve_ivp(rates, (0, 100), start, "DOP853", rtol=1e-10, atol=1e-12, t_eval=truth.t.values)
+    rows = flown.y[size:].reshape(size, 2, -1)[[model.state_names.index(name) for name in ("wx", "wy")]]
+    unit = np.sqrt(np.diag(fit.covariance))
+    slopes = rows.transpose(0, 2, 1).reshape(-1, 2) * unit / NOISE
+    np.testing.assert_allclose(fit.covariance / np.outer(unit, unit) @ slopes.T @ slopes, np.eye(2), atol=4e-7)
 
 
 def test_noise_is_estimated_and_correlated_residuals_are_told(truth: xr.Dataset) -> None:

@@ -169,7 +169,7 @@ def test_a_session_that_never_imported_mehvar_has_results(tmp_path):
         (lambda run, batch: batch.mehvar.plot("nothing"), "unknown number 'nothing' of the runs"),
         (lambda run, batch: run.mehvar.plot("theta"), "leave them out for a single run"),
         (lambda run, batch: run.mehvar.scatter("theta", "rho"), "unknown dimension 'run' of this result"),
-        (lambda run, batch: run.mehvar.compare(batch), "a run, compared with a run"),
+        (lambda run, batch: run.mehvar.compare(batch), "the dataset of a run, because this is a run"),
         (lambda run, batch: run.mehvar.compare(run[["t"]]), "a run without variables of the same name"),
         (lambda run, batch: run.mehvar.compare(run.assign_coords(t=run["t"] + 0.003)), "without samples at the same"),
         (lambda run, batch: run.mehvar.report("run.pdf"), "ends in .html"),

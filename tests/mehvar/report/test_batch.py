@@ -128,7 +128,7 @@ def test_of_an_unfinished_batch_the_stored_runs_are_counted(store):
     largest = tables(sections["runs"])["Largest value of each metric"].rows[0]
     assert int(largest[3]) == 30 + int(whole[largest[0]].values[30:].argmax())
     part["status"][:] = NOT_RUN
-    with pytest.raises(InputError, match="this batch holds no run yet"):
+    with pytest.raises(InputError, match="this batch has no stored run yet"):
         Runs(part)
 
 

@@ -100,7 +100,7 @@ def test_errors_and_innovations_are_as_large_as_it_says(model):
     ("make", "words"),
     [
         (lambda: estimated(swing(), "lqr", START), "law 'lqr' is not known"),
-        (lambda: estimated(swing(), "pd", {"angle": (0, 1)}), "must have mean and deviation of rate, drag too"),
+        (lambda: estimated(swing(), "pd", {"angle": (0, 1)}), "must also have mean and deviation of rate, drag"),
         (lambda: estimated(swing(), "pd", START, {"speed": 1.0}), "state 'speed' is not known"),
         (lambda: estimated(swing(sensor=None), "pd", START), "estimates need a sampled law and a system with a sensor"),
         (

@@ -86,7 +86,7 @@ def assembled(*parts, **options):
         (lambda: assembled(ControlMomentGyro("g", (1, 0, 0), (1, 0, 0), 1.0, 1.0)), "g.spin = .*: must not be along"),
         (
             lambda: ControlMomentGyro("g", (1, 0, 0), (0, 1, 0), 1.0, 1.0, speed=1.0, friction=1.0),
-            "g.friction: a constant speed is held by a motor",
+            "g.friction: a motor holds the constant speed",
         ),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, share=0.5), "t: a bob needs both share and length"),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping needs a bob"),

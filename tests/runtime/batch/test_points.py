@@ -56,7 +56,7 @@ def test_own_points_stand_beside_drawn_ones():
         ({"points": FRAME, "sampling": "saltelli"}, "saltelli combines values of different runs"),
         ({"design": "grid", "vary": {"theta_0": "uniform(0, 1)"}}, 'must be a list of values, since design = "grid"'),
         ({"design": "grid"}, "left out unless vary has lists"),
-        ({"design": "latin", "vary": {"theta_0": [1.0]}}, 'must be "grid"; sampling has the designs of drawn points'),
+        ({"design": "latin", "vary": {"theta_0": [1.0]}}, 'must be "grid"; for drawn points use sampling'),
     ],
 )
 def test_what_is_no_design_is_refused(points, why):

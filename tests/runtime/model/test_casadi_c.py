@@ -75,7 +75,7 @@ def test_noise_is_the_same():
 
 def test_what_needs_our_own_text_is_refused(tmp_path):
     model = load("triangle", "casadi")
-    with pytest.raises(InputError, match=r"backend = 'casadi' .*must be 'c': batches need our own C"):
+    with pytest.raises(InputError, match=r"backend = 'casadi' .*must be 'c': batches need mehvar's C"):
         mehvar.batch(model, "path", 4)
     with pytest.raises(InputError, match=r"backend = 'casadi' .*left out: a batch runs our own C in lanes"):
         mehvar.batch("triangle", "path", 4, backend="casadi")

@@ -120,7 +120,7 @@ def _all(result: Any) -> tuple[Any, ...]:
     return result if isinstance(result, tuple) else (result,)
 
 
-REFUSED = r"angle_0 = .*: must be left out: it decides nothing here but angle, which is given too"
+REFUSED = r"angle_0 = .*: must be left out: here it only determines angle, which is given too: give one of them"
 
 
 def test_what_a_given_start_overrides_is_refused_everywhere(tmp_path):
@@ -162,7 +162,7 @@ def test_a_start_that_is_given_in_part_leaves_the_rest_to_its_parameters():
 
 
 def test_a_parameter_of_another_law_is_refused_and_of_the_own_one_not():
-    with pytest.raises(InputError, match=r"Ts = 0.1 .*: must be left out: nothing in a run under pd reads it"):
+    with pytest.raises(InputError, match=r"Ts = 0.1 .*: must be left out: no function of a run under pd reads it"):
         mehvar.simulate(PENDULUM, "pd", Ts=0.1)
     mehvar.simulate(PENDULUM, "p-sum", t_end=0.2, Ts=0.1, dt_out=0.1)
 
@@ -173,7 +173,7 @@ def test_a_parameter_behind_a_formula_is_refused_where_the_formula_is_overridden
     k_p, k_d = law.parameters
     law = replace(law, parameters=(replace(k_p, readers=("pd_defaults.k_d",)), k_d))
     check_read(manifest, law, "", False, {"k_p": 1.0}, (), "test")
-    with pytest.raises(InputError, match=r"k_p = 1.0 .*: it decides nothing here but k_d, which is given too"):
+    with pytest.raises(InputError, match=r"k_p = 1.0 .*: here it only determines k_d, which is given too"):
         check_read(manifest, law, "", False, {"k_p": 1.0, "k_d": 1.0}, (), "test")
 
 
@@ -183,5 +183,5 @@ def test_a_reference_is_read_by_what_takes_it_and_by_a_law_in_python():
     manifest = replace(manifest, scenario_parameters=rows)
     check_read(manifest, describe("python:f", ""), "", True, {"angle_ref": 1.0}, (), "test")
     check_read(manifest, manifest.controllers["pd"], "", False, {"angle_ref": 1.0}, (), "test")
-    with pytest.raises(InputError, match=r"angle_ref = 1.0 .*nothing in a run under none reads it"):
+    with pytest.raises(InputError, match=r"angle_ref = 1.0 .*no function of a run under none reads it"):
         check_read(manifest, describe(OPEN_LOOP, ""), "", True, {"angle_ref": 1.0}, (), "test")

@@ -156,12 +156,12 @@ def two(law):
         (
             wheels(),
             two,
-            "law l: wheel1, wheel2 give torques about only 2 of 3 axes: add actuators, or tilt the existing ones",
+            "law l: wheel1, wheel2 produce torques about only 2 of 3 axes: add actuators, or tilt these",
         ),
         (wheels(), lambda law: {"wheel9": 1}, r"law l commands 'wheel9' \(did you mean 'wheel"),
         (wheels(), lambda law: {"wheel1": (1, 2)}, "law l: wheel1 has 1 inputs, and 2 commands"),
         (wheels(), lambda law: law.torque([1, 2], wheels()), "law l: torque has 2 components; must have 3"),
-        (wheels(), lambda law: law.torque([1, 2, 3], jets()), "law l: jetxpa is no actuator of the craft"),
+        (wheels(), lambda law: law.torque([1, 2, 3], jets()), "law l: jetxpa is not an actuator of the craft"),
         (PLUS, lambda law: law.torque([1, 2, 3], PLUS), "can only push to one side; add thrusters"),
         (
             [Gyro("gyro")],

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Orbits against Kepler's solution, the mean drift by oblateness and the decay by air."""
 
+import json
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -8,7 +10,18 @@ from scipy.optimize import brentq
 
 import mehvar
 from mehvar.base.errors import MehvarError
-from mehvar.models.parts import Bob, Drag, GravityGradient, Hub, Orbit, Spacecraft, SunSensor, ThirdBody
+from mehvar.models.parts import (
+    Bob,
+    Drag,
+    Eclipse,
+    GravityGradient,
+    GroundStation,
+    Hub,
+    Orbit,
+    Spacecraft,
+    SunSensor,
+    ThirdBody,
+)
 
 MU, R, J2 = 3.986004418e14, 6378137.0, 1.08262668e-3
 HUB = Hub("hub", mass=100.0, inertia=(1.0, 3.0, 2.0))
@@ -139,6 +152,60 @@ def test_penumbra_is_the_share_of_the_suns_disc():
         share = np.mean(np.hypot(apart + radius * np.cos(turn), radius * np.sin(turn)) > rim)
         light = np.linalg.norm(model.functions["measure"](x, [], model.parameters()))
         assert light == pytest.approx(share, abs=4e-3)
+
+
+SIZE = 7e6
+RATE = np.sqrt(MU / SIZE**3)
+
+
+def events(run):
+    """Return names and times of the events of a run."""
+    rows = json.loads(run.attrs["events"])
+    return list(zip(rows["name"], rows["t"], strict=True))
+
+
+@pytest.mark.parametrize("shadow", ["cylinder", "cone"])
+def test_eclipses_begin_and_end_at_known_angles(shadow):
+    """The Sun is along x, the orbit a circle from there: the shadow begins where the discs touch."""
+    orbit = Orbit(shadow=shadow, disc=0.02, size=SIZE)
+    run = flown("night", Eclipse("night"), orbit=orbit, t_end=2 * np.pi / RATE, dt_out=60.0)
+    rim = np.arcsin(R / SIZE)
+    edges = {"night": rim + 0.02, "night_full": rim - 0.02} if shadow == "cone" else {"night": rim}
+    angles = {
+        f"{name}_{end}": np.pi + s * edge for name, edge in edges.items() for end, s in (("begins", -1), ("ends", 1))
+    }
+    expected = sorted((angle / RATE, name) for name, angle in angles.items())
+    assert [name for name, _ in events(run)] == [name for _, name in expected]
+    np.testing.assert_allclose([t for _, t in events(run)], [t for t, _ in expected], rtol=0, atol=1e-6)
+
+
+def test_a_contact_lasts_while_the_craft_is_above_the_mask():
+    """A circle over the equator of a sphere that turns: the angle at the Earth's centre is acos(R/a cos e) - e."""
+    spin, mask = 7e-5, 0.1
+    station = GroundStation("base", latitude=0.0, ascension=1.0, elevation=mask, flattening=0.0)
+    run = flown("pass", station, orbit=Orbit(size=SIZE, spin=spin), t_end=4000.0, dt_out=50.0)
+    half = np.arccos(R / SIZE * np.cos(mask)) - mask
+    wanted = [(1.0 - half) / (RATE - spin), (1.0 + half) / (RATE - spin)]
+    assert [name for name, _ in events(run)] == ["base_begins", "base_ends"]
+    np.testing.assert_allclose([t for _, t in events(run)], wanted, rtol=0, atol=1e-6)
+
+
+def test_a_station_stands_on_the_ellipsoid():
+    """The guard vanishes where the craft is in the horizon of a station at 50 degrees north."""
+    latitude, height, polar = np.radians(50.0), 300.0, (1 - 1 / 298.257223563) ** 2
+    craft = Spacecraft("north", orbit=Orbit())
+    for part in (HUB, GroundStation("base", latitude=latitude, ascension=0.5, height=height)):
+        craft.add(part)
+    model = mehvar.build(craft)
+    bend = R / np.sqrt(1 - (1 - polar) * np.sin(latitude) ** 2)
+    east, out = np.array([-np.sin(0.5), np.cos(0.5), 0]), np.array([np.cos(0.5), np.sin(0.5), 0])
+    place = (bend + height) * np.cos(latitude) * out + np.array([0, 0, (polar * bend + height) * np.sin(latitude)])
+    up = np.cos(latitude) * out + np.array([0, 0, np.sin(latitude)])
+    for angle in (0.0, 0.3):
+        x = place + 1e6 * (np.cos(angle) * east + np.sin(angle) * up)
+        state = model.state(q0=1.0, **dict(zip(("orbit_x", "orbit_y", "orbit_z"), x, strict=True)))
+        guard = model.functions["guards"](state, [], model.parameters())
+        np.testing.assert_allclose(guard, -1e6 * np.sin(angle), atol=1e-6)
 
 
 def test_air_takes_energy():

@@ -119,7 +119,7 @@ def test_an_unfinished_store_is_summed_up_over_what_it_has(rng: np.random.Genera
     there = np.r_[0:CHUNK, 2 * CHUNK : 3 * CHUNK]
     assert result.rows[0].mean == pytest.approx(metric[there].mean())
     assert result.rows[0].largest[0] == there[np.argmax(metric[there])]
-    with pytest.raises(InputError, match="holds no run yet"):
+    with pytest.raises(InputError, match="has no stored run yet"):
         summarise(filled({}, blocks=[]))
 
 
