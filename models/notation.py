@@ -131,7 +131,7 @@ class Names:
 
     def _add(self, name: Name) -> Expr:
         if any(str(name.symbol) == str(other) for other in self.table):
-            raise ModelError(f"name {str(name.symbol)!r} is twice in the table of names")
+            raise ModelError(f"name {str(name.symbol)!r} occurs twice in the table of names")
         self.table[name.symbol] = name
         return name.symbol
 

@@ -191,7 +191,7 @@ class Erratum:
 
     def __post_init__(self) -> None:
         if len(self.cause) < 2 or not self.cause.endswith(".") or ". " in self.cause:
-            raise ModelError(f"the cause of an erratum is one sentence that ends with a full stop, not {self.cause!r}")
+            raise ModelError(f"cause = {self.cause!r}: must be one sentence that ends with a full stop")
 
 
 @dataclass(frozen=True)

@@ -164,7 +164,7 @@ def check_scenario_numbers(scenario: Scenario, where: str) -> None:
 def check_metric_numbers(metric: Metric, where: str) -> None:
     """Refuse a band or window that a metric's kind does not use."""
     if metric.kind not in (*OF_SECONDS, *OF_COUNTS) and metric.band != 0:
-        raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} has none")
+        raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} uses none")
     least = "above zero" if metric.kind in OF_SECONDS else "zero or above"
     if not math.isfinite(metric.band) or metric.band < 0 or (metric.kind in OF_SECONDS and metric.band == 0):
         raise ModelError(f"{where}: band = {metric.band:g}: must be {least}")

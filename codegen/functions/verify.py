@@ -75,7 +75,7 @@ def verify(system: System) -> None:
         solves = np.abs(residual) <= TOLERANCE * (np.abs(slope) @ np.abs(rates))
         if not error[worst] <= bound and not solves.all():
             raise VerificationError(
-                f"{system.origin}: {names[worst]}' of the evaluation form differs from the derived equations "
+                f"{system.origin}: {names[worst]}' of rhs differs from the derived equations "
                 f"by {error[worst]:.2e} (allowed {bound:.2e}) at random point {point}"
             )
 

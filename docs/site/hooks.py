@@ -90,8 +90,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Put the formulas back."""
+    """Put the formulas back; a table without names of columns is a gallery."""
     formulas = _formulas.pop(page.file.src_uri)
+    html = re.sub(r"<table>(?=\s*<thead>\s*<tr>\s*(?:<th[^>]*></th>\s*)+</tr>)", '<table class="gallery">', html)
     html = re.sub(r"<p>(\ue000\d+\ue001)</p>", r'<div class="formula" tabindex="0">\1</div>', html)
     return re.sub(r"\ue000(\d+)\ue001", lambda match: formulas[int(match[1])], html)
 

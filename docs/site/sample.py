@@ -52,13 +52,42 @@ def docstrings() -> Iterator[str]:
 
 
 def messages() -> Iterator[str]:
-    """Yield the text of each error that is raised with one."""
+    """Yield the text of each error that is raised with one, with values as words in capitals."""
     for node in texts():
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
-            words = ast.unparse(node.exc.args[0])
-            if re.match(r"f?['\"]", words) and len(words.split()) > 3:
-                words = words.removeprefix("f").strip("'\"")
+            words = literal(node.exc.args[0])
+            if len(re.findall(r"\b[a-z]+\b", words)) > 3:
                 yield COMPOSED.get(ast.unparse(node.exc.func), "FIELD{}" if words[0] in ": " else "{}").format(words)
+
+
+def literal(node: ast.AST) -> str:
+    """Return a text with its values as words in capitals; empty for anything but a text."""
+    match node:
+        case ast.Constant(value=str(text)):
+            return text
+        case ast.JoinedStr(values=parts):
+            return "".join(map(literal, parts))
+        case ast.FormattedValue(value=value):
+            return capitals(value)
+    return ""
+
+
+def capitals(node: ast.AST) -> str:
+    """Return the word in capitals for a value of a message, from the last name in its expression."""
+    match node:
+        case ast.Call(func=ast.Attribute(attr="join"), args=[joined, *_]):
+            return f"{capitals(joined)}, ..."
+        case ast.Call(func=ast.Name(id="suggestion" | "whence" | "_origins")):
+            return ""
+        case ast.Call(args=[first, *_]):
+            return capitals(first)
+        case ast.IfExp(body=value):
+            return capitals(value)
+        case ast.Subscript(value=value) | ast.GeneratorExp(elt=value) | ast.Starred(value=value):
+            return capitals(value)
+        case ast.Attribute(attr=name) | ast.Name(id=name):
+            return name.strip("_").upper()
+    return "VALUE"
 
 
 def sample(seed: int, number: int = 40) -> Iterator[str]:

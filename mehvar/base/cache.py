@@ -112,7 +112,7 @@ def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
         scratch = place.with_name(f"build-{secrets.token_hex(8)}")
         place.parent.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
         if reason := _exposure(place.parent):
-            raise InputError(f"the cache cannot be used: {place.parent}: {reason}; or remove it")
+            raise InputError(f"the cache cannot be used: {place.parent}: {reason}, or remove the folder")
         scratch.mkdir(mode=_PRIVATE)
         try:
             fill(scratch)

@@ -92,7 +92,9 @@ def command(
     if store is not None or run is not None or trust_model:
         decided = (controller, scenario, settings, t_end, input_texts, inputs, interpolation)
         if store is None or run is None or any(value is not None for value in decided):
-            raise typer.BadParameter("--from STORE needs --run ID, and takes law, scenario and settings from the batch")
+            raise typer.BadParameter(
+                "--from STORE needs --run ID; leave out law, scenario and settings, which the batch determines"
+            )
         if model is not None and trust_model:
             raise typer.BadParameter("--trust-model takes the model that the store names: leave MODEL out")
         if as_json:

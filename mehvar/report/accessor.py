@@ -311,8 +311,8 @@ class Results:
         from mehvar.report.subjects import run_sections
 
         if self._is_batch:
-            return Page(self._title, batch_sections(self._runs(None), store))
-        return Page(self._title, run_sections(self._dataset, self._manifest, model))
+            return Page(self._title, batch_sections(self._runs(None), store), self._dataset.attrs["title"])
+        return Page(self._title, run_sections(self._dataset, self._manifest, model), self._dataset.attrs["title"])
 
     def animate(self, model: Model | str | os.PathLike[str] | None = None) -> Animation:
         """Return a 3-D animation of the run; a notebook shows it, and `save(path)` writes it.
@@ -342,7 +342,7 @@ class Results:
         from mehvar.pictures.style import case_text
 
         about = self._dataset.attrs
-        return f"{about['title']} (scenario {case_text(about)})"
+        return f"{about['model']} under {about['controller']} (scenario {case_text(about)})"
 
     @property
     def _is_batch(self) -> bool:

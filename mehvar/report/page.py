@@ -165,17 +165,20 @@ def uri(picture: Picture) -> str:
 
 
 def numerals(text: str) -> str:
-    """Return a cell of numbers with typographic minus signs; other cells, such as commands, unchanged."""
-    return (
-        re.sub(r"(?<!\d)-(?=[\d.])", "−", text) if re.fullmatch(r"[-+\d.,e %[\]±]*\d[-+\d.,e %[\]±]*", text) else text
-    )
+    """Return a cell of numbers with minus signs and powers of ten, another with the exponents of its units raised."""
+    if not re.fullmatch(r"[-+\d.,e %[\]±]*\d[-+\d.,e %[\]±]*", text):
+        return pretty_unit(text)
+    return re.sub(r"(?<!\d)-(?=[\d.])", "−", _powers(text))
+
+
+def _powers(text: str) -> str:
+    """Return text with 1e-05 as 1×10⁻⁵."""
+    return pretty_unit(re.sub(r"(\d)e([+-]?\d+)", lambda match: f"{match[1]}×10^{int(match[2])}", text))
 
 
 def typeset(text: str) -> Markup:
     """Return text with typographic minus signs, exponents, degrees, thousands, Greek letters and subscripts."""
-    text = str(escape(text))
-    text = re.sub(r"(\d)e([+-]?\d+)", lambda match: f"{match[1]}×10^{int(match[2])}", text)
-    text = pretty_unit(re.sub(r"(?<=\d) deg\b", "°", text))
+    text = _powers(re.sub(r"(?<=\d) deg\b", "°", str(escape(text))))
     text = re.sub(r"(?<![\w.,−-])\d{5,}(?![\w.])", lambda match: f"{int(match[0]):,}".replace(",", "\u202f"), text)
     text = re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
     text = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|_|\d)", lambda match: _GREEK[match[1]], text)

@@ -204,7 +204,7 @@ def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Se
     known = metrics_of(manifest, about["controller"], list(map(str, dataset.data_vars)))
     values = metrics(dataset, manifest)
     rows = [(name, f"{value:.6g}", known[name].unit, known[name].description) for name, value in values.items()]
-    text = f"{about['title']}, scenario {case_text(about)}: {about['reason']}, t = {float(about['t_stop']):g} s."
+    text = f"Scenario {case_text(about)}: {about['reason']}, t = {float(about['t_stop']):g} s."
     drawn = picture(f"{anchor}-picture", title, str(about["exceeded"]), result_picture(dataset, manifest))
     return Section(
         anchor, title, [Text(text), Drawing(drawn), Table("Metrics", ("metric", "value", "unit", "meaning"), rows)]

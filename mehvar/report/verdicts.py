@@ -176,7 +176,7 @@ class Verdicts:
     def page(self) -> str:
         """Return the verdicts as an HTML page."""
         rows = [(v.requirement, v.answer, _KINDS[v.answer], self._evidence(v), self._worst(v)) for v in self._verdicts]
-        return page("requirements.html.j2", title=self._title(), confidence=f"{self.confidence:g}", rows=rows)
+        return page("requirements.html.j2", title=self._title(), wrong=f"{1 - self.confidence:.6g}", rows=rows)
 
     def _repr_html_(self) -> str:
         return self.page()

@@ -128,7 +128,7 @@ def _check_times(system: System, law: Controller) -> None:
         names = [q.name for q in group]
         if name and name not in names:
             raise ModelError(
-                f"{law.origin}: {what} = {name!r} of law {law.name!r} is no parameter of group {group.name!r}"
+                f"{law.origin}: {what} = {name!r} of law {law.name!r} is not a parameter of group {group.name!r}"
                 f"{suggestion(name, names)}"
             )
     clock = next((q for q in system.parameters if q.name == law.period), None)
@@ -209,8 +209,8 @@ def _check_choices(system: System) -> None:
     for choice in system.choices:
         if len(choice.values) < 2 or len(set(choice.values)) < len(choice.values):
             raise ModelError(
-                f"{system.origin}: choice {choice.name!r} has the values {choice.values}: must be two or more, "
-                "each once"
+                f"{system.origin}: choice {choice.name!r} has the values {choice.values}: must be two or more "
+                "different ones"
             )
     check_distinct([choice.name for choice in system.choices], f"{system.origin}: choice")
     wanted = [values for values in itertools.product(*options) if values != tuple(v[0] for v in options)]

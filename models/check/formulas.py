@@ -54,5 +54,5 @@ def _parse(parameter: Parameter, symbols: Mapping[str, sp.Symbol]) -> Expr:
     unknown = {s.name for s in expr.free_symbols} - set(symbols)
     if unknown:
         name = sorted(unknown)[0]
-        raise ModelError(f"{where} uses {name!r}, which is no parameter of this group{suggestion(name, symbols)}")
+        raise ModelError(f"{where} uses {name!r}, which is not a parameter of this group{suggestion(name, symbols)}")
     return expr

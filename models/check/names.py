@@ -200,9 +200,7 @@ def _check_callables(system: System) -> None:
             _check_word(word, f"{system.origin}: choice {choice.name!r}")
     for law in system.controllers:
         if not _CALLABLE.fullmatch(law.name.replace("-", "_")) or law.name in _TAKEN:
-            raise ModelError(
-                f"{law.origin}: law {law.name!r}: {_FORM}; '-' is allowed too, but no two of these signs in a row"
-            )
+            raise ModelError(f"{law.origin}: law {law.name!r}: {_FORM}; single '-' are allowed too")
     for function in system.functions:
         where = f"{function.origin}: function {function.name!r}"
         names = [group.name for group in function.arguments]

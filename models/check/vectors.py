@@ -161,7 +161,7 @@ def _rates(system: System) -> dict[sp.Symbol, str]:
     units = {q.name: f"{q.unit}/s" for q in system.states}
     unknown = next((name for name in system.rates if name not in units), None)
     if unknown:
-        raise ModelError(f"{system.origin}: rates: {unknown!r} is no state{suggestion(unknown, units)}")
+        raise ModelError(f"{system.origin}: rates: {unknown!r} is not a state{suggestion(unknown, units)}")
     return {symbol: units[name] for name, symbol in system.rates.items()}
 
 

@@ -72,7 +72,7 @@ def _fields(file: Path, of: type, table: Mapping[str, Any], where: str = "") -> 
     for name in table:
         if name not in declared:
             raise ModelError(
-                f"{place_in(file, name)}: {where}{name!r} is no field of a {of.__name__}{suggestion(name, declared)}"
+                f"{place_in(file, name)}: {where}{name!r} is not a field of {of.__name__}{suggestion(name, declared)}"
             )
     return {name: _entry(declared[name], row, f"{place_in(file, name)}: {where}{name}") for name, row in table.items()}
 

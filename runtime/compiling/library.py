@@ -96,7 +96,7 @@ def load_library(
         return ctypes.CDLL(str(path))
     except OSError as error:
         raise BuildError(
-            f"cannot load {path}: {error}; if programs may not run there, set $MEHVAR_CACHE to another folder"
+            f"cannot load {path}: {error}; if that folder forbids programs, set $MEHVAR_CACHE to another one"
         ) from error
 
 

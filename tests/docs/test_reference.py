@@ -99,7 +99,7 @@ def test_a_condition_takes_what_the_page_lists(condition: str) -> None:
         ("a ** 2 < 4", "a condition"),
         ("a % 2 < 1", "a condition"),
         ("a", "a condition"),
-        ("a == 3", "with == or != a comparison of the status"),
+        ("a == 3", "a condition in which == and != compare only the status"),
     ],
 )
 def test_a_condition_takes_nothing_else(condition: str, allowed: str) -> None:

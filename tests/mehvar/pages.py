@@ -115,6 +115,25 @@ def printed_pages(browser):
     return len(re.findall(rb"/Type\s*/Page\b", pdf))
 
 
+_BEYOND = """
+const beyond = (part) => part.getClientRects().length && part.getBoundingClientRect().right > innerWidth + 1;
+const leaves = [...document.querySelectorAll("main *")].filter((part) => !part.children.length && !part.closest("svg"));
+return leaves.filter(beyond).map((part) => part.outerHTML.slice(0, 90));
+"""
+
+
+def cut_on_paper(browser):
+    """Return what is beyond the right edge of a sheet of A4, on which nothing scrolls."""
+    browser.execute_script("dispatchEvent(new Event('beforeprint'))")
+    resize(browser, 718)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        return browser.execute_script(_BEYOND)
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+        browser.execute_script("dispatchEvent(new Event('afterprint'))")
+
+
 def opened(browser, page, width=1440, color="light"):
     """Show a page without motion and wait until it stands still."""
     resize(browser, width)

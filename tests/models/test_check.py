@@ -106,8 +106,8 @@ def test_an_unused_law_parameter_is_refused():
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        ({"period": "Tss"}, r"period = 'Tss' of law 'sliding' is no parameter of group 'p'"),
-        ({"delay": "k_ph"}, r"delay = 'k_ph' of law 'sliding' is no parameter of group 'c'.*k_phi"),
+        ({"period": "Tss"}, r"period = 'Tss' of law 'sliding' is not a parameter of group 'p'"),
+        ({"delay": "k_ph"}, r"delay = 'k_ph' of law 'sliding' is not a parameter of group 'c'.*k_phi"),
     ],
 )
 def test_a_period_or_a_delay_that_is_no_parameter_is_refused(edit, message):
@@ -118,7 +118,7 @@ def test_a_period_or_a_delay_that_is_no_parameter_is_refused(edit, message):
 
 def test_a_formula_in_an_unknown_name_is_refused():
     group = with_parameter(triangle().controllers[0].parameters, "twice", "2*k_ph")
-    with pytest.raises(ModelError, match=r"uses 'k_ph', which is no parameter of this group.*k_phi"):
+    with pytest.raises(ModelError, match=r"uses 'k_ph', which is not a parameter of this group.*k_phi"):
         formulas(group)
 
 

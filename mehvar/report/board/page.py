@@ -60,7 +60,7 @@ def metric_rows(outcome: BoardRun, values: Mapping[str, Mapping[str, float]]) ->
         (
             known[metric].description,
             ", ".join(f"{value:.5g} ({name.replace('_', ' ')})" for name, value in numbers.items()),
-            f"measured, {known[metric].unit}",
+            f"measured, {known[metric].unit}".removesuffix(", 1"),
         )
         for metric, numbers in values.items()
     ]

@@ -31,8 +31,8 @@ Report.number = (value) => {
 /** The text of a label with markup. */
 Report.words = (html) => new DOMParser().parseFromString(html, "text/html").body.textContent;
 
-/** Call `then` whenever light turns to dark or back. */
-Report.onTheme = (then) => matchMedia("(prefers-color-scheme: dark)").addEventListener("change", then);
+/** Call `then` whenever light turns to dark or back, also for paper. */
+Report.onTheme = (then) => matchMedia("screen and (prefers-color-scheme: dark)").addEventListener("change", then);
 Report.onTheme(() => Report.colors.clear()); // before those that draw
 
 /** Call `then` once, as soon as an element comes near the window. */

@@ -40,11 +40,20 @@
   };
   filters.forEach((filter) => filter.addEventListener("change", apply));
 
-  /** Paper has no folds: what was measured is printed. */
+  /** Paper has no folds: what was measured is printed. Nothing scrolls there: wide formulas are smaller. */
+  const SHEET = 680, SMALLER = 0.75; // pixels between the margins of A4; its letters by those of the screen
   let folded = [];
   const fold = (open) => folded.forEach((part) => { part.open = open; });
-  addEventListener("beforeprint", () => { folded = document.querySelectorAll("details.checks:not([open])"); fold(true); });
-  addEventListener("afterprint", () => fold(false));
+  addEventListener("beforeprint", () => {
+    folded = document.querySelectorAll("details.checks:not([open])");
+    fold(true);
+    const widths = Array.from(document.querySelectorAll("math"), (formula) => [formula, SMALLER * formula.getBoundingClientRect().width]);
+    for (const [formula, width] of widths) if (width > SHEET) formula.style.fontSize = `${SHEET / width}em`;
+  });
+  addEventListener("afterprint", () => {
+    fold(false);
+    document.querySelectorAll("math[style]").forEach((formula) => formula.removeAttribute("style"));
+  });
 
   /** Keep what a link leads to under its eye while charts above it are still being built; until the reader moves. */
   const land = () => {

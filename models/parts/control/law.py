@@ -161,7 +161,7 @@ class Law:
         where, frame = f"law {self.name}", self._craft.frame
         for part in chosen:
             if part not in [other for other, _ in pairs] or not part.inputs():
-                raise ModelError(f"{where}: {part.name} is no actuator of the craft")
+                raise ModelError(f"{where}: {part.name} is not an actuator of the craft")
         if len(wanted) != len(rows):
             raise ModelError(f"{where}: {what} has {len(wanted)} components; must have {len(rows)}")
         matrix = effects(pairs, self._centre()).extract(rows, list(range(sum(len(p.inputs()) for p, _ in pairs))))
@@ -199,10 +199,10 @@ class Law:
         for name, values in given.items():
             if name not in inputs:
                 raise ModelError(
-                    f"law {self.name} commands {name!r}{suggestion(str(name), inputs)}: no actuator has the name"
+                    f"law {self.name} commands {name!r}{suggestion(str(name), inputs)}: no actuator has this name"
                 )
             if len(values) != inputs[name]:
-                raise ModelError(f"law {self.name}: {name} has {inputs[name]} inputs, and {len(values)} commands")
+                raise ModelError(f"law {self.name}: {name} has {inputs[name]} inputs, but gets {len(values)} commands")
         if self.__dict__.get("_estimate") and not sampled:
             raise ModelError(
                 f"law {self.name} is continuous, but a filter needs a sampled law: leave out sampled=False"

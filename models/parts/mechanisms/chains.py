@@ -68,7 +68,7 @@ class Link:
         if self.joint not in JOINTS:
             raise ModelError(f"joint = {self.joint!r}: must be one of {', '.join(JOINTS)}")
         if (self.axis is None) != (self.joint == "ball"):
-            raise ModelError(f"axis = {self.axis!r}: a hinge or slider needs an axis, a ball joint has none")
+            raise ModelError(f"axis = {self.axis!r}: give an axis to a hinge or slider, and none to a ball joint")
         if self.joint == "ball" and (self.motor or self.stiffness is not None):
             raise ModelError("a ball joint cannot have a motor or a stiffness; leave them out")
 

@@ -41,9 +41,9 @@ class Inertial(Triad):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.integrating and (self.every is not None or self.dropout is not None):
-            raise ModelError(f"{self.name}: integrates from sample to sample: leave out every and dropout")
+            raise ModelError(f"{self.name} integrates from sample to sample: leave out every and dropout")
         if self.integrating and self.walk is None:
-            raise ModelError(f"{self.name}.walk = None: must be given, as it integrates; 0 is allowed")
+            raise ModelError(f"{self.name}.walk = None: must be given for an integrating gyro; 0 is allowed")
 
     @property
     def continuous(self) -> bool:

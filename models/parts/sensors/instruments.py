@@ -206,9 +206,7 @@ class StarTracker(Instrument):
     def __post_init__(self) -> None:
         super().__post_init__()
         if (self.boresight is None) != (self.exclusion is None):
-            raise ModelError(
-                f"{self.name}.exclusion needs boresight, and boresight serves exclusion: give both or none"
-            )
+            raise ModelError(f"{self.name}.exclusion, boresight: give both, or neither")
 
     @property
     def steady(self) -> bool:

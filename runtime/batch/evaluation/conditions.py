@@ -230,15 +230,14 @@ class Criterion:
             case ast.Constant(value=int() as value) if name.startswith("events(") and not isinstance(value, bool):
                 return value
         raise self._refused(
-            f"with == or != a comparison of the status with one of {', '.join(_WORDS)}, "
-            "or of a count with a whole number: "
-            "'status == event and events(NAME) == 1'"
+            f"a condition in which == and != compare only the status with one of {', '.join(_WORDS)}, "
+            "or a count with a whole number, as in 'status == event and events(NAME) == 1'"
         )
 
     def _number(self, node: ast.expr) -> _Value:
         """Return the evaluator of a node with one number per run."""
         if (name := _name(node)) == _STATUS:
-            raise self._refused("a condition that does not compute with the status, as in 'status == event'")
+            raise self._refused("a condition without arithmetic on the status, as in 'status == event'")
         if name in self._quantities:
             return lambda _: self._quantities[name].value
         if name is not None:

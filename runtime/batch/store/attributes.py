@@ -160,7 +160,7 @@ def check_batch(attributes: Mapping[str, Any], about: Mapping[str, Any]) -> None
     """
     identity = {name: attributes[name] for name in IDENTITY if name in attributes}
     if batch_hash(identity, about["chunk"]) != about["batch"]:
-        raise SchemaError(": belong to another batch than its records", "its attributes")
+        raise SchemaError(": do not match its records, which are of another batch", "its attributes")
 
 
 def check_variables(attributes: Mapping[str, Any], numbers: Collection[str], own: Mapping[str, Any]) -> None:

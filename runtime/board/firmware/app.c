@@ -59,7 +59,7 @@ int mv_app_settable(uint32_t group, const uint8_t *bytes)
     return 1;
 }
 
-/* As mv_finite_all; and numbers smaller than any normal one, which are no measurements, become zero. */
+/* Check like mv_finite_all, and set subnormal numbers, which cannot be measurements, to zero. */
 static int admit(real *v, uint32_t n)
 {
     mv_bits above = 0;
@@ -76,7 +76,7 @@ int mv_app_step(real in[MV_BOARD_IN], real u[MV_BOARD_NU])
     const int seen = admit(in, MV_BOARD_IN);
     real *next = memory[1 - now];
     mv_board_law(in, in + MV_BOARD_NSEEN, in + MV_BOARD_NSEEN + MV_BOARD_NR, memory[now], p, c, u, next);
-    /* a law that tolerates the loss of a measurement keeps its memory finite itself */
+    /* a law that tolerates lost measurements keeps its own memory finite */
     const int whole = mv_finite_all(u, MV_BOARD_NU) && (MV_BOARD_LAW_TOLERATES_LOSS || mv_finite_all(next, MV_BOARD_NZ));
     if (whole && (seen || MV_BOARD_LAW_TOLERATES_LOSS)) now = (uint8_t)(1 - now);
     if (seen && whole) return 1;
@@ -93,7 +93,7 @@ static uint32_t crc32(uint32_t crc, const real *v, uint32_t n)
     return crc;
 }
 
-/* One period of the plant by Runge and Kutta's method of order four, the input held. */
+/* Integrate the plant over one period with held input, by the classical Runge-Kutta method. */
 static void advance(real x[MV_BOARD_NX], const real u[MV_BOARD_NU])
 {
     const real h = MV_BOARD_PERIOD(p) / K(MV_BOARD_SUBSTEPS);

@@ -39,7 +39,7 @@ void cortexm_wake_by(uint32_t interrupt)
     NVIC_ISER(interrupt / 32u) = 1u << (interrupt % 32u);
 }
 
-/* Ticks since the last wrap; counts wraps, none of which is missed when this is called at least every WRAP_MS. */
+/* Count the ticks since the last wrap, and the wraps, if called at least every WRAP_MS. */
 static uint32_t ticks_in_wrap(void)
 {
     uint32_t left = SYST_CVR;
@@ -102,7 +102,7 @@ void Reset_Handler(void)
     for (;;) __asm__ volatile("nop");
 }
 
-/* A fault: nothing to the actuators, then start again. */
+/* Handle a fault: set the outputs to zero, then restart. */
 void Default_Handler(void)
 {
     static const mv_real zero[MV_BOARD_NU];
@@ -110,7 +110,7 @@ void Default_Handler(void)
     mv_board_reset();
 }
 
-/* Interrupts are masked, so the core's own exceptions are all there is. */
+/* Interrupts are masked, so that only the core's exceptions occur. */
 typedef void (*handler)(void);
 __attribute__((section(".vectors"), used)) static const union {
     uint32_t *stack;

@@ -3,7 +3,7 @@
 
 #include "mehvar/board.h"
 
-/* Half a byte at a time: a table of 64 bytes, where one for whole bytes takes 1 kB of flash. */
+/* CRC by half bytes: the table takes 64 bytes, one for whole bytes 1 kB of flash. */
 static uint32_t crc_of(uint32_t crc, const uint8_t *bytes, uint32_t count)
 {
     static const uint32_t table[16] = {
@@ -82,7 +82,7 @@ int mv_link_receive(mv_link_state *link, uint8_t byte)
         link->left--;
         return -1;
     }
-    if (link->code != 0 && link->code != 0xFF) append(link, 0); /* the zero that ended the block before */
+    if (link->code != 0 && link->code != 0xFF) append(link, 0); /* the zero at the end of the previous block */
     link->code = byte;
     link->left = (uint8_t)(byte - 1);
     return -1;

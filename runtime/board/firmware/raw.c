@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Another server: the paper's bare packets, MV_BOARD_RAW_IN numbers down and MV_BOARD_NU numbers up, without frame,
- * check or sequence number. A pause within a packet of more than half a period starts the next one. The first packet
- * starts the law's memory. */
+/* Server for the paper's bare packets: MV_BOARD_RAW_IN numbers down and MV_BOARD_NU numbers up, without frame, checksum or
+ * sequence number. A pause of more than half a period within a packet starts the next one. The first packet initialises the
+ * law's memory. */
 #include <string.h>
 
 #include "mehvar/private/app.h"

@@ -25,13 +25,13 @@ static counters count;
 static uint16_t session; /* of the host that is served; 0: of none */
 static uint32_t last;    /* number of its last request */
 static uint8_t last_type, served; /* was it not refused? */
-static uint8_t repeated;          /* the request at hand is the last one again, which was served */
+static uint8_t repeated;          /* the present request repeats the last one, which was served */
 static step_reply answer; /* to the last step */
 static mv_app_test test;  /* result of the last self-test */
 static uint8_t answer_flags, has_answer, has_test, ready, silent;
-static uint8_t driven; /* an output is not zero: the law must go on, or it becomes zero */
+static uint8_t driven; /* an output is not zero and is cleared when steps stop */
 static uint32_t last_ms;
-static real output[MV_BOARD_NU]; /* what the actuators hold */
+static real output[MV_BOARD_NU]; /* present outputs of the actuators */
 
 static uint8_t *payload(void) { return line.frame.bytes + MV_LINK_HEADER; }
 
@@ -105,7 +105,7 @@ static void forget_steps(void)
     clear_output();
 }
 
-/* Parameters as compiled in, no memory, nothing to the actuators. */
+/* Restore compiled-in parameters, clear the memory, and set the outputs to zero. */
 static void forget_all(void)
 {
     mv_app_defaults();
@@ -193,7 +193,7 @@ static int get(uint32_t size)
     return 0;
 }
 
-/* Setting the memory makes the law ready to start, or to go on, from it. */
+/* After its memory is set, the law is ready to start or continue. */
 static int set(uint32_t size)
 {
     uint32_t numbers = 0;
@@ -243,7 +243,7 @@ static int selftest(uint32_t size)
     return 0;
 }
 
-/* A host that says hello is served unless the law of another one is running; it finds nothing that another one left. */
+/* Serve a host that sends a hello, unless another host's law is running; its memory and parameters are reset. */
 static int admit_host(uint32_t size)
 {
     if (line.frame.bytes[0] != MV_SERVER_HELLO || frame_session() == 0) return MV_SERVER_NO_SESSION;
@@ -257,9 +257,9 @@ static int admit_host(uint32_t size)
     return 0;
 }
 
-/* Requests of a session are numbered. The last one may come again, as its reply may have been lost; what comes late is
- * refused. A hello may leave numbers out, since those before it may have been lost. A request in turn that is refused has
- * used its number: its refusal, if that comes late, must not be taken for one of the request after it. */
+/* Requests of a session are numbered. The last one may be repeated, because its reply may have been lost; late requests are
+ * refused. A hello may skip numbers, because requests before it may have been lost. A refused request uses its number, so
+ * that a late refusal cannot be mistaken for one of the next request. */
 static int admit(uint32_t size)
 {
     const uint8_t type = line.frame.bytes[0];
@@ -316,7 +316,7 @@ void mv_server_byte(uint8_t byte)
     if (size >= 0) handle((uint32_t)size);
 }
 
-/* Whoever is silent, and whatever else comes on the line: outputs are held for two samples after the last step. */
+/* Hold the outputs for two samples after the last step, whatever the line receives, then clear them. */
 void mv_server_watch(uint32_t ms)
 {
     if (!(driven || (has_answer && !silent)) || ms - last_ms <= 2u * MV_BOARD_PERIOD_MS) return;

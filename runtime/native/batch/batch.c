@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Many closed loops, a block of lanes after the other. Nothing is allocated, nothing is shared but the job. */
+/* Many closed loops, one block of lanes after the other. Nothing is allocated, and only the job is shared. */
 #include "kernel.h"
 
 #include "block.h"
@@ -7,10 +7,10 @@
 
 int64_t mv_job_size(void) { return (int64_t)sizeof(mv_job); }
 
-/* the most records of a run, and one that it may break off with */
+/* largest number of records of a run, and one more at an early end */
 static int64_t most_records(const mv_schedule *s) { return (s->ticks - 2) / s->record_every + 3; }
 
-/* Bytes of work that one thread needs. */
+/* Return the bytes of work memory of one thread. */
 int64_t mv_work_size(const mv_job *job)
 {
     const int64_t records = most_records(&job->schedule);
@@ -57,7 +57,7 @@ static void divide_work(mv_block *b, char *work)
     b->times = (double *)history;
 }
 
-/* The parameters of the lanes, and what depends on them alone. */
+/* Load the parameters of the lanes and compute values that depend only on them. */
 static void set_parameters(mv_block *b, mv_model *m)
 {
     gather(b, b->job->p, NP, m->p);
@@ -118,7 +118,7 @@ static void save(const mv_block *b, mask lanes, int64_t tick)
     }
 }
 
-/* Let a row of the instant t count in `lanes`. */
+/* Count a row of the instant t in `lanes`. */
 static void sum_up(mv_block *b, mask lanes, real t)
 {
     const mv_loop *l = &b->loop;
@@ -169,7 +169,7 @@ static void finish(mv_block *b)
     }
 }
 
-/* Run the blocks first ... last - 1; `work` is mv_work_size bytes aligned to a real. Returns whether it was stopped. */
+/* Run the blocks first ... last - 1; `work` is mv_work_size bytes aligned to a real. Returns 1 if it was stopped. */
 int mv_run_blocks(const mv_job *job, int64_t first, int64_t last, char *work)
 {
     mv_block b;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A block of runs, one in each lane, and the job that it is part of.
+/* A block of runs, one per lane, and its job.
  *
- * Included after kernel.h, the definitions that Python writes for a model under a law by a method: the model's text
- * and sizes, its constants in a run, the calls, and the sums of the method over its nonzero coefficients. */
+ * Included after kernel.h, which Python writes for a model, law and method: code and sizes of the model, constants of a
+ * run, calls, and sums of the method over its nonzero coefficients. */
 #ifndef MEHVAR_BLOCK_H
 #define MEHVAR_BLOCK_H
 
@@ -57,7 +57,7 @@ static inline void mv_dense_sums(const mv_loop *l, real (*sums)[NQ])
     DENSE_SUMS
 }
 
-/* what a metric remembers of one signal */
+/* state of a metric for one signal */
 typedef struct {
     real value, previous;
     real *history; /* of MV_SETTLING_ABOUT_END: every counted sample */
@@ -74,7 +74,7 @@ typedef struct {
     double *times;             /* instants of the records */
     int64_t records;
     real t_record;             /* instant of a lane's last record */
-    real happened[EVENTS + 1]; /* how often each event did */
+    real happened[EVENTS + 1]; /* number of occurrences of each event */
 } mv_block;
 
 #endif

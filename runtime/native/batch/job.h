@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The runs of a batch and where their results go. Arrays have one row per run. */
+/* Runs of a batch and addresses of their results. Arrays have one row per run. */
 #ifndef MEHVAR_JOB_H
 #define MEHVAR_JOB_H
 
@@ -10,7 +10,7 @@ enum mv_kind {
     MV_EVENTS
 };
 
-/* a metric is made of signals: columns of the record, or differences of two */
+/* a metric has signals: columns of the record, or differences of two columns */
 typedef struct {
     int32_t kind, signals;
     double band, since, until;
@@ -31,7 +31,7 @@ typedef struct {
     const mv_metric *metric;
     const mv_signal *signal;
     double *final, *minimum, *maximum, *metric_values, *t_stop, *t_stiff, *error, *series;
-    int64_t *steps, *events; /* of each event, how often it happened */
+    int64_t *steps, *events; /* number of occurrences of each event */
     int32_t *violated;
     uint8_t *status;
     const volatile int32_t *stop;

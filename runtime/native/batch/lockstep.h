@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Blocks that wait for each other: at every sample of a law that is evaluated elsewhere, once for all runs.
+/* Blocks in step, for a law outside of the kernel that is evaluated once per sample for all runs.
  *
- * Included by batch.c where the kernel's law is to copy what mv_own brings. */
+ * Included by batch.c if the kernel's law copies the values of mv_own. */
 #ifndef MEHVAR_LOCKSTEP_H
 #define MEHVAR_LOCKSTEP_H
 
-/* What goes to the law and what comes back: a row for each quantity, a column for each run. */
+/* Arguments and results of the law: a row per quantity, a column per run. */
 typedef struct {
     double *x, *r;             /* the state as measured, the reference */
     double *u;                 /* the input */
@@ -19,7 +19,7 @@ static int64_t rounded(int64_t bytes)
     return (bytes + size - 1) / size * size;
 }
 
-/* Bytes that a block of lanes keeps from one sample to the next. */
+/* Return the bytes that a block of lanes keeps between samples. */
 int64_t mv_place_size(const mv_job *job) { return rounded((int64_t)sizeof(mv_block)) + rounded(mv_work_size(job)); }
 
 static mv_block *place_of(const mv_job *job, const mv_own *own, int64_t block)
@@ -41,7 +41,7 @@ static void columns_out(const mv_block *b, const real *from, int width, double *
         for (int i = 0; i < width; i++) rows[i * b->job->runs + b->first + lane] = AT(from[i], lane);
 }
 
-/* What the law finds at the tick that comes next. */
+/* Write the law's arguments at the next tick. */
 static void see(mv_block *b, const mv_own *own)
 {
     mv_loop *l = &b->loop;
@@ -67,7 +67,7 @@ void mv_begin_blocks(const mv_job *job, const mv_own *own, int64_t first, int64_
     }
 }
 
-/* Go on with what the law gave, up to the tick `until`, or to the end of the blocks. */
+/* Continue with the law's results up to the tick `until` or the end of the blocks. */
 void mv_continue_blocks(const mv_job *job, const mv_own *own, int64_t until, int64_t first, int64_t last)
 {
     for (int64_t block = first; block < last; block++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The numbers that sum up a run, while it runs: what runtime/run/metrics.py makes of a whole series. */
+/* Metrics of a run, computed during the run, equal to those of runtime/run/metrics.py from a whole series. */
 #ifndef MEHVAR_METRICS_H
 #define MEHVAR_METRICS_H
 
@@ -11,7 +11,7 @@ static inline real mv_crossing(real before, real now, real t_before, real t, dou
     return SELECT(EQ(part - part, K(0)), t_before + part * (t - t_before), t);
 }
 
-/* Where the line between the last sample outside the band and the next one enters it; infinite after one outside. */
+/* Return the time at which the line from the last sample outside the band to the next one enters it; infinite without one. */
 static inline real mv_settled(real settled, mask first, real before, real now, real t_before, real t, double band)
 {
     const mask outside = NOT(LE(mv_fabs(now), K(band))), was_outside = EQ(settled, MV_INFINITY);
@@ -45,7 +45,7 @@ static inline void mv_tell(mv_tally *a, const mv_metric *m, mask lanes, mask fir
     a->previous = SELECT(lanes, v, a->previous);
 }
 
-/* Count a record of the instant `now` in every metric whose time it is. */
+/* Count a record of the instant `now` in each metric whose window contains it. */
 static void mv_count(mv_block *b, mask lanes, real now)
 {
     const mv_signal *signal = b->job->signal;
@@ -67,13 +67,13 @@ static void mv_count(mv_block *b, mask lanes, real now)
     }
 }
 
-/* Whether a lane ended before a metric's window did. */
+/* Return a mask of lanes that ended before the end of a metric's window. */
 static inline int mv_cut(const mv_block *b, const mv_metric *m, int lane)
 {
     return AT(b->loop.status, lane) != MV_DONE && AT(b->loop.t, lane) < m->until;
 }
 
-/* Settling time of one lane about its own last value, of a window that it came to the end of. */
+/* Settling time of one lane about its last value, for a completed window. */
 static double mv_settled_about_end(const mv_block *b, const mv_metric *m, const real *history, int lane, int64_t count)
 {
     const double band = m->band;
@@ -106,7 +106,7 @@ static double mv_metric_value(const mv_block *b, const mv_metric *m, const mv_ta
     return m->kind == MV_RMS ? __builtin_sqrt(value / (double)(count * m->signals)) : value;
 }
 
-/* How often some events happened in one lane. */
+/* Number of occurrences of some events in one lane. */
 static double mv_events(const mv_block *b, const mv_signal *signal, int signals, int lane)
 {
     double count = 0.0;
@@ -114,14 +114,14 @@ static double mv_events(const mv_block *b, const mv_signal *signal, int signals,
     return count;
 }
 
-/* Whether a metric is about what comes after the end of a lane: whether it stays, or its value at an instant. */
+/* Return 1 if a metric is undetermined after an early end: settling, or a value at a later instant. */
 static inline int mv_open(const mv_block *b, const mv_metric *m, int lane)
 {
     const int settling = m->kind == MV_SETTLING || m->kind == MV_SETTLING_ABOUT_END;
     return mv_cut(b, m, lane) && (settling || (m->kind == MV_FINAL && m->until < MV_INFINITY));
 }
 
-/* The metrics of one lane, NaN where nothing was counted or its end came before what counts. */
+/* Compute the metrics of one lane; NaN if nothing was counted or the lane ended before the window. */
 static void mv_metrics(const mv_block *b, int lane, double *out)
 {
     const mv_tally *tally = b->tally;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A model in an FMU, whatever the version of the standard: values by reference, evaluation, time events, steps.
+/* A model in an FMU of any version of the standard: values by reference, evaluation, time events, steps.
  *
- * Included after description.h, which mehvar writes for one model under one law or none: FMU_NAME sizes, FMU_V_NAME the
- * first value reference of a group, fmu_start, and what FMU_CALL_NAME call. Everything of an instance is in one structure,
- * so that its state is a copy of it. */
+ * Included after description.h, which mehvar writes for a model and an optional law: sizes FMU_NAME, first value reference
+ * FMU_V_NAME of each group, fmu_start, and calls FMU_CALL_NAME. An instance is one structure, so that its state is a copy of
+ * it. */
 #ifndef MEHVAR_FMU_CORE_H
 #define MEHVAR_FMU_CORE_H
 
@@ -20,8 +20,8 @@
 enum fmu_status { FMU_OK, FMU_DISCARD, FMU_ERROR };
 enum fmu_mode { FMU_INSTANTIATED, FMU_INITIALIZING, FMU_EVENTS, FMU_CONTINUOUS, FMU_STEPPING, FMU_TERMINATED };
 
-#define FMU_TICKS 4097   /* of one period of a sampled law, at most, and one more */
-#define FMU_RELATIVE 1e-9 /* of times that importers add up: far above their rounding, far below any step */
+#define FMU_TICKS 4097   /* largest number per period of a sampled law, plus one */
+#define FMU_RELATIVE 1e-9 /* tolerance of times: far above the rounding of importers, far below any step */
 #define FMU_NULL "no place for a value, or none to take it from"
 #define FMU_WORK ((int64_t)(sizeof(mv_work) / sizeof(double)) + 1 + (MV_STAGES + 4) * FMU_NQ + FMU_NR + 3 * FMU_NU + \
                   2 * FMU_NZ + FMU_NX + FMU_NY + 2 * FMU_NM + 9 * FMU_NV)
@@ -31,17 +31,17 @@ typedef void fmu_logger(void *instance, const char *message);
 typedef struct {
     double v[FMU_VALUES];     /* by value reference */
     double noise[FMU_NE + 1], z[FMU_NZ + 1];
-    double u[FMU_NU + 1];     /* what a sampled law's last evaluation gave, as it is applied */
+    double u[FMU_NU + 1];     /* input of a sampled law's last evaluation, as applied */
     double record[1 + FMU_NX + 2 * FMU_NU + FMU_NY + FMU_NZ];
-    double t[FMU_TICKS + 2]; /* the last one is the length of a run, which events that stall are measured by */
+    double t[FMU_TICKS + 2]; /* the last one is the duration of a run, for stalled events */
     double work[FMU_WORK];
     mv_single single;
     double start, stop, step, next_event;
     int64_t events;           /* evaluations of a sampled law so far */
     int32_t ticks, phase;     /* ticks in a period, and which one is next */
     int32_t mode, exchange, started, stale, changed, stop_defined, terminated;
-    int32_t due;              /* a sampled law is evaluated at this very instant, when time goes on */
-    int32_t watched, reset;   /* model exchange: sides have been taken; an event has put the states elsewhere */
+    int32_t due;              /* a sampled law is evaluated at this instant, before time advances */
+    int32_t watched, reset;   /* model exchange: sides are known; an event has changed the states */
     int32_t stalled;          /* events in a row without progress in time */
     double last_event;
     double guard[FMU_NV + 1], side[FMU_NV + 1], reach[FMU_NV + 1], zero[FMU_NV + 1]; /* see events.h */
@@ -54,7 +54,7 @@ static void fmu_happened(mv_journal *journal, double t, int32_t event)
     (void)journal, (void)t, (void)event;
 }
 
-/* Addresses within the instance: after it is made or copied. */
+/* Set the addresses within an instance, after its creation or copy. */
 static void fmu_link(fmu_instance *i)
 {
     mv_single *s = &i->single;
@@ -123,7 +123,7 @@ static void fmu_evaluate(fmu_instance *i)
 }
 
 #if FMU_KIND == 2
-/* A sampled law at its instant, in model exchange. */
+/* Evaluate a sampled law at its instant, in model exchange. */
 static void fmu_sample(fmu_instance *i)
 {
     double *v = i->v, z_next[FMU_NZ + 1];
@@ -136,8 +136,7 @@ static void fmu_sample(fmu_instance *i)
 }
 #endif
 
-/* The end of initialization, which is refused where a run of our own would be: values out of bounds, and combinations
- * of which the model says that there is no such thing. */
+/* End the initialization, or refuse it as a run would: for values out of bounds and violated constraints. */
 static enum fmu_status fmu_begin(fmu_instance *i)
 {
     const size_t states = FMU_NQ * sizeof(double), references = FMU_NR * sizeof(double);
@@ -163,7 +162,7 @@ static int fmu_beyond(const fmu_instance *i, double t)
     return i->stop_defined && t > i->stop + FMU_RELATIVE * (fabs(i->stop) + fabs(t - i->start));
 }
 
-/* How many ticks a communication step and a period have in common; -1 when neither holds the other. */
+/* Return the common ticks of a communication step and a period; -1 if neither is a multiple of the other. */
 static int fmu_divide(fmu_instance *i, double step)
 {
     int inside = 1;
@@ -180,7 +179,7 @@ static int fmu_divide(fmu_instance *i, double step)
     return inside;
 }
 
-/* From t to t + h with our own integrator. */
+/* Integrate from t to t + h with mehvar's integrator. */
 static enum fmu_status fmu_step(fmu_instance *i, double t, double h)
 {
     mv_single *s = &i->single;
@@ -228,7 +227,7 @@ static enum fmu_status fmu_step(fmu_instance *i, double t, double h)
                                                                       : "the integration cannot go on");
 }
 
-/* Whether a value may be set now: inputs always, parameters and starts until the first step. In model exchange the
+/* Return 1 if a value may be set now: inputs always, parameters and start values until the first step. In model exchange the
  * importer owns states and time, and CasADi sets them by reference. */
 static int fmu_may_set(const fmu_instance *i, size_t reference)
 {
@@ -262,7 +261,7 @@ static enum fmu_status fmu_get(fmu_instance *i, const unsigned *references, size
 /* Of any value of the unit, see tangents.h. */
 void fmu_tangents(const double *v, const double *applied, int due, int starts, const double *along, double *change);
 
-/* Derivatives of rates and outputs along a change of states, inputs and parameters. */
+/* Compute derivatives of rates and outputs along a change of states, inputs and parameters. */
 static enum fmu_status fmu_directional(fmu_instance *i, const unsigned *unknowns, size_t nu, const unsigned *knowns,
                                        size_t nk, const double *seed, double *sensitivity)
 {
@@ -282,7 +281,7 @@ static enum fmu_status fmu_directional(fmu_instance *i, const unsigned *unknowns
     return FMU_OK;
 }
 
-/* A copy of an instance's state into another: what belongs to the environment stays. */
+/* Copy an instance's state into another instance, without the data of its environment. */
 static void fmu_copy(fmu_instance *to, const fmu_instance *from)
 {
     void *environment = to->environment;
@@ -292,14 +291,14 @@ static void fmu_copy(fmu_instance *to, const fmu_instance *from)
     fmu_link(to);
 }
 
-/* A state that was bytes: what the addresses in it were is another process's. */
+/* Restore a deserialized state, whose addresses are those of another process. */
 static void fmu_restore(fmu_instance *i)
 {
     fmu_functions(&i->single.model);
     fmu_link(i);
 }
 
-/* Whether a limit is broken: the run ends there. */
+/* Return 1 if a limit is violated, which ends the run. */
 static int fmu_over(fmu_instance *i)
 {
     fmu_evaluate(i);
@@ -311,7 +310,7 @@ static int fmu_over(fmu_instance *i)
 #if FMU_NV > 0
 #define FMU_EVENT(e, k) fmu_events[3 * (e) + (k)]
 
-/* Sides of guards; of those that are zero, of where the states go. */
+/* Determine the sides of guards; for a guard of zero, the side to which the states move. */
 static void fmu_sides(fmu_instance *i, double *side)
 {
     double q[FMU_NQ], ahead[FMU_NV];
@@ -332,7 +331,7 @@ static int fmu_crosses(const fmu_instance *i, int e, double side)
     return i->side[e] != 0 && side != 0 && side != i->side[e] && (!direction || i->side[e] * direction < 0);
 }
 
-/* A step of the importer's: whether a guard has crossed in it. */
+/* Return 1 if a guard crossed zero in a step of the importer. */
 static int fmu_watch(fmu_instance *i)
 {
     double side[FMU_NV];
@@ -346,7 +345,7 @@ static int fmu_watch(fmu_instance *i)
     return crosses;
 }
 
-/* What happens to the states where guards have crossed. */
+/* Apply the resets of guards that crossed zero. */
 static void fmu_cross(fmu_instance *i)
 {
     double side[FMU_NV], x_next[FMU_NX];
@@ -359,7 +358,7 @@ static void fmu_cross(fmu_instance *i)
         some = 1;
         i->zero[e] = RESTING * i->reach[e];
         i->side[e] = 0;
-        i->guard[e] = MV_NAN; /* unlike any: its side is taken */
+        i->guard[e] = MV_NAN; /* unequal to every value, so that its side is determined */
         if (FMU_EVENT(e, 2)) i->terminated = 1;
         if (!FMU_EVENT(e, 1)) continue;
         fmu_evaluate(i);
@@ -373,7 +372,7 @@ static void fmu_cross(fmu_instance *i)
     if (i->stalled >= CHATTERING) i->terminated = 1;
 }
 
-/* Sides of guards that changed otherwise than along the flow: a run may not be past an event that ends it. */
+/* Update the sides of guards after a jump; a run on the forbidden side of an event ends. */
 static void fmu_take_sides(fmu_instance *i)
 {
     double side[FMU_NV];
@@ -392,7 +391,7 @@ static void fmu_cross(fmu_instance *i) { (void)i; }
 static void fmu_take_sides(fmu_instance *i) { (void)i; }
 #endif
 
-/* An event in model exchange: guards that have crossed, then a sample. */
+/* Handle an event in model exchange: crossed guards, then a sample. */
 static void fmu_event(fmu_instance *i)
 {
     i->reset = 0;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Dual numbers, in place of the headers of plain ones: a value and its derivative along one direction. Generated functions
- * of them give directional derivatives, exact to rounding, by everything that they receive.
+/* Dual numbers, in place of the headers of plain numbers: a value and its derivative along one direction. With them,
+ * generated functions give directional derivatives, exact to rounding, with respect to all their arguments.
  *
  * They are complex numbers whose imaginary part is the derivative times TINY, so that products of two such parts vanish.
- * The derivative of a step is zero, and so is what the chain rule has as 0 * inf where an argument is saturated. */
+ * The derivative of a step is zero, as is 0 * inf in the chain rule for saturated arguments. */
 #ifndef MEHVAR_FMU_DUAL_H
 #define MEHVAR_FMU_DUAL_H
 

@@ -9,7 +9,7 @@
     if (!i) return fmi3Error;                                                                                        \
     if (!(condition)) return fmu_fail(i, FMU_ERROR, message), fmi3Error
 
-/* Functions that are there because the standard wants them all. */
+/* Unsupported functions, which the standard requires to exist. */
 #define UNSUPPORTED(name, parameters, message)                                                                       \
     fmi3Status name parameters                                                                                       \
     {                                                                                                                \

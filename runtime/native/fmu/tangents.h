@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Derivatives of a unit's values along a change of parameters, inputs and states: its own text, for dual numbers. */
+/* Derivatives of a unit's values along a change of parameters, inputs and states, by its code for dual numbers. */
 #include "values.h"
 
 void fmu_tangents(const double *v, const double *applied, int due, int starts, const double *along, double *change);

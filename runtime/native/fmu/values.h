@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The functions of a unit's model, and what follows from its values by them: for numbers, and for dual numbers. */
+/* Functions of a unit's model and the values that they determine, for numbers and for dual numbers. */
 #ifndef MEHVAR_FMU_VALUES_H
 #define MEHVAR_FMU_VALUES_H
 
@@ -25,7 +25,7 @@ static void fmu_input(const mv_real *x, const mv_real *r, const mv_real *p, cons
 }
 #endif
 
-/* Sizes and addresses of the model's functions, which are others in each process. */
+/* Sizes of the model, and addresses of its functions in this process. */
 static void fmu_functions(mv_model *m)
 {
     *m = (mv_model){0};
@@ -46,7 +46,7 @@ static void fmu_parameters(mv_model *m, const mv_real *v)
     m->s = v + FMU_V_R;
 }
 
-/* Where guards are at states. */
+/* Values of guards at given states. */
 static void fmu_guards(const mv_model *m, const mv_real *v, const mv_real *q, mv_real *g)
 {
 #if FMU_NV > 0 && FMU_KIND == 1
@@ -68,7 +68,7 @@ static void fmu_remember(const mv_model *m, mv_real *v)
 #endif
 }
 
-/* What a sampled law gives of the values that are there, after the input `applied`. */
+/* Evaluate a sampled law at the present values, after the input `applied`. */
 static void fmu_command(const mv_model *m, const mv_real *v, const mv_real *applied, mv_real *u, mv_real *z_next)
 {
 #if FMU_KIND == 2
@@ -85,7 +85,7 @@ static void fmu_command(const mv_model *m, const mv_real *v, const mv_real *appl
 #endif
 }
 
-/* Outputs, derivatives, limits and guards of the values that are there; with what a sampled law commands where it is due. */
+/* Compute outputs, derivatives, limits and guards from the present values, with a sampled law's command if it is due. */
 static void fmu_follow(const mv_model *m, mv_real *v, const mv_real *applied, int due)
 {
     mv_real x[FMU_NX + 1], spare[FMU_NU + FMU_NZ + 1];

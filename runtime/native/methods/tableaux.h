@@ -3,8 +3,8 @@
 #ifndef MEHVAR_TABLEAUX_H
 #define MEHVAR_TABLEAUX_H
 
-#define MV_STAGES 16 /* the most that a method has */
-#define MV_KEPT 9    /* the most rows that dense output keeps of a step: those of dop853 */
+#define MV_STAGES 16 /* largest number of any method */
+#define MV_KEPT 9    /* largest number of rows that dense output keeps of a step: dop853 */
 
 enum mv_method { MV_RK4, MV_DOPRI5, MV_DOP853, MV_ROCK4, MV_RODAS5P, MV_EULER, MV_PLATEN };
 
@@ -17,7 +17,7 @@ typedef struct {
     const double *e;                /* main error estimate: for each stage, and for the end if it is needed; or null */
     const double *e3;               /* third-order estimate of dop853, or null */
     /* of a linearly implicit method, see step/implicit.h, whose a and c are there too: */
-    const double (*g)[MV_STAGES];   /* what the stages before add to the right side, over the step */
+    const double (*g)[MV_STAGES];   /* contributions of previous stages to the right side, over the step */
     const double *d;                /* weights of the slope's change in time, the first of which is gamma; or null */
     /* of dense output, see step/dense.h; a method without one has none of: */
     int dense;                      /* sums over slopes, or over the stages of a linearly implicit method */

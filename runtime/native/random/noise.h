@@ -33,7 +33,7 @@ static inline mv_bits mv_lower(mv_words words)
 #endif
 }
 
-/* What the numbers are for: each has counters of its own. */
+/* Streams of numbers by purpose, each with its own counters. */
 enum mv_stream { MV_OF_MEASUREMENTS, MV_OF_WIENER_PROCESSES, MV_OF_RANDOM_STEPS };
 
 /* the numbers of one sample or step of the runs in the lanes */

@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Philox4x64-10: Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11. Numbers that depend
- * on a key and a counter alone; the same stream as NumPy's Philox, whose first block has the counter 1. */
+/* Philox4x64-10: Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11. Numbers depend only on a
+ * key and a counter. The stream is that of NumPy's Philox, whose first block has the counter 1. */
 #ifndef MEHVAR_PHILOX_H
 #define MEHVAR_PHILOX_H
 
 #include <stdint.h>
 
-/* one word a lane: keys differ from run to run, so blocks of lanes are made at once */
+/* one word per lane: keys differ between runs, so that a block of lanes is computed at once */
 #if defined MEHVAR_LANES && MEHVAR_LANES > 1
 typedef uint64_t mv_words __attribute__((vector_size(MEHVAR_LANES * 8)));
 #else
 typedef uint64_t mv_words;
 #endif
 
-/* By halves: not every compiler has integers of 128 bits, and no vector has. */
+/* Computed by halves, because vectors and some compilers have no integers of 128 bits. */
 static inline mv_words mv_high_product(uint64_t a, mv_words b, mv_words *low)
 {
     const uint64_t half = 0xFFFFFFFFu, a0 = a & half, a1 = a >> 32;

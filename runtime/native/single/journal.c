@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The events of a run. C keeps them, as no function of Python is called from within a run: what one raises there, such
- * as an interrupt from the keyboard, would be lost. */
+/* Events of a run. They are recorded in C, because an exception of a Python function called within a run, such as a keyboard
+ * interrupt, would be lost. */
 #include <stdlib.h>
 
 #include "single.h"

@@ -78,7 +78,7 @@
 #define CALL_HOLD
 
 #define REALS(a, n) real *a
-#define ROWS(a, m, n) real *a[MV_STAGES + 1] /* as many as the most of any */
+#define ROWS(a, m, n) real *a[MV_STAGES + 1] /* the largest number of any method */
 
 #include "loop.h"
 
@@ -139,7 +139,7 @@ static inline void mv_estimate(const mv_loop *l, double *error, double *third_er
     if (m->e3) combine(l, l->k, m->e3, m->stages, third_error);
 }
 
-/* That of measurements was drawn before, for whoever evaluates the law elsewhere. */
+/* The noise of measurements was drawn before, for a law that is evaluated elsewhere. */
 static void mv_draw(const mv_loop *l, enum mv_stream stream, int64_t index, int size, double *e)
 {
     if (stream == MV_OF_MEASUREMENTS) mv_copy(e, l->model.e + index * size, size);
@@ -178,7 +178,7 @@ static void mv_happen(mv_loop *l, mask lanes, int event)
     s->happened(s->journal, l->t, event);
 }
 
-/* Let the arrays of a loop stand one after the other from `place` on; returns where they end. */
+/* Place the arrays of a loop one after the other from `place` on; return their end. */
 static double *divide(mv_loop *l, double *place)
 {
     for (int j = 0; j < MOST_SLOPES; j++, place += NQ) l->k[j] = place;
@@ -213,7 +213,7 @@ int64_t mv_work_size(mv_single *s)
     return (int64_t)sizeof w + (divide(&w.loop, (double *)(&w + 1)) - (double *)(&w + 1)) * (int64_t)sizeof(double);
 }
 
-/* Show a law elsewhere what it finds at the tick that comes next, if that is a sample. */
+/* Write the arguments of a law elsewhere for the next tick, if that is a sample. */
 static void see(mv_loop *l, mv_single *s)
 {
     if (!l->model.u_own || !l->alive || l->tick >= l->schedule->ticks || l->tick % l->schedule->hold_every) return;
@@ -237,7 +237,7 @@ void mv_start(mv_single *s, mv_work *w)
     see(l, s);
 }
 
-/* Go on until `until` ticks are done, or the run ends. A law elsewhere has answered at the first of them, and is asked at no
+/* Continue until `until` ticks are done or the run ends. A law elsewhere has answered at the first of them and is due at no
  * other before `until`. */
 void mv_run(mv_single *s, mv_work *w, int64_t until)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A single run: one lane, and a model that is known by the addresses of its functions. */
+/* A single run: one lane, and a model given by the addresses of its functions. */
 #ifndef MEHVAR_SINGLE_H
 #define MEHVAR_SINGLE_H
 
@@ -50,7 +50,7 @@ typedef struct {
     mv_4_1 *resets;           /* x, u, p, event -> x_next; null without resets */
     const int32_t *events;    /* of each its direction, whether it resets, an mv_ends */
     const mv_real *p, *c, *s;
-    const mv_real *u_own, *z_own; /* what a law elsewhere gave for the sample at hand; null with one of the model */
+    const mv_real *u_own, *z_own; /* results of a law elsewhere for this sample; null for a law of the model */
     const mv_real *e;         /* ne numbers for each evaluation of the law */
     uint64_t seed, run;       /* of the noise that is not in e */
 } mv_model;
@@ -60,20 +60,20 @@ typedef struct {
     double *t;
     int32_t *event;
     int64_t count, room;
-    int32_t full;             /* there was no memory for the last ones */
+    int32_t full;             /* no memory for the last ones */
 } mv_journal;
 
 typedef void mv_happened(mv_journal *journal, double t, int32_t event);
 
-/* What Python fills in, and finds there again. */
+/* Values that Python sets and reads again. */
 typedef struct {
     mv_schedule schedule;
     mv_model model;
     double *q;                /* coordinates at time t */
     const double *z;          /* memory before the first sample */
-    mv_happened *happened;    /* told of every event, with the journal */
+    mv_happened *happened;    /* called for every event, with the journal */
     mv_journal *journal;
-    double *x_seen, *r_seen, *v_seen, *z_seen; /* what a law elsewhere finds at the coming sample, if there is one */
+    double *x_seen, *r_seen, *v_seen, *z_seen; /* arguments of a law elsewhere at the next sample */
     double *record_t, *record_x, *record_u, *record_u_cmd, *record_y, *record_z; /* a row each recorded sample */
     int64_t tick, records;    /* done so far */
     int64_t steps, rejected, evaluations;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The closed loops of a model as a WebAssembly module, which is a page's whole simulator: the loop of a single run over
- * arrays in the module's memory. Included after single.c and a header that mehvar writes for one model: WEB_NAME sizes,
- * web_laws, and what web_initial and so on call. Numbers cross the border as doubles and 32-bit integers. */
+/* The closed loops of a model as a WebAssembly module, the simulator of a page: the loop of a single run over arrays in the
+ * module's memory. Included after single.c and a header that mehvar writes for one model: sizes WEB_NAME, web_laws, and the
+ * functions that web_initial and others call. The interface uses doubles and 32-bit integers. */
 #define WEB_WORK ((int64_t)(sizeof(mv_work) / sizeof(double)) + 4 + (MV_STAGES + 4 + 2 * MV_KEPT) * WEB_NQ + \
                   WEB_NR + 3 * WEB_NU + 2 * WEB_NZ + WEB_NX + WEB_NY) /* as mv_work_size has it */
 #define WEB_EXPORT(name) __attribute__((export_name(#name))) name
 
 #if !__STDC_HOSTED__
-/* What a compiler calls for the product of two 128-bit numbers, of which the noise has some: by 32-bit halves. */
+/* Product of two 128-bit numbers, which compilers call for the noise; computed by 32-bit halves. */
 typedef unsigned __int128 web_wide;
 web_wide __multi3(web_wide a, web_wide b)
 {
@@ -33,7 +33,7 @@ static double web_shown[WEB_POINTS + 1];
 static double web_work[WEB_WORK];
 static mv_single web_single;
 
-/* Where an array of the module stands; a page asks once. */
+/* Return the address of an array of the module; a page reads it once. */
 double *WEB_EXPORT(web_array)(int32_t which)
 {
     double *const arrays[] = {web_p, web_c, web_s, web_ticks, web_margins, web_derived, web_t,
@@ -42,7 +42,7 @@ double *WEB_EXPORT(web_array)(int32_t which)
     return arrays[which];
 }
 
-/* The formulas that parameters of a law have as defaults, with c as it is. */
+/* Evaluate the default formulas of a law's parameters with the present c. */
 void WEB_EXPORT(web_defaults)(int32_t law)
 {
     if (web_laws[law].defaults) web_laws[law].defaults(web_c, web_derived);
@@ -85,18 +85,18 @@ void WEB_EXPORT(web_start)(int32_t law, int32_t ticks, int32_t record_every, int
     mv_start(s, (mv_work *)web_work);
 }
 
-/* The numbers of the noise for a seed, with which the module begins. */
+/* Compute the noise for a seed; the module starts with one. */
 void WEB_EXPORT(web_draw)(double seed) { mv_normals((uint64_t)seed, 0, WEB_EVALUATIONS, WEB_NE, web_noise); }
 
-/* Go on until so many ticks are done; a law of the page has written u_own from x_seen and r_seen before. Returns how many
- * are, or -1 when the run has ended before. */
+/* Continue until so many ticks are done; a law of the page has set u_own from x_seen and r_seen. Returns the number of
+ * finished ticks, or -1 after the end of the run. */
 int32_t WEB_EXPORT(web_run)(int32_t until)
 {
     mv_run(&web_single, (mv_work *)web_work, until);
     return web_single.status == MV_DONE ? (int32_t)web_single.tick : -1;
 }
 
-/* Where the points of the picture are at a row of the run so far; a system without a picture leaves them as they are. */
+/* Compute the points of the picture at a row of the run; without a picture they stay unchanged. */
 double *WEB_EXPORT(web_points)(int32_t row)
 {
     double r[WEB_NR + 1];

@@ -177,9 +177,7 @@ def test_the_evaluation_form_is_held_against_the_derived_equations():
     rates, right = residual(system.parameters.drag)
     verify(dataclasses.replace(system, rates=rates, residual=right))
     _, wrong = residual(-system.parameters.drag)
-    with pytest.raises(
-        VerificationError, match=r"\.py:\d+: w' of the evaluation form differs from the derived equations"
-    ):
+    with pytest.raises(VerificationError, match=r"\.py:\d+: w' of rhs differs from the derived equations"):
         verify(dataclasses.replace(system, rates=rates, residual=wrong))
 
 

@@ -31,7 +31,16 @@ from mehvar.runtime.files import filling
 from mehvar.runtime.model.model import load
 from tests.derived import REPRODUCED, generated
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
-from tests.mehvar.pages import contents, misses, printed_pages, resize, settled, unlabelled_canvases, violations
+from tests.mehvar.pages import (
+    contents,
+    cut_on_paper,
+    misses,
+    printed_pages,
+    resize,
+    settled,
+    unlabelled_canvases,
+    violations,
+)
 from tests.papers.shared import LIGHT, paper_agreement, paper_claims, paper_runs, shared_runs
 
 SHOWN = ("slosh", "triangle")
@@ -107,7 +116,7 @@ def small(monkeypatch, shown):
 def without_others(monkeypatch, ledgers):
     """Leave out pages on which models run, which tests/mehvar/web has, and the ledgers of other papers."""
     monkeypatch.setattr(module, "judged", lambda tree: [part for name in ledgers for part in judged(tree, name)])
-    monkeypatch.setattr(module, "export_web", lambda model, out: written(out / f"{model}.html"))
+    monkeypatch.setattr(module, "export_web", lambda model, out, **_: written(out / f"{model}.html"))
 
 
 @pytest.fixture(scope="module", params=[FEW, pytest.param(SHOWN, marks=pytest.mark.soak)], ids=" ".join)
@@ -454,6 +463,7 @@ def test_a_page_can_be_read_aloud_and_printed(open_page, name):
     browser = open_page(name, prefers_reduced_motion="reduce")
     settled(browser)
     assert printed_pages(browser) < 30
+    assert cut_on_paper(browser) == []
     browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true })")
     assert violations(browser) == []
     assert unlabelled_canvases(browser)[0] == 0

@@ -21,6 +21,7 @@ from tests.mehvar.pages import (
     TOLERANCE,
     WIDTHS,
     contents,
+    cut_on_paper,
     difference,
     in_approved_font,
     misses,
@@ -194,6 +195,7 @@ def test_a_series_that_does_not_change_has_an_axis_of_its_size(browser, page):
 def test_it_prints_on_a_few_sheets_with_a_still_picture(browser, page):
     opened(browser, page)
     assert printed_pages(browser) < 10
+    assert cut_on_paper(browser) == []
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     try:
         canvas, controls = (browser.find_element("css selector", part) for part in ("canvas", ".controls"))

@@ -25,8 +25,9 @@ def test_texts_are_set_with_minus_signs_powers_degrees_and_subscripts(plain, pre
 @pytest.mark.parametrize(
     ("cell", "shown"),
     [
-        ("-0.5", "−0.5"), ("1e-05", "1e−05"), ("[-1, -2.5]", "[−1, −2.5]"), ("2026-11-28", "2026-11-28"),
-        ("--run 7", "--run 7"), ("3-4", "3-4"), ("-.5", "−.5"),
+        ("-0.5", "−0.5"), ("1e-05", "1×10⁻⁵"), ("1.5e-06 [-1e+20, 2]", "1.5×10⁻⁶ [−1×10²⁰, 2]"),
+        ("[-1, -2.5]", "[−1, −2.5]"), ("2026-11-28", "2026-11-28"),
+        ("--run 7", "--run 7"), ("3-4", "3-4"), ("-.5", "−.5"), ("kg m^2/s", "kg m²/s"),
     ],
 )  # fmt: skip
 def test_only_the_sign_of_a_number_is_a_minus(cell, shown):

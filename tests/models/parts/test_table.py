@@ -58,7 +58,7 @@ inertia = { unit = "kg m^2", default = 0.1, source = "assumption: any" }"""
         (
             Hub,
             HUB.replace("inertia", "inertias"),
-            r"part.toml:3: 'inertias' is no field of a Hub \(did you mean",
+            r"part.toml:3: 'inertias' is not a field of Hub \(did you mean",
         ),
         (Hub, HUB.replace("source", "sources"), r"part.toml:2: mass: unknown key 'sources' \(did you mean 'source'"),
         (Hub, "mass = 3.0", r"part.toml:1: mass = 3.0: must be \{ unit = 'kg', default = ..., source = ... \}"),

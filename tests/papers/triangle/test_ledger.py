@@ -165,7 +165,7 @@ def test_a_paper_refuses_what_is_missing_or_unknown() -> None:
         Paper("", 1, names, (printed("1", "", "equation", Relation(x, sp.Symbol("z"))),))
     with pytest.raises(ModelError, match=r"entry 1 uses 'member', an indexed name"):
         Paper("", 1, names, (printed("1", "", "equation", Relation(x, member)),))
-    with pytest.raises(ModelError, match="is twice in the table of names"):
+    with pytest.raises(ModelError, match="occurs twice in the table of names"):
         names.derived("x", "x", sp.S.One)
     with pytest.raises(ModelError, match="must use exactly one reading"):
         Paper("", 1, names, (one.reading("another", Relation(x, x)),))

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* STM32F405 and relatives: 168 MHz from the internal oscillator, USART at 115200 baud, 8N1.
  *
- * BOARD_USART 1 (default): PA9 transmit, PA10 receive; 2: PA2 and PA3, the ST-Link's line on Nucleo boards.
- * The first three outputs are pulse widths of TIM3 on PA6, PA7 and PB0: half the period is zero, an output of
- * BOARD_FULL_SCALE or more is all of it. A program that hangs is started anew by the independent watchdog, and a start
- * sets the outputs to zero.
- * Clocks, pins, baud rate, timers and watchdog have not been tested on silicon; QEMU's netduinoplus2 has none of them but
- * the timers, and Unicorn runs them against our own model of what the manual says (RM0090). */
+ * BOARD_USART 1 (default): PA9 transmit, PA10 receive; 2: PA2 and PA3, the ST-Link's line on Nucleo boards. The first
+ * three outputs are pulse widths of TIM3 on PA6, PA7 and PB0: half the period is zero, the whole period is BOARD_FULL_SCALE
+ * or more. The independent watchdog restarts a program that hangs, and a start sets the outputs to zero. Clocks, pins, baud
+ * rate, timers and watchdog are untested on silicon. QEMU's netduinoplus2 has only the timers; under Unicorn, mehvar's model
+ * of the manual (RM0090) emulates the others. */
 #include "mehvar/board.h"
 #include "mehvar/board_model.h"
 #include "mehvar/private/cortexm.h"
@@ -53,9 +52,9 @@ enum { INTERRUPT = 38, TX_PIN = 2, RX_PIN = 3, BUS_DIVIDER = 4 };
 #define USART_BRR REGISTER(USART + 8u)
 #define USART_CR1 REGISTER(USART + 12u)
 
-/* A pulse every 50 microseconds, 20 kHz, is above hearing; its width has 4200 steps at 84 MHz. The watchdog counts 200 ms
- * of the nominal 32 kHz, which is between 136 and 376 ms of 47 and 17 kHz: always more than the 50 ms that the main loop
- * lets pass. Half as long would come near them, twice as long only keeps a hung program's outputs for longer. */
+/* A pulse every 50 microseconds, 20 kHz, is above hearing; its width has 4200 steps at 84 MHz. The watchdog counts 200 ms of
+ * the nominal 32 kHz, which is between 136 and 376 ms of 47 and 17 kHz: always more than the 50 ms of the main loop. Half
+ * this time would come near 50 ms; twice keeps the outputs of a hung program for longer. */
 enum { PULSE_HERTZ = 20000, PULSES = 3, WATCHDOG_TICKS = 199, WATCHDOG_BY_32 = 3 };
 enum { BAUD = 115200, HSI_HERTZ = 16000000, PLL_HERTZ = 168000000, PATIENCE = 100000 };
 
@@ -122,7 +121,7 @@ static void start_watchdog(void)
     IWDG_KR = 0xAAAAu;
 }
 
-/* The main loop, and the self-test at each sample, ask for the time: who does not has hung. */
+/* The main loop, and the self-test at each sample, read the time; a program that does not has hung. */
 uint32_t mv_board_ms(void)
 {
     IWDG_KR = 0xAAAAu;
@@ -162,7 +161,7 @@ void mv_board_write(const uint8_t *bytes, uint32_t count)
     }
 }
 
-/* The width of a pulse, at rest also for an output that is no number. */
+/* Width of a pulse; an output that is not a number gives the width for zero. */
 static uint32_t width(mv_real u)
 {
     const mv_real half = (mv_real)(pulse / 2u), ratio = u / (mv_real)BOARD_FULL_SCALE;

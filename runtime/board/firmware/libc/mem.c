@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What compilers call even in free-standing code. */
+/* Functions that compilers call even in free-standing code. */
 #include <stdint.h>
 
 #include "string.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Definitions that the laws of all packages share; each has a header of its own with its state, its parameters and its functions. */
+/* Common definitions of the laws of all packages. Each law has its own header with state, parameters and functions. */
 #ifndef MEHVAR_LAW_H
 #define MEHVAR_LAW_H
 
@@ -7,18 +7,18 @@
 
 #include "mehvar/real.h"
 
-/* verdict on a block of parameters; a positive one is 1 + the place in the table of the first that is out of range */
+/* verdict on a block of parameters; a positive one is 1 + the index of the first parameter out of range */
 enum {
     MV_LAW_ACCEPTED = 0,
-    MV_LAW_OTHER_LAYOUT = -1, /* written for another law, or another version of it */
-    MV_LAW_DAMAGED = -2       /* the checksum is wrong, a range is empty, or the reaction is none of those below */
+    MV_LAW_OTHER_LAYOUT = -1, /* block of another law or version */
+    MV_LAW_DAMAGED = -2       /* wrong checksum, empty range, or unknown reaction */
 };
 
-/* reaction to a measurement or reference that is out of its range */
+/* reaction to a measurement or reference out of its range */
 enum {
-    MV_LAW_REPORT = 0,   /* take it as it is */
-    MV_LAW_SATURATE = 1, /* take the nearest value in the range */
-    MV_LAW_HOLD = 2      /* take the last value that was in the range; also in place of infinities and NaN */
+    MV_LAW_REPORT = 0,   /* use it */
+    MV_LAW_SATURATE = 1, /* use the nearest value in the range */
+    MV_LAW_HOLD = 2      /* use the last value in the range, also for infinities and NaN */
 };
 
 /* flags of a step; none: all went well */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Answers the host's frames and watches that they keep coming: version 2 of the protocol, docs/reference/board-link.md. */
+/* Server that answers the host's frames and monitors their arrival: version 2 of the protocol, docs/reference/board-link.md. */
 #ifndef MEHVAR_SERVER_H
 #define MEHVAR_SERVER_H
 
@@ -24,17 +24,17 @@ enum {
     MV_SERVER_WRONG_SIZE = 2,
     MV_SERVER_NO_MEMORY = 3,
     MV_SERVER_NO_SESSION = 4,  /* the board has started since, or serves another host */
-    MV_SERVER_OUT_OF_TURN = 5, /* neither the request after the last one nor the last one again */
+    MV_SERVER_OUT_OF_TURN = 5, /* neither the next request nor a repeated last one */
     MV_SERVER_NOT_FINITE = 6,
     MV_SERVER_BUSY = 7,        /* another host's law is running */
-    MV_SERVER_CONSTANT = 8     /* that parameter is a constant of the law's text */
+    MV_SERVER_CONSTANT = 8     /* the parameter is a constant of the law's code */
 };
 
 /* flags of a reply */
 enum {
     MV_SERVER_LOST = 1,      /* no step for two samples: the inputs were set to zero */
-    MV_SERVER_DUPLICATE = 2, /* the answer of before; nothing was evaluated */
-    MV_SERVER_ABORTED = 4,   /* a self-test that a byte on the line ended */
+    MV_SERVER_DUPLICATE = 2, /* repeated answer without evaluation */
+    MV_SERVER_ABORTED = 4,   /* a byte on the line ended the self-test */
     MV_SERVER_NONFINITE = 8, /* a number was not finite: the inputs are zero */
     MV_SERVER_FRESH = 16     /* no memory, as after a start: a step was not evaluated, the inputs are zero */
 };

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The numbers of generated C: an `mv_real` is a scalar, or a vector of scalars worked on lane by lane.
+/* The numbers of generated C: an `mv_real` is a scalar or a vector of scalars, one per lane.
  *
  * MEHVAR_LANES  1 (default), 2, 4, 8 or 16
  * MEHVAR_FLOAT  when defined, the scalar is a float instead of a double
  *
- * Both must be the same for every file of a program. Vectors need GNU C (gcc, clang) and their natural alignment. */
+ * Both must be equal in all files of a program. Vectors need GNU C (gcc, clang) and their natural alignment. */
 #ifndef MEHVAR_REAL_H
 #define MEHVAR_REAL_H
 

@@ -238,7 +238,7 @@ def continuous(craft):
         (lambda: craft_of(Gyro("gyro", noise=NOISE)), "filter: gyro.walk = None: must be given for a filter"),
         (lambda: craft_of(rate_gyro(integrating=False)), "filter: gyro.integrating = False: a filter needs"),
         (lambda: craft_of(tracker=StarTracker("t")), "filter: t.sigma = None: must be given for a filter"),
-        (lambda: craft_of(rate_gyro(every=2)), "gyro: integrates from sample to sample: leave out every"),
+        (lambda: craft_of(rate_gyro(every=2)), "gyro integrates from sample to sample: leave out every"),
         (lambda: craft_of(tracker=own_rate(), every=5), "filter.every = 5: must be left out, tracker has its own rate"),
         (lambda: AttitudeFilter("f", gyro=1, tracker=2), "f.gyro = 1: must be a Gyro"),
         (lambda: craft_of(bias=0.0).system(), r"filter_bias = 0.0: must be a number in \(0, inf\)"),

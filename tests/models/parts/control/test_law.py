@@ -161,7 +161,7 @@ def two(law):
         (wheels(), lambda law: {"wheel9": 1}, r"law l commands 'wheel9' \(did you mean 'wheel"),
         (wheels(), lambda law: {"wheel1": (1, 2)}, "law l: wheel1 has 1 inputs, and 2 commands"),
         (wheels(), lambda law: law.torque([1, 2], wheels()), "law l: torque has 2 components; must have 3"),
-        (wheels(), lambda law: law.torque([1, 2, 3], jets()), "law l: jetxpa is no actuator of the craft"),
+        (wheels(), lambda law: law.torque([1, 2, 3], jets()), "law l: jetxpa is not an actuator of the craft"),
         (PLUS, lambda law: law.torque([1, 2, 3], PLUS), "can only push to one side; add thrusters"),
         (
             [Gyro("gyro")],

@@ -295,8 +295,11 @@ def continuous(sensor):
             "tracker needs an orbit",
         ),
         (lambda: craft_of(Gyro("gyro", step=0.0)).system(), r"gyro_step = 0.0: must be a number in \(0, inf\)"),
-        (lambda: Gyro("gyro", integrating=True), "gyro.walk = None: must be given, as it integrates; 0 is allowed"),
-        (lambda: Accelerometer("acc", every=2), "acc: integrates from sample to sample: leave out every and dropout"),
+        (
+            lambda: Gyro("gyro", integrating=True),
+            "gyro.walk = None: must be given for an integrating gyro; 0 is allowed",
+        ),
+        (lambda: Accelerometer("acc", every=2), "acc integrates from sample to sample: leave out every and dropout"),
         (lambda: Gyro("gyro", delay=-1), "gyro.delay = -1: must be a whole number from 0 to 100"),
         (lambda: craft_of(Gyro("gyro", delay=2)).system(), "gyro: a delay needs a sensor with errors: give it sigma"),
         (lambda: continuous(Gyro("gyro", walk=0.0, integrating=True)), "is continuous, but gyro needs a sampled law"),

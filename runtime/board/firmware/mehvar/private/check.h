@@ -8,7 +8,7 @@
 /* Added to the bits of a number without its sign: reaches the sign bit if and only if it is infinite or NaN. */
 #define MV_EXPONENT_UNIT ((mv_bits)1 << MV_DIGITS)
 
-/* Whether all are finite. */
+/* Return 1 if all are finite. */
 static int mv_finite_all(const real *v, uint32_t n)
 {
     mv_bits above = 0;

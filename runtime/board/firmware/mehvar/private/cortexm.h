@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What Cortex-M boards share: start-up, clock, sleep, stack. Names of handlers and sections as in CMSIS.
  *
- * Interrupts stay masked: an enabled interrupt that is pending ends `wfi` all the same, and nothing runs behind the
- * main loop's back. */
+ * Interrupts stay masked: a pending interrupt still ends `wfi`, and only the main loop runs. */
 #ifndef MEHVAR_PRIVATE_CORTEXM_H
 #define MEHVAR_PRIVATE_CORTEXM_H
 

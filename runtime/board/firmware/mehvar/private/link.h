@@ -2,8 +2,8 @@
 /* Frames on a stream of bytes, little-endian:
  *     0x00 COBS(type u8 | flags u8 | session u16 | number u32 | payload | crc u32) 0x00
  * The CRC is CRC-32C (Castagnoli, 0x1EDC6F41, reflected, start and end 0xFFFFFFFF) over the size of the payload, u32, and
- * over type to payload: up to 655 bytes it notices any five wrong bits, where the CRC-32 of Ethernet ends with four
- * beyond 371 (Koopman, 32-bit cyclic redundancy codes for Internet applications, DSN 2002, table 1). */
+ * over type to payload. It detects any five wrong bits in up to 655 bytes; the CRC-32 of Ethernet does so only up to
+ * 371 bytes (Koopman, 32-bit cyclic redundancy codes for Internet applications, DSN 2002, table 1). */
 #ifndef MEHVAR_PRIVATE_LINK_H
 #define MEHVAR_PRIVATE_LINK_H
 
@@ -15,9 +15,9 @@ enum { MV_LINK_HEADER = 8, MV_LINK_CRC = 4, MV_LINK_SMALLEST = MV_LINK_HEADER + 
 enum { MV_LINK_MAX = MV_LINK_SMALLEST + MV_BOARD_PAYLOAD };
 
 typedef struct {
-    uint32_t frames, crc, length, cobs; /* received whole, and what was wrong with the others */
+    uint32_t frames, crc, length, cobs; /* received frames, and errors by kind */
     uint16_t size;                      /* bytes in `bytes` so far */
-    uint8_t left, code;                 /* of the COBS block being read: bytes to come, first byte */
+    uint8_t left, code;                 /* of the present COBS block: missing bytes, first byte */
     uint8_t overlong;
     union {
         uint8_t bytes[MV_LINK_MAX];
@@ -25,7 +25,7 @@ typedef struct {
     } frame;
 } mv_link_state;
 
-/* Turn words of the line into the processor's, or back; a processor that is little-endian leaves them. */
+/* Convert words between line and processor byte order; both are equal on little-endian processors. */
 static inline void mv_link_words(uint8_t *bytes, uint32_t count)
 {
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
@@ -38,10 +38,10 @@ static inline void mv_link_words(uint8_t *bytes, uint32_t count)
 #endif
 }
 
-/* Take a byte; returns the size of the payload when it ends a frame, else -1. */
+/* Receive a byte; return the size of the payload if it ends a frame, else -1. */
 int mv_link_receive(mv_link_state *link, uint8_t byte);
 
-/* Send header and payload from link->frame: the receiver starts anew, as a link carries one direction at a time. */
+/* Send header and payload from link->frame, and reset the receiver: a link carries one direction at a time. */
 void mv_link_send(mv_link_state *link, uint32_t payload);
 
 /* The CRC of a frame without its last four bytes. */

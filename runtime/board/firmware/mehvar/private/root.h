@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Correctly rounded square root of a float without the C library: the processor's instruction where it has one, else one
- * digit at a time. Compilers call sqrtf for a negative number unless -fno-math-errno is on the command line. operations.h
- * includes this file. */
+/* Correctly rounded square root of a float without the C library: the processor's instruction if available, else digit by
+ * digit. Without -fno-math-errno compilers call sqrtf for negative numbers. operations.h includes this file. */
 #ifndef MEHVAR_PRIVATE_ROOT_H
 #define MEHVAR_PRIVATE_ROOT_H
 

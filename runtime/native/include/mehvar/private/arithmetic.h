@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* All that generated C may call, for one number or a vector of them. Needs no C library, except for the functions of libm.h,
- * of which free-standing builds have none but mv_fmod. */
+/* All functions that generated C may call, for a number or a vector. They need no C library, except those of libm.h, of
+ * which free-standing builds have only mv_fmod. */
 #ifndef MEHVAR_PRIVATE_ARITHMETIC_H
 #define MEHVAR_PRIVATE_ARITHMETIC_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Functions that models seldom need: the C library's, lane by lane. Hosted builds only; their last digits are those of
- * the library, the same at every number of lanes. */
+/* Rarely used functions of the C library, called lane by lane. Only for hosted builds; the last digits depend on the library
+ * but not on the number of lanes. */
 #ifndef MEHVAR_PRIVATE_LIBM_H
 #define MEHVAR_PRIVATE_LIBM_H
 

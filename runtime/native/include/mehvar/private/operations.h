@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What reals can do, under the short names that bodies of functions read well with. For .c files only: nothing that a
- * user's file includes may include this one.
+/* Operations on reals, under short names for readable code. Only .c files may include this header; headers for users must
+ * not.
  *
- * MEHVAR_SMALL  when defined, the larger functions are called rather than copied to where they are used
+ * MEHVAR_SMALL  when defined, larger functions are called instead of inlined
  * MEHVAR_NO_LIBM  when defined, square roots and remainders call no C library: in float, one number at a time
  *
- * Nothing branches on data, so each lane gets the same bits at every number of lanes and from every compiler that
- * keeps IEEE 754 and does not contract a*b + c (-ffp-contract=off); -fno-math-errno makes the square root of a vector
- * one instruction. A mask is one lane-wide truth value a lane. */
+ * Nothing branches on data, so each lane gets the same bits at every number of lanes and from every compiler that keeps
+ * IEEE 754 and does not contract a*b + c (-ffp-contract=off); -fno-math-errno makes the square root of a vector one
+ * instruction. A mask has one truth value per lane. */
 #ifndef MEHVAR_PRIVATE_OPERATIONS_H
 #define MEHVAR_PRIVATE_OPERATIONS_H
 
@@ -46,7 +46,7 @@ typedef uint64_t mv_word;
 #define MV_SCALAR(function) MV_LIBRARY(function)
 #endif
 
-/* GNU C has these without a header, and so without a C library. */
+/* GNU C provides these without a header, and thus without a C library. */
 #ifdef __GNUC__
 #define MV_LIBRARY(function) __builtin_##function
 #define MV_INFINITY K(__builtin_inf())
@@ -165,7 +165,7 @@ static inline real mv_sqrt(real x)
 /* x with the sign changed where b has its sign bit set; other bits of b do not count */
 static inline real mv_flip_sign(real x, mv_bits b) { return mv_from_bits(mv_to_bits(x) ^ (b & MV_SIGN_BITS)); }
 
-/* whether the sign bit is set: also for -0 */
+/* true if the sign bit is set, also for -0 */
 static inline mask mv_is_signed(real x) { return LT(mv_copysign(SPLAT(1), x), K(0)); }
 
 /* sign(0) = 0, sign(NaN) = NaN */
