@@ -220,7 +220,8 @@ class Kernel:
         stiff = () if block is None else np.flatnonzero(np.isfinite(block.t_stiff))
         if block is None or not len(stiff):
             return block
-        again = self.stiff._integrate({name: array[stiff] for name, array in arrays.items()}, request)
+        kernel = self.stiff if self.own is None else replace(self.stiff, own=self.own.among(len(p), stiff))
+        again = kernel._integrate({name: array[stiff] for name, array in arrays.items()}, request)
         if again is None:
             return None
         for field in fields(Block):

@@ -50,6 +50,10 @@ class Batch(Protocol):
         """Number of runs, stored or not."""
 
     @property
+    def width(self) -> int:
+        """Number of runs that are computed together."""
+
+    @property
     def name(self) -> str:
         """Name for messages."""
 
@@ -257,16 +261,18 @@ def repeat_run(plan: Plan, store: Batch, number: int, progress: Progress | None 
     if refusal:
         raise InputError(refusal)
     parameters, initial = plan.settings(number)
-    campaign = plan.campaign
+    campaign, own = plan.campaign, plan.own
     changes = plan.options.changes()
     options: dict[str, Any] = {name: changes[name] for name in changes if "run" not in OPTIONS[name].refused}
-    if plan.own is not None:  # it brings its own period
+    if own is not None:  # it brings its own period
         options.pop("hold", None)
+        place = number % store.width
+        own = own.among(min(store.width, store.n - number + place), [place])
     if plan.noisy:
         options |= {"seed": campaign.seed, "run": number}
     return simulate(
         plan.model,
-        plan.own or campaign.controller,
+        own or campaign.controller,
         campaign.scenario,
         parameters,
         initial,

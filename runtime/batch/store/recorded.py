@@ -33,6 +33,12 @@ class Recorded:
         self.attributes: dict[str, Any] = dict(dataset.attrs)
 
     @property
+    def width(self) -> int:
+        """Number of runs that were computed together; all of a dataset that no longer states its chunks."""
+        chunks: Mapping[str, int] = self._dataset[STATUS].encoding.get("preferred_chunks", {})
+        return min(chunks.get("run", self.n), self.n)
+
+    @property
     def n(self) -> int:
         """Number of runs, stored or not."""
         return self._dataset.sizes["run"]

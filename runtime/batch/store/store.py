@@ -115,6 +115,11 @@ class Store:
         """Return the number of blocks."""
         return -(-self.n // self.chunk)
 
+    @property
+    def width(self) -> int:
+        """Number of runs that are computed together."""
+        return self.chunk
+
     def runs(self, block: int) -> range:
         """Return the run numbers of a block."""
         return range(block * self.chunk, min((block + 1) * self.chunk, self.n))

@@ -6,11 +6,11 @@ from __future__ import annotations
 import json
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mehvar.base.errors import MehvarError, bad_value, shown
 from mehvar.base.manifest import Controller, Manifest, Quantity
@@ -84,6 +84,32 @@ class OwnLaw:
         """
         step = self.period or common_step(dt, self.instants, origin)
         return (step if self.period or self.held else None), step
+
+    def among(self, runs: int, places: Sequence[int] | NDArray[np.intp]) -> OwnLaw:
+        """Return a law for some runs of a block, with arguments as wide as those of the block and equal results.
+
+        BLAS rounds a column by the width of its matrix, so that `K @ x` of one column alone may have other bits.
+
+        Parameters
+        ----------
+        runs : int
+            Number of runs in the block.
+        places : sequence of int
+            Column of each run in the block. Copies of the first run fill the others.
+        """
+        copied = np.zeros(runs, dtype=np.intp)
+        copied[places] = np.arange(len(places))
+
+        def command(t: float, x: FloatArray, r: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+            shape = x.shape[1:]
+            wide = (np.take(a.reshape(len(a), len(places)), copied, axis=1) for a in (x, r, z))
+            with np.errstate(all="ignore"):
+                u, z_next = (a[:, places] for a in self.command(t, *wide))
+            # a memory that is not finite ends its run, as an input does
+            u = np.where(np.isfinite(z_next).all(axis=0), u, np.nan)
+            return u.reshape(-1, *shape), z_next.reshape(-1, *shape)
+
+        return replace(self, command=command)
 
     def at(self, instants: FloatArray) -> Law:
         """Return the law for a loop that evaluates it once per given instant, in order."""

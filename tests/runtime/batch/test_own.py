@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import decimal
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from mehvar.base.errors import InputError
 from mehvar.models.parts import Gyro, Hub, Spacecraft
 from mehvar.runtime.batch.repeat import SESSION_LAWS, plan_of
 from mehvar.runtime.batch.store.store import open_store
-from mehvar.runtime.run.own.law import LawError
+from mehvar.runtime.run.own.law import LawError, own_law
 from mehvar.runtime.run.problem import Status
 
 VARY = {"m": "normal(1, 0.05)", "angle": "uniform(-0.5, 0.5)"}
@@ -223,3 +224,38 @@ def test_a_memory_that_is_not_finite_ends_its_run_as_in_a_single_one(pendulum: r
     assert runs["t_stop"].values.tolist() == pytest.approx([0.25, 0.3])
     with pytest.raises(LawError, match=r"at t = 0\.25 s returned z_next"):
         mehvar.simulate(pendulum, counting, initial={"angle": 0.2}, **options)
+
+
+@pytest.fixture(scope="module")
+def turning() -> runtime.Model:
+    """A craft with three torques, whose law may be a product of matrices."""
+    return mehvar.load("satellite")
+
+
+def gains(_t, x):
+    """BLAS has functions of their own for a product with one column, which round it otherwise."""
+    error = np.stack([x.roll - x.ref_roll, x.pitch - x.ref_pitch, x.yaw - x.ref_yaw, x.wx, x.wy, x.wz])
+    return GAINS @ error
+
+
+GAINS = np.random.default_rng(3).normal(0, 0.003, (3, 6)) - np.hstack([0.05 * np.eye(3), 0.6 * np.eye(3)])
+
+
+def test_a_law_of_matrices_is_repeated_bit_for_bit(turning: runtime.Model, tmp_path: Path) -> None:
+    options = {"controller": gains, "period": 0.5, "t_end": 5.0, "n": 70, "vary": {"roll": "uniform(-0.3, 0.3)"}}
+    mehvar.batch(turning, **options, out=tmp_path / "runs.zarr")
+    whole = mehvar.batch(turning, **options)
+    for runs in (mehvar.open_result(tmp_path / "runs.zarr"), whole, whole.drop_encoding()):
+        for number in (0, 33, 64, 69):
+            runs.mehvar.again(number)  # raises an error for other bits
+
+
+def test_a_law_for_some_runs_has_their_columns_of_all(turning: runtime.Model) -> None:
+    own = own_law(gains, turning.manifest, 0.5, None, "the call")
+    rng, z = np.random.default_rng(1), np.empty((0, 70))
+    x, r = (rng.normal(size=(len(of), 70)) for of in (turning.manifest.seen, turning.manifest.references))
+    every, _ = own.command(0.0, x, r, z)
+    for some in ([3, 40, 69], *range(70)):
+        places = some if isinstance(some, list) else [some]
+        few, _ = own.among(70, places).command(0.0, x[:, some], r[:, some], z[:, some])
+        np.testing.assert_array_equal(few, every[:, some])
