@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The papers of the shipped models: what each prints, claims and shows, and the functions that check and draw it."""
+"""Papers of the shipped models: printed equations, claims and figures, and the functions that check and draw them."""

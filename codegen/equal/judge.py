@@ -453,7 +453,7 @@ class Judge:
         return False
 
     def _doubtful(self, old: int, new: int) -> tuple[list[tuple[Way, ...]], int]:
-        """Return the joint branches with a difference in the field with signs, and the number of compared points.
+        """Return the branch combinations in which the field shows a difference, and the number of compared points.
 
         Signs in the field are random and multiplicative, so some combinations may be impossible for real numbers. The
         number is zero if there are too few points for all joint branches.

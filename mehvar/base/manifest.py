@@ -24,7 +24,7 @@ from mehvar.base.schema import Lower, SchemaError, Upper, json_key, json_text, p
 FILE = "manifest.json"
 SCHEMA = 1
 OPEN_LOOP = "none"
-"""Name in place of a law's for a run without a law. No law can have this name."""
+"""Name of the law in a run without one; no law can have it."""
 Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """C file of a model, by purpose."""
 PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}

@@ -20,13 +20,13 @@ _HELP = {"help_option_names": ["-h", "--help"]}
 COMMANDS = {
     "list": "List the generated models with their laws and scenarios.",
     "show": "Show a model: states, inputs, parameters with unit, default, bounds and source.",
-    "generate": "Derive models and write generated/MODEL/; what is up to date is not derived again.",
+    "generate": "Derive models and write generated/MODEL/, unless it is up to date.",
     "diff": "Compare two versions of the derived equations; exit 1 if more than the form differs.",
     "simulate": "Run one closed loop and print a summary, or repeat a run of a batch: --from STORE --run ID.",
     "new": "Write a new system into a folder of its name: an example that generates, simulates and passes its tests.",
-    "batch": "Run many closed loops into a store, with statistics at the end; a stopped batch goes on with --resume.",
+    "batch": "Run many closed loops into a store and print statistics; --resume continues a stopped batch.",
     "stats": "Print the statistics of a batch: success, metrics, worst runs, sensitivities.",
-    "require": "Decide whether requirements hold, by the runs of a batch or of a campaign; exit 1 unless all do.",
+    "require": "Decide requirements from the runs of a batch or a campaign; exit 1 unless all hold.",
     "verify": "Check every file of a batch against its checksum; exit 1 if one is missing or damaged.",
     "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "List installed and missing parts, and the commands that install them.",
@@ -40,8 +40,8 @@ PLACES = {name: f"store.{name}" for name in ("stats", "require", "verify")} | {
 }
 """Modules of commands that share a folder."""
 FOR_GIT = {
-    "git-diff": "Compare the two versions of an equations.json that git names; git's diff.NAME.command.",
-    "git-textconv": "Print an equations.json as text, one term a line; git's diff.NAME.textconv.",
+    "git-diff": "Compare two versions of an equations.json, for git's diff.NAME.command.",
+    "git-textconv": "Print an equations.json as text, one term per line, for git's diff.NAME.textconv.",
 }
 BOARD = {
     "build": "Compile the firmware of a law.",
@@ -51,7 +51,7 @@ BOARD = {
     "report": "Run a law as `board run` does and write a report as HTML and JSON.",
     "evidence": "Write evidence about a law in an image: addresses of equations, longest path, stack, coverage, MISRA.",
     "emit": "Write a law as a package for CMake, Zephyr, PlatformIO, Arduino, cFS, F Prime or STM32Cube.",
-    "flash": "Build for an STM32 board and flash it. Not tested on silicon.",
+    "flash": "Build for an STM32 board and flash it; not tested on silicon.",
 }
 
 EXPORT = {

@@ -77,11 +77,11 @@ def command(
     ] = None,
     success: Annotated[
         str | None,
-        typer.Option(metavar="EXPR", help='Condition of success besides reaching the end: "T_theta < 20 s".'),
+        typer.Option(metavar="EXPR", help='Success condition besides reaching the end: "T_theta < 20 s".'),
     ] = None,
     sampling: Annotated[str | None, typer.Option(metavar="DESIGN", help=CAMPAIGN_OPTIONS["sampling"].help)] = None,
     t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Stop at a run whose values are not allowed.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Stop at a run with invalid drawn values.")] = False,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
     threads: Annotated[
         int | None,

@@ -36,7 +36,7 @@ def command(
         typer.Argument(metavar="[OLD]", help="A model; or a git revision, a folder or `work`; default: HEAD."),
     ] = None,
     new: Annotated[
-        str | None, typer.Argument(metavar="[NEW]", help="As OLD; default: `work`, the current models/.")
+        str | None, typer.Argument(metavar="[NEW]", help="Like OLD; default: `work`, the current models/.")
     ] = None,
     model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
     structures: Annotated[
@@ -48,7 +48,7 @@ def command(
         str | None,
         typer.Option("--format", metavar="text|json|html|markdown", help="Format of the output; default: text."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending implies the format.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending selects the format.")] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run that differs most.")
     ] = None,

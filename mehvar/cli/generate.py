@@ -20,12 +20,12 @@ from mehvar.terminal import working
 
 def command(
     models: Annotated[list[str] | None, typer.Argument(metavar="MODEL...", help="Models; default: all.")] = None,
-    check: Annotated[bool, typer.Option("--check", help="Change nothing; exit 1 and name what is stale.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; exit 1 if files are stale.")] = False,
     structure: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="Derive a structural variant; needs --out.")
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write here instead of generated/MODEL.")] = None,
-    emit: Annotated[str | None, typer.Option(metavar="casadi", help="Write CasADi's own C beside ours.")] = None,
+    emit: Annotated[str | None, typer.Option(metavar="casadi", help="Also write CasADi's own C.")] = None,
 ) -> int:
     """Check the generated files or rewrite them; return the exit status."""
     if check:

@@ -67,7 +67,7 @@ class _Steps:
         return named
 
     def solution(self, matrix: sp.Matrix, right: Sequence[Expr]) -> list[Expr]:
-        """Return the rates that solve matrix rates = right."""
+        """Return the rates that solve the equations with this matrix and right side."""
         self.derivation.section("Rates from the mass matrix")
         return factors(matrix, self._entry).solution(right, self._rate)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the satellite's claims that several of them share: numbers of all three axes, and the fate of a run."""
+"""Checks that several claims of the satellite share: numbers of all three axes, and the end of a run."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def three(values: FloatArray, unit: str) -> str:
 
 
 def ends(run: Run, what: str = "the run") -> Check:
-    """Return the check that a run reaches its end."""
+    """Return the check that a run reaches its end time."""
     return Check(what, "reaches its end", run.reason, run.status is Status.DONE)
 
 
 def lost(what: str, expected: float, run: Run) -> tuple[Check, Check]:
-    """Return the checks that a run is lost and when."""
+    """Return the checks that a run ends early, and at which time."""
     fate = Check(what, "lost", "lost" if run.status is Status.LIMIT else run.reason, run.status is Status.LIMIT)
     return fate, about(f"{what}: time", expected, run.t_stop, "s", _LOST)
 

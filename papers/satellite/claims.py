@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 
 _RPM = 30 / np.pi
 _EXACT = 1e-6
-"""Relative, of damping: it comes from matrices that are exact but for rounding."""
+"""Relative tolerance of damping, which comes from matrices that are exact up to rounding."""
 _WHEELS = 5e-6
-"""Relative, of stiffness: gravity pulls at the wheels too, which (8)-(10) leave out: 2.2e-6 of the pitch's. Half
-as much still passes, with twice as much nothing else does."""
+"""Relative tolerance of stiffness. Gravity on the wheels, which (8)-(10) neglect, changes pitch by 2.2e-6. Half or
+twice the tolerance changes no verdict.
+"""
 
 
 def _follows_model(runs: Runs, expected: Expected) -> Sequence[Check]:
@@ -105,7 +106,7 @@ def _printed_guess(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 
 def _off(run: Run, *names: str) -> FloatArray:
-    """Return how far the sum of estimated coefficients of B is off from the true one, relative, by axis and sample."""
+    """Return the relative error of the sum of B's estimated coefficients by axis and sample."""
     values, series = run.parameters.values, run.variables()
     true = [len(names) * values["Ts"] ** 2 / (2 * values[f"I_{i}"]) for i in "xyz"]
     sums = (np.sum([series[f"{name}_{axis}"] for name in names], axis=0) for axis in AXES)
@@ -252,7 +253,7 @@ def _wheels(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 
 def carried(runs: Runs, expected: Expected, momentum: float, **settings: Any) -> Sequence[Check]:
-    """Return the checks that wheels carry the manoeuvre: their speed, and the error when they stop at a momentum."""
+    """Return the checks that the wheels suffice for the manoeuvre: their speed, and the error with a momentum limit."""
     series = runs("mrac", "paper", **settings).variables()
     speeds = np.array([np.abs(series[f"wheel_{i}"]).max() for i in "xyz"]) * _RPM
     stopped = measure(runs("mrac", "paper", hmax=momentum, **settings)).rms
@@ -293,7 +294,7 @@ def _quick(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 
 def _learnt(run: Run, axis: int, share: float) -> float:
-    """Return the last time at which the estimated B(1) = Ts^2/I of an axis is off by more than a share, s."""
+    """Return the last time at which the estimated B(1) = Ts^2/I of an axis deviates by more than a share, s."""
     off = _off(run, "b0", "b1")[axis] > share
     return float(run.t[np.flatnonzero(off)[-1]])
 

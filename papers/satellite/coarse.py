@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A coarse simulator of the satellite, as one of the paper's time may have been: one step of Euler's method a sample.
+"""Coarse simulator of the satellite, as the paper's may have been: one Euler step per sample.
 
 The satellite, its torque held over the sample, has B = Ts^2/(2 I) (1 + q^-1), with a zero at -1. Stepped
 semi-implicitly, rates first and then angles with the new rates, an axis has B = Ts^2/I and no zero; stepped explicitly,
@@ -35,7 +35,7 @@ class CoarseRuns:
     Attributes
     ----------
     done : array of bool, (n,)
-        Whether no limit was passed before the end.
+        True for runs without a violated limit.
     rms : array, (n, 3)
         RMS error of roll, pitch and yaw against the reference model, from 200 s on, deg.
     torque : array, (n, samples, 3)
@@ -81,7 +81,7 @@ class Loop:
     period : float
         Of the law, s.
     done : array of bool, (n,)
-        Whether no limit has been passed.
+        True for runs without a violated limit.
     x : array, (n, nx)
         States.
     applied : array, (n, 3)
@@ -104,7 +104,7 @@ class Loop:
         self._waiting = [self.applied] * delay
 
     def step(self, t: float) -> tuple[FloatArray, FloatArray]:
-        """Go on by a sample, a run that passed a limit not any more; return the errors before, rad, and the torques."""
+        """Advance all runs without a violated limit by a sample; return the errors before, rad, and the torques."""
         error: FloatArray = self.x[:, :3] - self._z[:, self._model]
         command, self._z = self._law(self.x, self._reference(t), self.applied, self._z, self._p, self._c)
         self.done &= (self._functions["limits"](self.x, command, self._p) > 0).all(axis=1)

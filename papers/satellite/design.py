@@ -32,8 +32,9 @@ _MODELS = (5.0, 10.0, 20.0)
 _POLES = (0.3, 0.5, 0.7)
 """Poles of Ac, which has the part of C2 in the law that keeps the zero; its default, and one to either side."""
 _OFF: dict[str, Any] = {"matched": 0, "roll_0_deg": 1.0, "pitch_0_deg": 1.0, "yaw_0_deg": 0.5}
-"""A start beside the reference model, as a disturbance for regulation. From ten times as far, the torques that remove
-it in a few samples disturb the other axes, and the loop is no longer linear."""
+"""Initial deviation from the reference model, as a disturbance for regulation. Ten times this deviation needs torques
+that disturb the other axes, so that the loop is no longer linear.
+"""
 _SAMPLES = 12
 """Compared samples of regulation, 6 s: with pole 0.7 an error of 1 deg is then near 0.2 deg. Later the coupling of the
 manoeuvre dominates, which a faster model increases."""
@@ -189,9 +190,9 @@ def _ray(ax: Axes, pole: complex, color: str) -> None:
 
 
 def cycle(runs: Runs, expected: Expected) -> Sequence[Check]:
-    """Check that the printed times are consistent, and the reason why a torque waits for the next sample.
+    """Check that the printed times are consistent and explain the delay of one sample.
 
-    Nothing here measures the paper's board. Beside its times stand those of our own, emulated board.
+    The paper's board is not measured; its times are compared with those of mehvar's emulated board.
     """
     longest, least, period = expected("cycle"), expected("least"), runs("mrac", "paper").parameters.values["Ts"]
     faster = runs("mrac", "paper", delay=1, Ts=least, dt_out=least)

@@ -29,12 +29,13 @@ AXES = ("roll", "pitch", "yaw")
 LATE = 200.0
 """Start of the window, s: after the first half period of the reference, during which the estimator learns."""
 SEEDS = 16
-"""Runs with noise: the error of their mean is a quarter of that of a single run."""
+"""Seeds of the runs with noise; their mean has a quarter of a single run's error."""
 
 _LAST_SWITCH = 600.0
 _SETTLED_DEG = (1.0, 1.2, 0.5)
-"""Bands of the settling time: 2 % of the switches of roll and pitch, 50 and 60 deg; yaw has none, and a tenth of its
-start was taken."""
+"""Bands of the settling time: 2 % of the steps of roll and pitch, 50 and 60 deg; for yaw, which has no step, a tenth
+of its start.
+"""
 _SAMPLE = 0.5
 """Allowed deviation of a settling time, beside the relative one: the sampling period, s."""
 
@@ -134,7 +135,7 @@ def ring(torque: FloatArray) -> FloatArray:
 
 
 def _settling(t: FloatArray, error: FloatArray, band: float) -> float:
-    """Return how long after the last switch the error enters its band for good, s; infinite for never."""
+    """Return the time after the last step until the error stays in its band, s; infinite if it never does."""
     after = t >= _LAST_SWITCH
     outside = np.flatnonzero(np.abs(error[after]) > band)
     if not outside.size:

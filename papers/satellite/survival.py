@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 POLES = (0.001, 0.5)
 """The paper's, and one with a margin: that of `mrac`."""
 COVARIANCES = np.geomspace(1.0, 1e6, 41)
-"""F(0), which the paper does not give: seven in every factor of ten, round numbers among them. Of 81 in the same range
-the same share survives, within one in ten."""
+"""Values of F(0), which the paper does not give: seven per decade. Of 81 values in this range the same share
+survives, within one in ten.
+"""
 CLEAN = 0.12
 """RMS error below which a run is clean, deg: that of `mrac` with the delay in yaw, its worst axis."""
 

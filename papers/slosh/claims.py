@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 _MORE = 1.5
-"""Ratio of paths that counts as more swing: 2.0 to 2.3 was measured, and 1 would be equal."""
+"""Ratio of paths above which the swing counts as larger; measured ratios are 2.0 to 2.3."""
 _ROUNDED = 0.03
 """Relative, of an angle given with two digits: 17 deg is 16.5 to 17.5."""
 _STEP = 1e-5
@@ -166,7 +166,7 @@ def _little(expected: Expected, off: float, plant: str) -> Check:
 
 
 def little_more_swing(runs: Runs, expected: Expected) -> Sequence[Check]:
-    """Return the checks of claim 6 in the paper's words: more swing, by little."""
+    """Return the checks of claim 6: slightly more swing."""
     checks = []
     for plant, settings in _PLANTS:
         ratios = _ratios(runs, settings, "travel_phi1", "travel_phi2")

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 _STATES = 1000
-"""Random states, each component within 1: with r9, r10 >> 1 >> r3 to r8, as printed, V1 is negative at 228 of them, and
-f has a negative eigenvalue at all; half or twice as many change no verdict."""
+"""Number of random states with components within 1. For the printed weights V1 is negative at 228 of them, and f has
+a negative eigenvalue at all. Half or twice as many change no verdict.
+"""
 _BODY_RATES = ("wx", "wy", "wz")
 _BOB_RATES = ("phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot")
 

@@ -47,7 +47,7 @@ def _under(checks: Checks, settings: Settings) -> Checks:
 
 
 def _all_of(checks: Checks) -> Checks:
-    """Return checks of which each is essential: a reading is to do without the note."""
+    """Return the checks as essential, because a reading must not need the note."""
     return lambda runs, expected: [replace(check, essential=True) for check in checks(runs, expected)]
 
 

@@ -130,7 +130,7 @@ def _path_is_calmer(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 
 def _turn(run: Run) -> float:
-    """Return by how much the direction of the target turns over a run, rad."""
+    """Return the change of the target's direction over a run, rad."""
     phi = np.unwrap(run.variables()["phi_error"])
     return float(phi[-1] - phi[0])
 

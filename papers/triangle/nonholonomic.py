@@ -59,7 +59,7 @@ def _start(runs: Runs) -> _Start:
 
 
 def attitude_is_area(runs: Runs, expected: Expected) -> Sequence[Check]:
-    """Turn a shape once around a circle, both ways: a constraint that could be integrated would give zero."""
+    """Check the attitude after a circle of shapes, in both directions; an integrable constraint would give zero."""
     radius, centre = 0.3, 0.2 + 0.1j
     area = math.pi * radius**2
     there, back = (_loop(runs, centre, side * radius) for side in (1, -1))
@@ -88,7 +88,7 @@ def _attitude_rate(runs: Runs, zeta: ComplexArray, rate: ComplexArray) -> FloatA
 
 
 def smooth_laws_fail(runs: Runs, expected: Expected) -> Sequence[Check]:
-    """Brockett's condition in numbers, smooth laws that leave an attitude, and the paper's two, which do not."""
+    """Check Brockett's condition: smooth laws leave an attitude error, the paper's two laws do not."""
     g = np.random.default_rng(1)
     zeta = 0.7 * np.sqrt(g.random(1000)) * np.exp(2j * np.pi * g.random(1000))
     resting = float(np.abs(_attitude_rate(runs, zeta, 0 * zeta)).max())

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures 5 to 8 of the triangle's paper: sliding surfaces and arcs.
 
-Points of the disc are complex numbers, as in `triangle_chart`. What a law does is read off the model's own closed loop.
+Points of the disc are complex numbers, as in `triangle_chart`. The laws are evaluated by the model's closed loops.
 """
 
 from __future__ import annotations

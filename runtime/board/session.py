@@ -56,7 +56,7 @@ class BoardLaw:
     retune : callable, optional
         Function that applies the values of those requests to parameters.
     restarts : int
-        Restarts of the board at one sample after which the run ends.
+        Number of restarts at one sample that ends the run.
     """
 
     real = "float"

@@ -196,7 +196,7 @@ class RunOptions:
     dt_out: float | None = field(
         default=None,
         metadata=number_row(
-            "Sampling step of the result; the end is sampled too, also that by an event",
+            "Sampling step of the result, which also contains the end of the run",
             "s",
             otherwise="the scenario's step",
             above=0.0,
@@ -206,7 +206,7 @@ class RunOptions:
     hold: float | None = field(
         default=None,
         metadata=number_row(
-            "Sample period of the law, which holds its input in between; a multiple of `dt_out`, or a whole fraction",
+            "Sample period of the law, with held input in between; a multiple or a whole fraction of `dt_out`",
             "s",
             otherwise="the law's period, or else none",
             above=0.0,
@@ -214,7 +214,7 @@ class RunOptions:
     )
     delay: int = field(
         default=0,
-        metadata=count_row("Samples between computing an input and applying it, zero input before", needs="sampled"),
+        metadata=count_row("Samples between computing and applying an input, which is zero before", needs="sampled"),
     )
     seed: int = field(
         default=0,
@@ -227,7 +227,7 @@ class RunOptions:
     run: int = field(
         default=0,
         metadata=count_row(
-            "Number of the run in a batch with this seed that has the same noise",
+            "Run of a batch with this seed whose noise is used",
             refused={"batch": "left out: a batch counts its runs"},
             needs="noise",
         ),
@@ -235,7 +235,7 @@ class RunOptions:
     real: Real = field(
         default="double",
         metadata=word_row(
-            "Numbers of the law; float needs the C backend",
+            "Number type of the law; float needs the C backend",
             get_args(Real),
             needs="sampled",
             refused={"batch": "left out: a batch computes in double", **_BY_BOARD},
@@ -262,7 +262,7 @@ class RunOptions:
         metadata=number_row("Largest step", "s", otherwise="the sampling step", above=0.0, needs="fixed"),
     )
     max_steps: int = field(
-        default=100_000, metadata=count_row("Trial steps between two samples after which the run ends", least=1)
+        default=100_000, metadata=count_row("Largest number of trial steps between two samples", least=1)
     )
     backend: BackendName | None = field(
         default=None,
@@ -276,7 +276,7 @@ class RunOptions:
     profile: Profile = field(
         default="portable",
         metadata=word_row(
-            "portable: the same bits on every machine; fast: products and sums may be contracted",
+            "portable: bit-identical on every machine; fast: the compiler may fuse products and sums",
             get_args(Profile),
             refused=_IN_BATCH,
         ),

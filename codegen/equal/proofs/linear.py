@@ -17,7 +17,7 @@ from .intervals import CONSTANTS, QUARTERS, RANGES, Bounds
 Form = dict[int, Fraction]
 """Coefficients of nodes, with the constant under `_ONE`."""
 Row = tuple[Form, bool]
-"""A form that is positive (True) or not negative (False)."""
+"""A linear form that is positive (flag True) or at least not negative (flag False)."""
 Whole = tuple[dict[int, int], bool]
 """A row with integer coefficients, whose sums are much faster than those of fractions."""
 _ONE = -1

@@ -35,7 +35,8 @@ def command(
         ),
     ] = 400,
     elf: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Your own image with the law: inspected, not built or run.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Inspect your own image with the law; it is not built or run."),
     ] = None,
     linked: Annotated[
         Path | None, typer.Option("--map", metavar="FILE", help="With --elf: the linker's map of that image.")

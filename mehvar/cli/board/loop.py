@@ -37,13 +37,13 @@ Scenario = Annotated[
 Target = Annotated[
     str, typer.Option(metavar="T", help="sil (a process here), unicorn, qemu, qemu-pty, or a serial port.")
 ]
-Samples = Annotated[int, typer.Option(parser=whole, metavar="N", help="Evaluations of the law.")]
+Samples = Annotated[int, typer.Option(parser=whole, metavar="N", help="Number of evaluations of the law.")]
 Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
 
-Inline = Annotated[bool, typer.Option("--inline-parameters", help="Compile the parameters in as constants.")]
+Inline = Annotated[bool, typer.Option("--inline-parameters", help="Compile the parameters as constants.")]
 Tunable = Annotated[
     str | None,
-    typer.Option("--tunable", metavar="NAME,...", help="With --inline-parameters: parameters that stay settable."),
+    typer.Option("--tunable", metavar="NAME,...", help="With --inline-parameters: parameters that stay adjustable."),
 ]
 
 

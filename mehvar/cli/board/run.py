@@ -42,7 +42,7 @@ def command(
     controller: Law,
     target: Target = "unicorn",
     samples: Samples = BoardRequest.samples,
-    form: Annotated[str, typer.Option("--format", metavar="|".join(FORMATS), help="How to print.")] = FORMATS[0],
+    form: Annotated[str, typer.Option("--format", metavar="|".join(FORMATS), help="Output format.")] = FORMATS[0],
     board: Board = None,
     compiler: Compiler = None,
     scenario: Scenario = None,
@@ -52,7 +52,7 @@ def command(
     tunable: Tunable = None,
     restarts: Annotated[
         int,
-        typer.Option(parser=whole, metavar="N", help="Restarts of the board at one sample after which the run ends."),
+        typer.Option(parser=whole, metavar="N", help="Number of restarts at one sample that ends the run."),
     ] = BoardRequest.restarts,
     journal: Annotated[
         Path | None,

@@ -24,7 +24,7 @@ def command(
         typer.Option(
             "--about",
             metavar="NAME=VALUE",
-            help="Of aem, ck and oem: quaternion, position, frames, epoch, ...; repeat as needed.",
+            help="For aem, ck and oem: quaternion, position, frames, epoch, ...; repeat as needed.",
         ),
     ] = None,
 ) -> None:

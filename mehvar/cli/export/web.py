@@ -21,7 +21,8 @@ def command(
     success: Annotated[
         str | None,
         typer.Option(
-            metavar="COND", help="A condition on metrics; the page offers a run near by that fails it. Default: to end."
+            metavar="COND",
+            help="Condition on metrics; the page offers a run that fails it. Default: reach the end.",
         ),
     ] = None,
 ) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Annotated
 
 import sympy as sp
@@ -20,6 +21,8 @@ from ...system import TIME, Condition
 from ..frame import AXES, ZERO, Frame
 from ..part import Motion, Mounted, Part, State
 from ..values import Number, Parameters, Value, scalar
+from .magnetism import Harmonics, check, coefficients
+from .magnetism import field as gauss_field
 
 GRAVITY = ("two-body", "J2", "J4")
 SHADOW = ("cylinder", "cone")
@@ -30,6 +33,7 @@ EARTH = {
     "J4": Value(-1.61962159e-6, source="addition: the Earth, EGM96"),
     "radius": Value(6378137.0, source="addition: the Earth, WGS 84"),
     "flattening": Value(1 / 298.257223563, source="addition: the Earth, WGS 84"),
+    "reference": Value(6371200.0, source="addition: reference radius of the IGRF"),
     "spin": Value(7.292115e-5, source="addition: the Earth, WGS 84"),
     "dipole": Value(7.9e15, source="addition: dipole model of the Earth's field"),
     "tilt": Value(0.17, source="addition: the Earth in 2020, IGRF-13"),
@@ -68,6 +72,11 @@ class Orbit(Part):
     dipole, tilt, longitude : number
         Strength of the Earth's magnetic dipole, Wb m, its angle from the Earth's axis, and its right ascension at the
         start, rad.
+    harmonics : sequence of (int, int, float, float)
+        Degree n, order m and Gauss coefficients g and h, nT, in Schmidt's normalisation, as of the IGRF. They
+        replace the dipole; `longitude` is then the right ascension of Greenwich at the start.
+    reference : number
+        Radius to which the coefficients refer, m.
     density, height, thinning : number
         Density of the air, kg/m^3, at a height, m, and the height in which it falls by e, m.
     sunlight, ascension, declination, disc : number
@@ -77,6 +86,7 @@ class Orbit(Part):
     name: str = field(default="orbit", init=False)
     gravity: str = "two-body"
     shadow: str = field(default="cylinder", kw_only=True)
+    harmonics: Harmonics = field(default=(), kw_only=True)
     size: float = 6978137.0
     eccentricity: float = 0.0
     inclination: float = 0.0
@@ -92,6 +102,7 @@ class Orbit(Part):
     dipole: Annotated[Number, scalar("mf", "Wb m", "strength of the magnetic dipole", "[0, inf)")] = EARTH["dipole"]
     tilt: Annotated[Number, scalar("tilt", "rad", "angle of the dipole from the axis", _HALF_TURN)] = EARTH["tilt"]
     longitude: Annotated[Number, scalar("pole", "rad", "right ascension of the dipole at the start", _ANY)] = 0.0
+    reference: Annotated[Number, scalar("Rm", "m", "reference radius of the harmonics")] = EARTH["reference"]
     density: Annotated[Number, scalar("rho", "kg/m^3", "density of the air at the height", "[0, inf)")] = EARTH["air"]
     height: Annotated[Number, scalar("height", "m", "height at which the density is rho", _ANY)] = 6e5
     thinning: Annotated[Number, scalar("thin", "m", "height in which the air thins out by e")] = EARTH["thinning"]
@@ -104,6 +115,13 @@ class Orbit(Part):
         for name, words in (("gravity", GRAVITY), ("shadow", SHADOW)):
             if getattr(self, name) not in words:
                 raise ModelError(f"orbit: {name} = {getattr(self, name)!r}: must be one of {', '.join(words)}")
+        if self.harmonics:
+            check(self.harmonics)
+
+    def values(self, parameters: Parameters) -> SimpleNamespace:
+        result = super().values(parameters)
+        result.gauss = coefficients(self.harmonics, parameters, self.name)
+        return result
 
     @property
     def place(self) -> sp.Matrix:
@@ -240,8 +258,16 @@ class Sky:
 
     @property
     def field(self) -> sp.Matrix:
-        """Magnetic field of the Earth's rotating dipole, Wb/m^2."""
+        """Magnetic field of the rotating Earth, Wb/m^2: of its dipole, or of Gauss coefficients."""
         v, frame = self.orbit.values, self.orbit.frame
+        if v.gauss:
+            turn = frame_turn(2, v.longitude + v.spin * TIME.symbol)
+            turn = sp.Matrix(3, 3, lambda i, j: self.orbit.define(f"E{i}{j}", turn[i, j], "turn of the Earth", "1"))
+            place = self.orbit.vector("fixed_", turn * self.part.place, "place in axes of the Earth", "m")
+            value = turn.T * gauss_field(v.gauss, place, v.reference, self.orbit.define)
+            return self._seen(
+                "B", self.orbit.vector("B0", value, "magnetic field, inertial", "Wb/m^2"), "field", "Wb/m^2"
+            )
         pole = direction(v.longitude + v.spin * TIME.symbol, sp.pi / 2 - v.tilt)
         radius, up = _radius(self.part, frame)
         pole = self.orbit.vector("pole_", pole, "direction of the magnetic dipole, towards north", "1")

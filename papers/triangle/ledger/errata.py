@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The errata of the triangle's paper: what kind of error each is, and its cause. That it is one is computed."""
+"""Errata of the triangle's paper with kind and cause; the verdicts themselves are computed."""
 
 from __future__ import annotations
 

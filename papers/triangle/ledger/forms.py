@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The opening of section 3 of the triangle's paper: the known forms that the equations take, and what no law can do."""
+"""Opening of section 3 of the triangle's paper: known forms of the equations, and Brockett's condition."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def smallest(a: Array, length: float, conditions: Array, values: Array) -> Array
 
 
 def find() -> Array:
-    """Return rows of a, then b, c and the weights of error estimate and dense output."""
+    """Return the rows of a, the vectors b and c, and the weights of error estimate and dense output."""
     first = find_head()
     a, b = tableau(first, find_tail(first))
     return np.array([*a, b, a.sum(axis=1), find_estimate(a, first.length), find_dense(a, first.length)])

@@ -149,7 +149,7 @@ PUSHES = {
 
 
 def test_a_sphere_has_no_part_that_is_mirrored():
-    with pytest.raises(ModelError, match=r"load.mirrored is for a plate"):
+    with pytest.raises(ModelError, match=r"load.mirrored applies only to a plate"):
         SunPressure("load", mirrored=0.6, **LIGHT)
 
 

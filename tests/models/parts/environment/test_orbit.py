@@ -2,11 +2,13 @@
 """Orbits against Kepler's solution, the mean drift by oblateness and the decay by air."""
 
 import json
+from math import factorial
 
 import numpy as np
 import pytest
 import sympy as sp
 from scipy.optimize import brentq
+from scipy.special import lpmv
 
 import mehvar
 from mehvar.base.errors import MehvarError
@@ -17,6 +19,7 @@ from mehvar.models.parts import (
     GravityGradient,
     GroundStation,
     Hub,
+    Magnetometer,
     Orbit,
     Spacecraft,
     SunSensor,
@@ -206,6 +209,44 @@ def test_a_station_stands_on_the_ellipsoid():
         state = model.state(q0=1.0, **dict(zip(("orbit_x", "orbit_y", "orbit_z"), x, strict=True)))
         guard = model.functions["guards"](state, [], model.parameters())
         np.testing.assert_allclose(guard, -1e6 * np.sin(angle), atol=1e-6)
+
+
+GAUSS = (
+    (1, 0, -29404.8, 0.0), (1, 1, -1450.9, 4652.5), (2, 1, 2982.0, -2991.6), (2, 2, 1677.0, -734.6),
+    (3, 2, 1236.2, 241.9),
+)  # fmt: skip
+"""Some coefficients of IGRF-13, 2020, nT."""
+
+
+def potential(place):
+    """Return the potential of GAUSS at a place in axes of the Earth, by SciPy's functions."""
+    size = np.linalg.norm(place)
+    longitude, result = np.arctan2(place[1], place[0]), 0.0
+    for n, m, g, h in GAUSS:
+        norm = np.sqrt((2 if m else 1) * factorial(n - m) / factorial(n + m))
+        legendre = (-1) ** m * lpmv(m, n, place[2] / size)
+        wave = g * np.cos(m * longitude) + h * np.sin(m * longitude)
+        result += 6371.2e3 * (6371.2e3 / size) ** (n + 1) * norm * legendre * wave * 1e-9
+    return result
+
+
+def test_the_field_of_gauss_coefficients_is_the_gradient_of_its_potential():
+    craft = Spacecraft("gauss", orbit=Orbit(harmonics=GAUSS, longitude=0.7))
+    for part in (HUB, Magnetometer("mag")):
+        craft.add(part)
+    model = mehvar.build(craft)
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn, here = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), np.array([3e6, -4e6, 5e6])
+    slopes = [potential(turn @ (here + 10 * e)) - potential(turn @ (here - 10 * e)) for e in np.eye(3)]
+    state = model.state(q0=1.0, **dict(zip(("orbit_x", "orbit_y", "orbit_z"), here, strict=True)))
+    shown = model.functions["measure"](state, [], model.parameters())
+    np.testing.assert_allclose(shown[:3], -np.array(slopes) / 20, rtol=1e-6)
+
+
+@pytest.mark.parametrize("rows", [((0, 0, 1.0, 0.0),), ((1, 2, 1.0, 0.0),), ((1, 0, 1.0),), ((1, 0, 1.0, 0.0),) * 2])
+def test_coefficients_that_are_none_are_refused(rows):
+    with pytest.raises(MehvarError, match="orbit: harmonics"):
+        Orbit(harmonics=rows)
 
 
 def test_air_takes_energy():
