@@ -38,7 +38,9 @@
     const grey = Report.color("grey");
     stroke(c, constants.target.map(place), grey, 1.5, { closed: true, dash: [6, 5] });
     const trail = [0, 1, 2].map(() => []);
-    for (let t = Math.max(0, time - TRAIL); t < time; t += 0.05) corners(Report.sample(run, t)).forEach((p, k) => trail[k].push(place(p)));
+    for (let row = run.t.findIndex((t) => t > time - TRAIL); row >= 0 && run.t[row] < time; row++) {
+      trail.forEach((points, k) => points.push(place([run.columns[`x${k + 1}`][row], run.columns[`y${k + 1}`][row]])));
+    }
     trail.forEach((points) => points.length > 1 && stroke(c, points, grey, 1.5, { alpha: 0.5 }));
     if (other) body(c, corners(other).map(place), { width: 2, alpha: 0.45, mass: 5 });
     body(c, corners(now).map(place), {});

@@ -181,6 +181,7 @@
         });
         return { chart, head };
       });
+      queueMicrotask(() => this.draw()); // charts know their limits only now, and with them where the time is
     }
   }
 

@@ -16,6 +16,11 @@
     show(box.dataset.view);
   }
 
+  for (const button of document.querySelectorAll("figure [data-part=save]")) button.addEventListener("click", () => {
+    const figure = button.closest("figure");
+    Report.element("a", { href: figure.querySelector("img").src, download: `${figure.id}.png` }).click();
+  });
+
   Report.players = {};
   for (const root of document.querySelectorAll("[data-scene]")) {
     const name = root.dataset.scene;

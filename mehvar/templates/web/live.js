@@ -226,7 +226,8 @@
     box.setAttribute("aria-label", `${q.name}: ${q.description}`);
     bar.addEventListener("input", () => { box.value = short(Number(bar.value)); set(Number(box.value)); });
     box.addEventListener("change", () => { if (box.value !== "") { bar.value = box.value; set(Number(box.value)); } });
-    const name = element("span", { textContent: q.unit === "1" ? q.name : `${q.name} [${pretty(q.unit)}]`, title: q.description });
+    const name = element("span", { title: q.description }, `${q.name.replaceAll("_", "_\u200b")} `); // long names break at an underscore
+    if (q.unit !== "1") name.append(element("small", { textContent: `[${pretty(q.unit)}]` }));
     return element("div", { className: "slider" }, name, bar, box);
   };
 

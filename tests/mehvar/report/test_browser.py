@@ -120,8 +120,20 @@ def test_the_picture_is_seen_from_chosen_sides(browser, page):
     assert pixels != others
 
 
+SAVED = """
+const links = [], press = HTMLAnchorElement.prototype.click;
+HTMLAnchorElement.prototype.click = function () { links.push([this.download, this.href.slice(0, 22)]); };
+document.querySelectorAll("figure [data-part=save]").forEach((button) => button.click());
+HTMLAnchorElement.prototype.click = press;
+return links;
+"""
+
+
 def test_what_charts_show_is_saved_as_numbers_and_as_a_drawing(browser, page):
     opened(browser, page)
+    saved = browser.execute_script(SAVED)
+    assert saved
+    assert all(name.endswith(".png") and data == "data:image/png;base64," for name, data in saved)
     table, drawing, t, values, hidden = browser.execute_script(
         "const charts = Report.players.flywheel.charts.map(({chart}) => chart), [t, y] = charts[0].data;"
         "const table = Report.csv(charts), drawing = Report.svg(charts);"
