@@ -175,8 +175,8 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
         from mehvar.models.quantities import ModelError, place
 
         raise ModelError(
-            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}: its result may change; "
-            "store it in a file of the model's folder"
+            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}, whose answer may "
+            "change: store the answer in a file of the model's folder"
         )
 
 

@@ -271,7 +271,8 @@ def _parameters(path: Path, group: str, name: str, row: object) -> Iterator[Para
     else:
         for key in ("form", "over", "outside"):
             if getattr(entry, key):
-                raise ModelError(f"{where}: {key} = {getattr(entry, key)!r} would be ignored: only an array has one")
+                text = f"{where}: {key} = {getattr(entry, key)!r} has no effect, as only an array has {key}: remove it"
+                raise ModelError(text)
         parameters = [replace(whole, default=default)]
     for q in parameters:
         if isinstance(q.default, float) and q.default not in bounds:

@@ -179,7 +179,7 @@ class _Verdicts:
         return decision
 
     def _whole(self, old: Item, new: Item, local: Verdict, unequal: list[Item]) -> Verdict:
-        """Compare the values themselves if children differ."""
+        """Compare two rows by their values if the rows that they use differ."""
         if not unequal:
             return local
         judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))

@@ -124,9 +124,9 @@ def _terms(printed: Any, corrected: Any) -> Iterator[Edit]:
 
 
 def _written_out(extra: Sequence[Any], missing: Sequence[Any]) -> list[Edit]:
-    """Return the changes between the products of expanded sums.
+    """Expand two sums and return their changed terms.
 
-    Only products that differ in their numbers are paired. The list is empty for matrices and for sums in a denominator.
+    Only terms that differ in their numbers are paired. The list is empty for matrices and for sums in a denominator.
     """
     if any(isinstance(term, sp.MatrixExpr) or _divides_by_a_sum(term) for term in (*extra, *missing)):
         return []

@@ -140,7 +140,7 @@ def command(
 
 
 def _campaign(model: str, **fields: Any) -> CampaignFile:
-    """Return the campaign of a file overridden by the command line, or of the command line alone."""
+    """Return the campaign of the command line, whose options override those of a file."""
     flags = {name: value for name, value in fields.items() if value is not None}
     for name, flag in _FLAGS.items():
         if name in flags:

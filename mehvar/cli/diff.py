@@ -96,7 +96,8 @@ def _draw(diff: Diff, path: Path) -> None:
     moved = max(parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
     figure = moved.overlay.picture(moved.name) if moved.overlay else None
     if figure is None:
-        typer.echo(f"no run differs: {path} is not written", err=True)
+        why = "no run of both sides differs" if any(p.overlay for p in parts) else "no law or no run to compare"
+        typer.echo(f"{path} is not written: {why}", err=True)
         return
     save(figure, path)
     typer.echo(f"saved {path}", err=True)

@@ -330,8 +330,8 @@ class _Problem:
                 if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
                     name = self._free[int(np.argmax(np.abs(direction)))]
                     raise InputError(
-                        f"{name} cannot be fitted (from free): small changes have no effect on the data, but larger "
-                        "changes have, as for a time within a sample. Leave it out, or start from another value"
+                        f"{name}, listed in free, cannot be fitted: only large changes of it affect the data, "
+                        "as of a time between two samples. Leave it out, or start from another value"
                     )
 
     def result(self, relative: FloatArray, known_noise: bool) -> Fit:

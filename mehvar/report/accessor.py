@@ -117,7 +117,10 @@ class Results:
             if self._is_batch:
                 return metrics_picture(self._runs(success), names)
             if names or success is not None:
-                raise InputError("names and success select from a batch: leave them out for a single run")
+                raise InputError(
+                    "a single run has no names and no success: leave both out. "
+                    "To save the figure: plot().savefig('run.png')"
+                )
             return result_picture(self._dataset, self._manifest)
 
     def scatter(self, x: str, y: str, success: str | None = None) -> Axes:

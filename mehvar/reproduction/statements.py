@@ -166,7 +166,7 @@ def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapp
 def missing(
     statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
 ) -> Iterator[str]:
-    """Return printed items without an entry, and claims without a statement.
+    """Return the paper's printed items that have no entry in the file, and its claims that have no statement.
 
     Parameters
     ----------

@@ -167,7 +167,7 @@ def _check_noise(system: System) -> None:
 
 
 def check_sensor(system: System) -> None:
-    """Refuse a continuous law of states for a system whose sensor measures other quantities."""
+    """Refuse a continuous law that reads states if the system's sensor does not measure the states."""
     sensor, continuous = system.sensor, [law.name for law in system.controllers if not law.period]
     if sensor is None or system.seen is not system.states or not continuous:
         return

@@ -43,7 +43,7 @@ def _check_events(metric: Metric, system: System, where: str) -> None:
     check_names(metric.of, [event.name for event in system.events], f"{where}: event")
     if not metric.of or metric.unit != "1":
         raise ModelError(
-            f"{where}: of = {list(metric.of)}, unit = {metric.unit!r}: must be at least one event, with unit 1"
+            f"{where}: of = {list(metric.of)}, unit = {metric.unit!r}: of must name an event, and unit must be '1'"
         )
     if metric.since or math.isfinite(metric.until):
         raise ModelError(f"{where}: since and until would be ignored: events are counted over the whole run")

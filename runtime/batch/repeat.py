@@ -169,8 +169,8 @@ def _check_law(store: Batch, controller: object, inputs: object) -> None:
             how = "pass its inputs, as in runs.mehvar.again(17, inputs=INPUTS)"
             raise InputError(f"{store.name} ran without a law: {how}")
         raise InputError(
-            f"{store.name} ran under {law}, which this session does not define. Define or import it, or pass it, as in "
-            "runs.mehvar.again(17, controller=LAW); its source is the attribute 'law' of the batch"
+            f"{store.name} ran under {law}, a law in Python that is not defined here. Repeat the run in Python and pass "
+            "the law: runs.mehvar.again(RUN, controller=LAW). The batch has the law's source in its attribute 'law'"
         )
     for name, value in given.items():
         if value is not None and name != needed:

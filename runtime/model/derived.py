@@ -90,8 +90,8 @@ def _check_unchanged(manifest: Manifest, root: Path, name: str) -> None:
         path = root / source
         if source.startswith("models/") and path.is_file() and _sha256(path) != digest:
             raise InputError(
-                f"{name} cannot be made: {source} has changed since {manifest.model} was generated; "
-                f"mehvar generate {manifest.model} updates it"
+                f"{name} cannot be made: {source} has changed since {manifest.model} was generated. "
+                f"To update it, run: mehvar generate {manifest.model}"
             )
 
 

@@ -296,7 +296,7 @@ def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: Flo
     above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
     if not np.allclose((above - below) / (2 * _STEP), np.eye(len(manifest.states)), rtol=0, atol=_SLOPE):
         raise InputError(
-            f"the sensor of {manifest.model} has measurements without names; a linear system needs names (seen)"
+            f"the sensor of {manifest.model} has measurements without names: give them names by seen= of the System"
         )
 
 

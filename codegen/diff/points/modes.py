@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..versions import Item, Versions
 
 _POINTS = 16
-"""Number of points of the other names for each value of a mode; the judge tests rare branches."""
+"""Number of points for each value of a mode, at which the other names are drawn."""
 _FEW = 4
 """Number of parameter values that are tried; one difference suffices."""
 _MOST_JOINT = 32
@@ -105,7 +105,7 @@ class Modes:
                 yield from ({name: value} for value in values if self._may_be(name, value))
 
     def _starts_of(self, versions: Versions) -> list[tuple[dict[str, Fraction], str]]:
-        """Return the points at which each side's runs start with default parameters, and those after each event.
+        """Return the states after each event, and the start of a run, of both sides with default parameters.
 
         Each point has the name of its event; a start has none.
         """

@@ -106,7 +106,7 @@ _Named = Callable[[str, Expr, str, str, str], sp.Symbol]
 
 
 def _axial(p: Group, plant: Dynamics, offsets: Sequence[Expr], name: _Named) -> Expr:
-    """Solve |q + P a|^2 = F^2 for the larger a; without a real root, return the a with the smallest |f|."""
+    """Return the larger root a of |q + P a|^2 = F^2, or the minimiser of |q + P a| if no root is real."""
     column = [plant.balance.matrix[k, 0] for k in range(3)]
     square = name("PP", sp.Add(*(e**2 for e in column)), "P.P", "kg^2", r"P\cdot P")
     mixed = name("Pq", sp.Add(*(e * q for e, q in zip(column, offsets, strict=True))), "P.q", "kg N", r"P\cdot q")

@@ -204,7 +204,7 @@ def leftovers(folder: Path) -> list[Path]:
 
 
 def force(paths: Iterable[Path]) -> None:
-    """Flush files, and the names in folders, to disk."""
+    """Flush files and directory entries to disk."""
     for path in paths:
         handle = os.open(path, os.O_RDONLY)
         try:

@@ -230,7 +230,7 @@ class EmulatedBoard:
             self._uc.emu_stop()
 
     def receive(self) -> int:
-        """Return the next byte on the nonempty line."""
+        """Return the next byte of the serial line, which must hold one."""
         return self._to_board.popleft()
 
     def waiting(self) -> bool:

@@ -136,7 +136,7 @@ def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only(monkeypatch)
         again = batch.mehvar.again(2, *law)
         np.testing.assert_array_equal(again.isel(t=-1)["roll"], batch["final"][2].sel(state="roll"))
     SESSION_LAWS.clear()
-    with pytest.raises(mehvar.InputError, match=r"which this session does not define\. Define or import it"):
+    with pytest.raises(mehvar.InputError, match=r"a law in Python that is not defined here"):
         batch.mehvar.again(2)
     monkeypatch.setattr("__main__.damp", damp, raising=False)
     assert batch.mehvar.again(2).attrs["controller"] == "python:damp"
@@ -167,7 +167,7 @@ def test_a_session_that_never_imported_mehvar_has_results(tmp_path):
     ("call", "message"),
     [
         (lambda run, batch: batch.mehvar.plot("nothing"), "unknown number 'nothing' of the runs"),
-        (lambda run, batch: run.mehvar.plot("theta"), "leave them out for a single run"),
+        (lambda run, batch: run.mehvar.plot("theta"), "a single run has no names"),
         (lambda run, batch: run.mehvar.scatter("theta", "rho"), "unknown dimension 'run' of this result"),
         (lambda run, batch: run.mehvar.compare(batch), "the dataset of a run, because this is a run"),
         (lambda run, batch: run.mehvar.compare(run[["t"]]), "a run without variables of the same name"),

@@ -116,7 +116,7 @@ def test_a_store_goes_on_under_the_same_text_only(pendulum: runtime.Model, tmp_p
             batch(pendulum, out=out, resume=True, **{**OWN, **change})
     assert repeated(out, pendulum) is not None
     SESSION_LAWS.clear()  # as in another session
-    with pytest.raises(InputError, match="ran under python:p_sum, which this session does not define"):
+    with pytest.raises(InputError, match="ran under python:p_sum, a law in Python that is not defined here"):
         repeated(out, pendulum)
 
 
