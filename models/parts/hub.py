@@ -113,11 +113,15 @@ class Thruster(Part):
         Where it acts, m.
     limit : number, optional
         Largest force, N.
+    least : number, optional
+        Smallest impulse of a period, N s: a smaller command opens no valve. A command is the mean force of a period, as
+        of pulses that are modulated in width.
     """
 
     direction: Annotated[Vector, direction("a", "direction")]
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
     limit: Annotated[Number | None, scalar("Fmax", "N", "largest force")] = None
+    least: Annotated[Number | None, scalar("Imin", "N s", "smallest impulse of a period")] = None
 
     def inputs(self) -> tuple[Quantity, ...]:
         return (Quantity(f"{self.name}_force", "N", f"force of {self.name}"),)
@@ -132,8 +136,11 @@ class Thruster(Part):
         return (Shape(self.name, "arrow", points(v.at, v.at - share * at.craft.reach * v.direction), "purple"),)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        pushed = sp.Max(commanded[0], 0)
-        return (pushed if at.values.limit is None else sp.Min(pushed, at.values.limit),)
+        pushed, v = sp.Max(commanded[0], 0), at.values
+        pushed = pushed if v.limit is None else sp.Min(pushed, v.limit)
+        if v.least is None:
+            return (pushed,)
+        return (sp.Piecewise((pushed, pushed * at.craft.period >= v.least), (0, True)),)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ def actuate():
     craft = Spacecraft("craft")
     craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 3.0)))
     craft.add(Wheel("wheel", axis=(0, 0, 1), inertia=0.1, torque_limit=0.5, speed_limit=100.0))
-    craft.add(Thruster("jet", direction=(1, 0, 0), at=(0, 1, 0), limit=2.0))
+    craft.add(Thruster("jet", direction=(1, 0, 0), at=(0, 1, 0), limit=2.0, least=0.01))
     system = craft.system()
     check(system)
     graph: ca.Function = next(g.graph for g in generate_functions(system) if g.name == "actuate")
@@ -36,6 +36,8 @@ def actuate():
     ("commanded", "speed", "acts"),
     [
         ((0.2, 1.5), 0.0, (0.2, 1.5)),
+        ((0.2, 0.11), 0.0, (0.2, 0.11)),
+        ((0.2, 0.09), 0.0, (0.2, 0.0)),
         ((0.9, 9.0), 0.0, (0.5, 2.0)),
         ((-0.9, -1.0), 0.0, (-0.5, 0.0)),
         ((0.3, 0.0), 101.0, (0.0, 0.0)),

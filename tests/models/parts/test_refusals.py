@@ -76,7 +76,10 @@ def assembled(*parts, **options):
             "h.motion = 'free-wheeling': must be one",
         ),
         (lambda: Hinge("h", 1.0, BALL, axis=(1, 0, 0), motion="locked", damping=1.0), "h.damping: motion is locked"),
-        (lambda: Link(1.0, BALL, joint="ball", axis=(1, 0, 0)), "a ball joint has none"),
+        (
+            lambda: Link(1.0, BALL, joint="ball", axis=(1, 0, 0)),
+            "give an axis to a hinge or slider, and none to a ball joint",
+        ),
         (lambda: Link(1.0, BALL, joint="ball", stiffness=1.0), "a ball joint cannot have a motor or a stiffness"),
         (lambda: Link(1.0, BALL, joint="screw", axis=(1, 0, 0)), "joint = 'screw': must be one of hinge"),
         (lambda: Chain("arm"), "arm.links: must have at least one link"),

@@ -159,7 +159,7 @@ def two(law):
             "law l: wheel1, wheel2 produce torques about only 2 of 3 axes: add actuators, or tilt these",
         ),
         (wheels(), lambda law: {"wheel9": 1}, r"law l commands 'wheel9' \(did you mean 'wheel"),
-        (wheels(), lambda law: {"wheel1": (1, 2)}, "law l: wheel1 has 1 inputs, and 2 commands"),
+        (wheels(), lambda law: {"wheel1": (1, 2)}, "law l: wheel1 has 1 inputs, but gets 2 commands"),
         (wheels(), lambda law: law.torque([1, 2], wheels()), "law l: torque has 2 components; must have 3"),
         (wheels(), lambda law: law.torque([1, 2, 3], jets()), "law l: jetxpa is not an actuator of the craft"),
         (PLUS, lambda law: law.torque([1, 2, 3], PLUS), "can only push to one side; add thrusters"),
@@ -168,7 +168,7 @@ def two(law):
             lambda law: {"x": law.attitude[0]},
             "law l: no sensor measures the attitude: add a StarTracker",
         ),
-        ([Bob("tank", mass=1.0, length=1.0)], lambda law: law.torque([1, 2, 3], [HUB]), "hub is no actuator"),
+        ([Bob("tank", mass=1.0, length=1.0)], lambda law: law.torque([1, 2, 3], [HUB]), "hub is not an actuator"),
         (wheels(), lambda law: law.update(law.period, 1), "law l: Ts is not in the memory; declare it by keep"),
     ],
 )

@@ -288,8 +288,8 @@ def continuous(sensor):
             lambda: mehvar.simulate(mehvar.build(craft_of(Gyro("g", every=1.5))), "watch"),
             "g.every must be a whole number",
         ),
-        (lambda: StarTracker("tracker", exclusion=0.5), "tracker.exclusion needs boresight"),
-        (lambda: StarTracker("tracker", boresight=(1, 0, 0)), "give both or none"),
+        (lambda: StarTracker("tracker", exclusion=0.5), "tracker.exclusion, boresight: give both"),
+        (lambda: StarTracker("tracker", boresight=(1, 0, 0)), "tracker.exclusion, boresight: give both, or neither"),
         (
             lambda: craft_of(StarTracker("tracker", boresight=(1, 0, 0), exclusion=0.5)).system(),
             "tracker needs an orbit",
