@@ -15,7 +15,7 @@
   const tick = (value) => {
     if (value === null) return "";
     const size = Math.abs(value), short = Number(value.toPrecision(4));
-    return (size && (size < 1e-3 || size >= 1e5) ? short.toExponential() : short.toLocaleString("en").replaceAll(",", "\u202f")).replaceAll("-", "−");
+    return (size && (size < 1e-3 || size >= 1e5) ? Report.power(short.toExponential()) : short.toLocaleString("en").replaceAll(",", "\u202f")).replaceAll("-", "−");
   };
 
   /** The largest of 1, 2, 5 times a power of ten that is not above a value. */

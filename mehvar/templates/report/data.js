@@ -20,11 +20,14 @@ Report.color = (name) => {
   return Report.colors.get(name);
 };
 
+/** The text of a power of ten, 1e-5 as 1×10⁻⁵. */
+Report.power = (text) => text.replace(/e\+?(-?\d+)/, (_, n) => `×10${n.replace(/./g, (sign) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(sign)])}`);
+
 /** A number for reading: four digits, a proper minus. */
 Report.number = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   const size = Math.abs(value);
-  const text = size && (size < 1e-3 || size >= 1e5) ? value.toExponential(2) : String(Number(value.toPrecision(4)));
+  const text = size && (size < 1e-3 || size >= 1e5) ? Report.power(value.toExponential(2)) : String(Number(value.toPrecision(4)));
   return text.replaceAll("-", "−");
 };
 

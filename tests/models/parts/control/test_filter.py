@@ -181,7 +181,7 @@ def outside(model, n, seconds, **options):
     return count
 
 
-@pytest.mark.parametrize("name", ["model", "losing"])
+@pytest.mark.parametrize("name", [pytest.param("model", marks=pytest.mark.soak), "losing"])
 def test_errors_of_a_tumble_are_as_large_as_it_says(name, request):
     """At up to 2 rad/s, 0.1 s from sample to sample; of ten means at most two are outside, which one in 90 are."""
     assert outside(request.getfixturevalue(name), 300, 12.0, vary=TUMBLING, kp=0.0, kd=0.0) <= 2
