@@ -131,8 +131,8 @@ def _check_symmetric(numbers: list[list[float]], shape: tuple[int, ...], form: s
     for i, j in itertools.combinations(range(shape[0]), 2):
         if numbers[i][j] != numbers[j][i]:
             raise ModelError(
-                f"{where}: form = {form!r} needs a symmetric default, but entry ({i + 1}, {j + 1}) is {numbers[i][j]:g} "
-                f"and entry ({j + 1}, {i + 1}) is {numbers[j][i]:g}"
+                f"{where}: form = {form!r} needs a symmetric default, but ({i + 1}, {j + 1}) is {numbers[i][j]:g} "
+                f"and ({j + 1}, {i + 1}) is {numbers[j][i]:g}"
             )
     if form == SYMMETRIC[1] and not _is_positive_definite(numbers):
         raise ModelError(f"{where}: default = {numbers}: must be positive definite")

@@ -169,7 +169,7 @@ def _check_law(store: Batch, controller: object, inputs: object) -> None:
             how = "pass its inputs, as in runs.mehvar.again(17, inputs=INPUTS)"
             raise InputError(f"{store.name} ran without a law: {how}")
         raise InputError(
-            f"{store.name} ran under {law}, a law in Python that is not defined here. Repeat the run in Python and pass "
+            f"{store.name} ran under {law}, a law in Python that is not defined here. Repeat the run in Python, with "
             "the law: runs.mehvar.again(RUN, controller=LAW). The batch has the law's source in its attribute 'law'"
         )
     for name, value in given.items():

@@ -175,7 +175,7 @@ def test_an_array_of_parameters_is_set_as_an_array(case):
         (('"FORM"', '"spline"'), "form = 'spline': must be 'linear' or 'cubic'"),
         (('"linear", default = [[', '"cubic", default = [['), "form = 'cubic': must be 'linear'"),
         (('"OUTSIDE"', '"zero"'), "outside = 'zero': must be 'hold' or 'line'"),
-        (("[[3, 1, 0]", "[[3, 1, 2]"), "is 2 and entry"),
+        (("[[3, 1, 0]", "[[3, 1, 2]"), "is 2 and"),
         (("[[3, 1, 0]", "[[0, 1, 0]"), "must be positive definite"),
         (("[[3, 1, 0]", "[[3, 1]"), "rows of numbers of equal length"),
         (("[[3, 1, 0], [1,", "[[1,"), "leave it out, since default has the shape"),
