@@ -221,7 +221,8 @@ def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind])
     for field, kind in declared.items():
         value = getattr(values, field, None)
         if kind.form == "tensor":
-            result += (Condition(m, f"{name}.{field} is the inertia of no body") for m in _of_a_body(value))
+            text = f"{name}.{field} is the inertia of no body: no moment may exceed the sum of the other two"
+            result += (Condition(margin, text) for margin in _of_a_body(value))
         elif kind.form == "scalar" and value is not None and not value.is_Symbol and kind.bounds == "(0, inf)":
             result.append(Condition(value, f"{name}.{field} must be above zero"))
     return tuple(condition for condition in result if condition.margin.free_symbols)

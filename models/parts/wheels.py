@@ -24,7 +24,8 @@ class Wheel(Part):
     Parameters
     ----------
     name : str
-        As of a `Part`; its state is NAME_speed, relative to the hub, its input NAME_torque.
+        As of a `Part`; its state is NAME_speed, relative to the hub, its input NAME_torque. It acts on the wheel, the
+        opposite torque on the hub.
     axis : three numbers
         Of rotation; any length.
     inertia : number

@@ -36,6 +36,10 @@ class State(np.ndarray[Any, np.dtype[np.float64]]):
             return self.r[self.references.index(key)]
         raise unknown_name("state or reference", key, (*self.names, *self.references))
 
+    def __getattr__(self, name: str) -> Any:
+        known = (*getattr(type(self), "names", ()), *getattr(type(self), "references", ()))
+        raise AttributeError(f"unknown state or reference {name!r} of a law's argument: known: {', '.join(known)}")
+
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
         plain = np.asarray(array)
         return plain[()] if return_scalar or plain.ndim == 0 else plain
