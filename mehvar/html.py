@@ -15,9 +15,10 @@ from types import MappingProxyType
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from mehvar.base.errors import printable
+from mehvar.base.units import pretty_unit
 from mehvar.codegen.equations.mathml import mathml
 
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -37,6 +38,18 @@ def typeset_within(text: str) -> Markup:
     return Markup("").join(typeset(part) if i % 2 else part for i, part in enumerate(parts))
 
 
+def powers(text: str) -> str:
+    """Return text with 1e-05 as 1×10⁻⁵."""
+    return pretty_unit(re.sub(r"(?<!\w)([\d.]+)e([+-]?\d+)", lambda match: f"{match[1]}×10^{int(match[2])}", text))
+
+
+def quantities(value: object) -> Markup:
+    """Return a value or words with typographic minus signs, exponents, degrees and thousands; names stay."""
+    text = powers(re.sub(r"(?<=\d) deg\b", "°", str(escape(value))))
+    text = re.sub(r"(?<![\w.,−-])\d{5,}(?![\w.])", lambda match: f"{int(match[0]):,}".replace(",", "\u202f"), text)
+    return Markup(re.sub(r"(?<![\w.\-])-(?=\d)", "−", text))
+
+
 def _shown(value: object) -> object:
     """Return a value for a template; remove control characters from texts."""
     if not isinstance(value, str):
@@ -52,7 +65,7 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
     template : str
         File below `mehvar/templates`; it may include others by their path from there.
     filters : mapping of str to callable
-        Further filters besides `mathml` and `words`, which are `typeset` and `typeset_within`.
+        Further filters besides `quantities`, and `mathml` and `words`, which are `typeset` and `typeset_within`.
     **content
         Variables of the template.
     """
@@ -71,7 +84,8 @@ def _environment(filters: frozenset[tuple[str, Callable[..., Any]]]) -> jinja2.E
         lstrip_blocks=True,
         finalize=_shown,
     )
-    environment.filters |= {"mathml": typeset, "words": typeset_within, **dict(filters)}
+    ours = {"mathml": typeset, "words": typeset_within, "quantities": quantities}
+    environment.filters |= ours | dict(filters)
     return environment
 
 

@@ -27,6 +27,7 @@ degrees and radians are refused.
 
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\^(-?\d+|\(-?\d+(?:/\d+)?\)))?")
 _SLASH = re.compile(r"/(?![^()]*\))")
+_SUPERSCRIPTS = str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _FORM = "written like 'kg m^2/s', '1/(kg m)' or 'kg^(1/2) m', or '1' for a dimensionless number"
 
 
@@ -80,3 +81,8 @@ def _power(base: str, exponent: Fraction) -> str:
     if exponent == 1:
         return base
     return f"{base}^{exponent}" if exponent.denominator == 1 else f"{base}^({exponent})"
+
+
+def pretty_unit(unit: str) -> str:
+    """Return a unit with raised exponents."""
+    return re.sub(r"\^([+-]?\d+)(?!\.?\d)", lambda match: match[1].translate(_SUPERSCRIPTS), unit)

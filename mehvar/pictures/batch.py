@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mehvar.base.errors import unknown_name
+from mehvar.base.units import pretty_unit
 from mehvar.runtime.batch.evaluation.statistics import (
     bands,
     column,
@@ -20,7 +21,7 @@ from mehvar.runtime.batch.evaluation.statistics import (
 from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.store.store import Store
 
-from .style import BLUE, GREY, VERMILLION, case_text, label, new_figure, pretty_unit, require_matplotlib, style
+from .style import BLUE, GREY, VERMILLION, case_text, label, new_figure, require_matplotlib, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

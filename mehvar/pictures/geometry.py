@@ -13,10 +13,11 @@ import numpy as np
 
 from mehvar.base.manifest import Shape
 from mehvar.base.schema import plain
+from mehvar.base.units import pretty_unit
 
 from .run import Panel, panels
 from .scene import Scene, SceneLine, ScenePanel
-from .style import COLORS, pretty_unit
+from .style import COLORS
 
 if TYPE_CHECKING:
     import xarray as xr

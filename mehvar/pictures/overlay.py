@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import COLORS, GREY, label, new_figure, pretty_unit
+from mehvar.base.units import pretty_unit
+
+from .style import COLORS, GREY, label, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import COLORS, GREY, headline, label, new_figure, pretty_unit
+from mehvar.base.units import pretty_unit
+
+from .style import COLORS, GREY, headline, label, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, unknown_name
+from mehvar.base.units import pretty_unit
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
 from mehvar.runtime.batch.store.layout import NOT_RUN
 from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, MOST_STATES, bin_edges, histogram_title
-from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, case_text, label, new_figure, pretty_unit
+from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, case_text, label, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr

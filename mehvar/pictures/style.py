@@ -13,6 +13,7 @@ from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 from mehvar.base.errors import InputError, printable
+from mehvar.base.units import pretty_unit
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.problem import COMPLETE
 
@@ -29,7 +30,6 @@ BAND_LOW, BAND_HIGH = "band-low", "band-high"
 """`gid` of the lower and upper edges of a band, which an interactive chart fills."""
 _MOST_CHANGES = 4
 """Largest number of changed values in a title, so that it stays on one line."""
-_SUPERSCRIPTS = str.maketrans("+-0123456789", "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 DPI = 150
 """Resolution, sharp in print at column width; twice the resolution makes the report four times as large."""
 
@@ -178,11 +178,6 @@ def label(symbol: str, meaning: str, unit: str) -> str:
         As in `$t$`, `time`, `s`.
     """
     return f"{meaning} {symbol} [{pretty_unit(unit)}]"
-
-
-def pretty_unit(unit: str) -> str:
-    """Return a unit with raised exponents."""
-    return re.sub(r"\^([+-]?\d+)(?!\.?\d)", lambda match: match[1].translate(_SUPERSCRIPTS), unit)
 
 
 def time_axis(ax: Axes, text: str, last: bool = True, zero: bool = True) -> None:

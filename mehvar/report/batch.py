@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from mehvar.base.units import pretty_unit
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
-from mehvar.pictures.style import case_text, pretty_unit, require_matplotlib, style
+from mehvar.pictures.style import case_text, require_matplotlib, style
 from mehvar.runtime.batch.blocks import STATUS_TEXT
 from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
 from mehvar.runtime.batch.evaluation.statistics import (

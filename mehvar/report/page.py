@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from mehvar import html
 from mehvar.base.errors import bad_value
+from mehvar.base.units import pretty_unit
 from mehvar.pictures.scene import Scene
-from mehvar.pictures.style import pretty_unit
 from mehvar.runtime.files import write_atomic
 
 from .content import Picture, scene_data
@@ -168,18 +168,10 @@ def numerals(text: str) -> str:
     """Return a cell of numbers with minus signs and powers of ten, another with the exponents of its units raised."""
     if not re.fullmatch(r"[-+\d.,e %[\]±]*\d[-+\d.,e %[\]±]*", text):
         return pretty_unit(text)
-    return re.sub(r"(?<!\d)-(?=[\d.])", "−", _powers(text))
-
-
-def _powers(text: str) -> str:
-    """Return text with 1e-05 as 1×10⁻⁵."""
-    return pretty_unit(re.sub(r"(\d)e([+-]?\d+)", lambda match: f"{match[1]}×10^{int(match[2])}", text))
+    return re.sub(r"(?<!\d)-(?=[\d.])", "−", html.powers(text))
 
 
 def typeset(text: str) -> Markup:
-    """Return text with typographic minus signs, exponents, degrees, thousands, Greek letters and subscripts."""
-    text = _powers(re.sub(r"(?<=\d) deg\b", "°", str(escape(text))))
-    text = re.sub(r"(?<![\w.,−-])\d{5,}(?![\w.])", lambda match: f"{int(match[0]):,}".replace(",", "\u202f"), text)
-    text = re.sub(r"(?<![\w.\-])-(?=\d)", "−", text)
-    text = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|_|\d)", lambda match: _GREEK[match[1]], text)
+    """Return text with its quantities set, and with Greek letters and subscripts."""
+    text = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|_|\d)", lambda match: _GREEK[match[1]], html.quantities(text))
     return Markup(re.sub(r"(?<!\w)([^\W\d_])_(\w|\d+)(?!\w)", r"\1<sub>\2</sub>", text))

@@ -11,9 +11,9 @@ from typing import Any
 from markupsafe import Markup
 
 from mehvar import html
+from mehvar.base.units import pretty_unit
 from mehvar.comparison.text import number as eigenvalue
 from mehvar.pictures.scene import Scene
-from mehvar.pictures.style import pretty_unit
 from mehvar.reproduction.claims import OWN, PAPERS, Check, Claim, ClaimVerdict, tally
 from mehvar.reproduction.deviations import Deviation
 from mehvar.reproduction.ledger_page import FILTERS

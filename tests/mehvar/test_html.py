@@ -11,7 +11,7 @@ import pytest
 from fontTools.ttLib import TTFont
 
 from mehvar import html
-from mehvar.html import typeset
+from mehvar.html import page, quantities, typeset
 from tests.mehvar.browser import chromium
 
 FORMULA = r"\Omega_3 + \left(\frac{h}{\sqrt{x^2}}\right)"
@@ -67,3 +67,25 @@ def test_a_subscript_is_lowered(latex, tmp_path):
             for k in (0, 1)
         )
     assert below > base + 2
+
+
+@pytest.mark.parametrize(
+    ("plain", "pretty"),
+    [
+        ("5.23e-08 at most", "5.23×10⁻⁸ at most"),
+        ("run 7, final(theta) = -7.96028e-06", "run 7, final(theta) = −7.96028×10⁻⁶"),
+        ("0x12e45678 after 40960 samples", "0x12e45678 after 40\u202f960 samples"),
+        ("40960 of 40960 runs, > 1e6", "40\u202f960 of 40\u202f960 runs, &gt; 1×10⁶"),
+        (1e-05, "1×10⁻⁵"),
+    ],
+)
+def test_quantities_are_set_and_names_and_checksums_are_not(plain, pretty):
+    assert quantities(plain) == pretty
+
+
+def test_the_page_of_requirements_has_one_style_of_numbers():
+    requirement, worst = {"name": "small", "text": "peak < 1e-5"}, [("run 1, peak = 3e-06", "")]
+    row = (requirement, "holds", "same", "between 2e-06 and 1", worst)
+    text = page("requirements.html.j2", title="runs", wrong="1e-06", rows=[row])
+    assert all(f"{figure}×10⁻⁶" in text for figure in (1, 2, 3))
+    assert "<code>peak &lt; 1e-5</code>" in text  # what is typed stays

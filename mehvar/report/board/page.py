@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mehvar.base.units import pretty_unit
 from mehvar.html import page
 from mehvar.pictures.files import save
-from mehvar.pictures.style import BLUE, COLORS, VERMILLION, new_figure, pretty_unit, style, time_axis
+from mehvar.pictures.style import BLUE, COLORS, VERMILLION, new_figure, style, time_axis
 from mehvar.reproduction.paper import run_picture
 from mehvar.runtime.board.run import BoardRun, ulps
 from mehvar.runtime.files import filling
@@ -160,7 +161,7 @@ def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()
         ]
     if results["selftest"]:
         test = results["selftest"]
-        rows += [("self-test", f"{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
+        rows += [("self-test", f"0x{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
     if (ticks := results["ticks"]) and ticks["most"]:  # an emulated clock stands still
         rows += [
             ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])

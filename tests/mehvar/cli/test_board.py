@@ -50,6 +50,9 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     assert "scenario paper, roll_0_deg = 3, delay of 1 sample(s)" in page
     assert "the closed loop, with the law on the board" in page.lower()
     assert "largest torque about x" in page
+    words = re.sub(r"<[^>]*>", " ", page)
+    assert "×10⁻" in words
+    assert not re.search(r"\de[-+]\d", words)
     assert set(found["metrics"]["max_torque_x"]) == {"board", "host_double", "host_without_delay"}
     with chromium(tmp_path) as browser:
         prefer(browser, prefers_color_scheme="dark")
