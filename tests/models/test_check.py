@@ -324,7 +324,7 @@ REFUSED = [
     ("a negative band", CART, ("metrics",), lambda v: (settling(-1.0),), r"band = -1: must be above zero"),
     ("no band", CART, ("metrics",), lambda v: (settling(0.0),), r"band = 0: must be above zero"),
     ("a band that is not read", CART, ("metrics",), lambda v: (dataclasses.replace(v[0], band=1.0),),
-     r"metric 'furthest' of cart: band = 1 would be ignored: max_abs has none"),
+     r"metric 'furthest' of cart: band = 1 would be ignored: max_abs uses none"),
     ("a window of no time", CART, ("metrics",), lambda v: (dataclasses.replace(v[0], since=2.0, until=2.0),),
      r"since = 2 and until = 2: must be 0 <= since < until"),
     ("a metric of nothing", CART, ("metrics", 0, "of"), lambda v: (), r"of = \[\]: must be one or more"),

@@ -136,7 +136,7 @@ def test_what_would_be_ignored_is_refused():
         (edited("lead", rates=(lead.rates[1], lead.rates[0])), "row 1 of 2 .late.: .* must be in m/s"),
         (edited("plain", period=""), "every of law 'plain' would be ignored"),
         (edited("slow", rates=(sp.S.Zero,) * 2), "rates of law 'slow' would be ignored"),
-        (edited("slow", every="once"), "every = 'once' of law 'slow' is no parameter"),
+        (edited("slow", every="once"), "every = 'once' of law 'slow' is not a parameter"),
         (edited("slow", parameters=dataclasses.replace(slow.parameters, quantities=loose)), "must be one or above"),
         (edited("slow", command=(-x.place * slow.parameters.k,)), "is a state, which it does not receive"),
         (edited("slow", outputs=(Output(quantity("held_for", "1"), sp.S.One),)), "held_for"),

@@ -145,7 +145,7 @@ def tumbling():
     ("given", "message"),
     [
         ({}, ""),
-        ({"quaternion": "q0,q1,q2,q3"}, "turns between samples agree with the first variable as scalar part"),
+        ({"quaternion": "q0,q1,q2,q3"}, "rotations between samples agree with the first variable as scalar part"),
         ({"rates": "wz,wy,wx"}, "agree with rates=wx,wy,wz"),
         ({"quaternion": "q0,q1,q2,q3", "rates": "wy,wx,wz"}, "as scalar part, rates=wx,wy,wz"),
         ({"frame_b": "J2000"}, "frame_b = 'J2000' .*: must be another frame than frame_a"),
