@@ -43,7 +43,7 @@ class Inertial(Triad):
         if self.integrating and (self.every is not None or self.dropout is not None):
             raise ModelError(f"{self.name} integrates from sample to sample: leave out every and dropout")
         if self.integrating and self.walk is None:
-            raise ModelError(f"{self.name}.walk = None: must be given for an integrating gyro; 0 is allowed")
+            raise ModelError(f"{self.name}.walk = None: must be given for a sensor that integrates; 0 is allowed")
 
     @property
     def continuous(self) -> bool:

@@ -297,7 +297,7 @@ def continuous(sensor):
         (lambda: craft_of(Gyro("gyro", step=0.0)).system(), r"gyro_step = 0.0: must be a number in \(0, inf\)"),
         (
             lambda: Gyro("gyro", integrating=True),
-            "gyro.walk = None: must be given for an integrating gyro; 0 is allowed",
+            "gyro.walk = None: must be given for a sensor that integrates; 0 is allowed",
         ),
         (lambda: Accelerometer("acc", every=2), "acc integrates from sample to sample: leave out every and dropout"),
         (lambda: Gyro("gyro", delay=-1), "gyro.delay = -1: must be a whole number from 0 to 100"),
