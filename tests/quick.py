@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-GATES = ("tests/gates/test_names.py", "tests/gates/test_layout.py", "tests/gates/test_public.py")
+GATES = ("tests/gates/test_names.py", "tests/gates/test_rooms.py", "tests/gates/test_public.py")
 SECONDS = 50
 """Seconds after which no test begins: the running one then ends within the minute."""
 PAGES = "tests/docs/test_docs.py"

@@ -75,7 +75,7 @@ def test_at_joint_numbers_of_two_modes_there_is_a_change():
     old, new = (modal(f"x': 0\n{piecewise('k, z*m > x*m')}".replace(">", sign)) for sign in (">", ">="))
     assert compare(old, new)["v'"].verdict is Fate.REARRANGED  # nothing sets x
     old, new = (started(side, "x", 2) for side in (old, new))
-    assert "they differ at x = 2 and z = 2, to which they are set" in compare(old, new)["v'"].how
+    assert "they differ at x = 2 and z = 2, which a reset sets" in compare(old, new)["v'"].how
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,7 @@ def test_tests_stand_where_their_subject_stands():
     assert not [str(folder) for folder in folders if not (ROOT / folder.relative_to(ROOT / "tests")).is_dir()]
 
 
-def test_layout_are_imported_under_one_name():
+def test_rooms_are_imported_under_one_name():
     """A checkout's root is on the path when it is installed in place: `import models` would give every class twice."""
     statement = rf"(from|import) ({'|'.join(BESIDE)})\b"
     code, page = re.compile(rf"^\s*{statement}", re.MULTILINE), re.compile(rf"(^\s*|['\";] *){statement}", re.MULTILINE)
