@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mehvar.physics.gates import Gate, Reading, Symmetry, balance, dot, identity, measures, symmetric
+from mehvar.physics.gates import Gate, PointFunction, Symmetry, balance, dot, identity, measures, symmetric
 from mehvar.physics.machine import Array, Machine, Points
 from tests.mehvar.physics import rotations
 from tests.mehvar.physics.rotors import Rotors
@@ -250,7 +250,7 @@ def _lit(at: Points) -> Array:
     return np.where((along < 0) & (off < at["earth_radius"]), 0.0, 1.0)
 
 
-def _around(at: Points, reading: Reading) -> Array:
+def _around(at: Points, reading: PointFunction) -> Array:
     """Return a reading at places around the orbit: some lie in shadow, some at its edge."""
     places = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     return np.hstack([reading(at.moved(anomaly=at["anomaly"] + place)) for place in places])
