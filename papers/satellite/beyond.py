@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     FloatArray = NDArray[np.float64]
 
+
 def _tracks(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
     return [
         each_below(f"RMS error from 200 s on, scenario {case}{words}", expected(bound), _rms(runs, "mrac", case, delay))
