@@ -115,7 +115,9 @@ def small(monkeypatch, shown):
 
 def without_others(monkeypatch, ledgers):
     """Leave out pages on which models run, which tests/mehvar/web has, and the ledgers of other papers."""
-    monkeypatch.setattr(module, "paper_ledgers", lambda tree: [part for name in ledgers for part in paper_ledgers(tree, name)])
+    monkeypatch.setattr(
+        module, "paper_ledgers", lambda tree: [part for name in ledgers for part in paper_ledgers(tree, name)]
+    )
     monkeypatch.setattr(module, "export_web", lambda model, out, **_: written(out / f"{model}.html"))
 
 
