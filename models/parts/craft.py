@@ -104,7 +104,7 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If its name is no identifier or already in use.
+            If its name is no identifier or already in use, or a number of it is out of bounds.
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
@@ -113,6 +113,7 @@ class Spacecraft:
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
+        part.values(Parameters())  # refuses its numbers here; they are declared when the craft is derived
         self.parts.append(part)
         return part
 
