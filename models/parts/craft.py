@@ -10,8 +10,8 @@ from typing import TypeVar
 
 import sympy as sp
 
-from mehvar.base.errors import shown
 from mehvar.base.manifest import Metric, Scenario
+from mehvar.base.parts import part_changes
 
 from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
@@ -132,22 +132,16 @@ class Spacecraft:
         newer : Spacecraft
             Newer version of this craft.
         """
-        before, after = ({part.name: part for part in craft.parts} for craft in (self, newer))
-        lines = [f"{name}: removed" for name in before if name not in after]
-        for name, part in after.items():
-            if name not in before:
-                lines.append(f"{name}: added, a {type(part).__name__}")
-            elif type(part) is not type(before[name]):
-                lines.append(f"{name}: a {type(before[name]).__name__} -> a {type(part).__name__}")
-            else:
-                pairs = ((f.name, getattr(before[name], f.name), getattr(part, f.name)) for f in fields(part))
-                lines += (f"{name}: {field} {shown(old)} -> {shown(new)}" for field, old, new in pairs if old != new)
-        for what, old, new in (
-            ("attitude", self.chart.name, newer.chart.name), ("motion", self.motion, newer.motion),
-            ("laws", ", ".join(self._laws) or "none", ", ".join(newer._laws) or "none"),
-        ):  # fmt: skip
-            lines += [f"{what}: {old} -> {new}"] if old != new else []
-        return tuple(lines)
+        return part_changes(self._described(), newer._described())
+
+    def _described(self) -> dict[str, dict[str, str]]:
+        """Return the fields of the parts as texts, without addresses, so that equal crafts have equal texts."""
+        laws = ", ".join(self._laws) or "none"
+        described = {"": {"attitude": self.chart.name, "motion": self.motion, "laws": laws}}
+        for part in self.parts:
+            texts = {f.name: re.sub(r" at 0x\w+", "", repr(getattr(part, f.name))) for f in fields(part) if f.name != "name"}
+            described[part.name] = {"": type(part).__name__, **texts}
+        return described
 
     def law(self, name: str, write: LawText, title: str = "", sampled: bool = True) -> None:
         """Give the craft a control law.
@@ -236,6 +230,7 @@ class Spacecraft:
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
             geometry=geometry, actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
+            parts=self._described(),
         )  # fmt: skip
 
     def _refuse_idle(self, used: set[sp.Symbol]) -> None:
