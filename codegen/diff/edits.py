@@ -187,7 +187,9 @@ class Edits:
                 continue
             if values not in self._powers:
                 one = _inverse(values)
-                self._powers[values] = [(k, tuple(field.power(v, abs(k)) for v in (one if k > 0 else values))) for k in _EXPONENTS]
+                self._powers[values] = [
+                    (k, tuple(field.power(v, abs(k)) for v in (one if k > 0 else values))) for k in _EXPONENTS
+                ]
             for exponent, divisors in self._powers[values]:
                 if field.mul(ratio[0], divisors[0]) != field.mul(ratio[-1], divisors[-1]):
                     continue  # no number; nearly every one ends here

@@ -24,7 +24,5 @@ def part_changes(old: Parts, new: Parts) -> tuple[str, ...]:
         else:
             pairs = ((field, before.get(field, "none"), part.get(field, "none")) for field in {**before, **part})
             separator = ":" if not name else ""
-            lines += (
-                f"{head}{field}{separator} {shortened(a)} -> {shortened(b)}" for field, a, b in pairs if a != b
-            )
+            lines += (f"{head}{field}{separator} {shortened(a)} -> {shortened(b)}" for field, a, b in pairs if a != b)
     return tuple(lines)

@@ -9,7 +9,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ModelStatus, ParameterChange, Story, handle
+from mehvar.codegen.diff.report import (
+    Comparison,
+    Edit,
+    EquationChange,
+    Fate,
+    ModelStatus,
+    ParameterChange,
+    Story,
+    handle,
+)
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML

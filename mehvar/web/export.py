@@ -117,7 +117,9 @@ def web_page(
         failure=failure,
         own_law=own_law or "\n".join(f"{q.name} = 0" for q in manifest.inputs),
         licence=_asset(f"{_UPLOT}/LICENSE"),
-        data=Markup(json.dumps(page_data(manifest, cases, criterion, failure), separators=(",", ":")).replace("<", "\\u003c")),
+        data=Markup(
+            json.dumps(page_data(manifest, cases, criterion, failure), separators=(",", ":")).replace("<", "\\u003c")
+        ),
     )
 
 

@@ -139,7 +139,9 @@ class Spacecraft:
         laws = ", ".join(self._laws) or "none"
         described = {"": {"attitude": self.chart.name, "motion": self.motion, "laws": laws}}
         for part in self.parts:
-            texts = {f.name: re.sub(r" at 0x\w+", "", repr(getattr(part, f.name))) for f in fields(part) if f.name != "name"}
+            texts = {
+                f.name: re.sub(r" at 0x\w+", "", repr(getattr(part, f.name))) for f in fields(part) if f.name != "name"
+            }
             described[part.name] = {"": type(part).__name__, **texts}
         return described
 

@@ -51,7 +51,8 @@ _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: operator.truediv,
 }
 _SIGNS: Mapping[type[ast.AST], str] = {
-    ast.And: "and", ast.Or: "or", ast.Not: "not", ast.USub: "-", ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
+    ast.And: "and", ast.Or: "or", ast.Not: "not",
+    ast.USub: "-", ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
 _DEEPEST = 100
@@ -169,7 +170,10 @@ class Criterion:
                 return [_SIGNS[type(op)], self._nested(left), self._nested(right)]
             case ast.Compare(left=left, ops=ops, comparators=rest):
                 words = _WORDS if _name(left) == _STATUS else {}
-                sides = [words.get(side, side) if isinstance(side, str) else side for side in map(self._nested, (left, *rest))]
+                sides = [
+                    words.get(side, side) if isinstance(side, str) else side
+                    for side in map(self._nested, (left, *rest))
+                ]
                 return ["and", *map(list, zip((_SIGNS[type(op)] for op in ops), sides, sides[1:], strict=False))]
             case ast.Call(args=[inner]):
                 return ["abs", self._nested(inner)]

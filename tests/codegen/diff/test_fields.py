@@ -50,7 +50,8 @@ COMPARED = {
         "projection": "projection", "choices": "manifest", "variants": "variant", "rates": "rates",
         "residual": "motion", "geometry": "geometry", "events": "guard",
         "diffusion": "diffusion", "random_step": "random step", "mass": "motion", "delays": "delay",
-        "parts": "notes of `mehvar.comparison.compare`", "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
+        "parts": "notes of `mehvar.comparison.compare`",
+        "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
     },
     "Controller": {
         "name": "law", "parameters": "law", "command": "law", "constraints": "constraint", "warnings": "warning",

@@ -15,8 +15,8 @@ import pytest
 
 from mehvar.base.errors import InputError, MissingError
 from mehvar.cli.new import scaffold
-from mehvar.runtime.board.image import toolchains
 from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.board.image import toolchains
 from mehvar.runtime.model.catalogue import shipped_models
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.simulate import simulate
