@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from mehvar.comparison.compare import diff as diff
     from mehvar.estimation.fit import Fit as Fit
     from mehvar.estimation.fit import fit as fit
+    from mehvar.estimation.margins import Margin as Margin
+    from mehvar.estimation.margins import margins as margins
     from mehvar.estimation.steer import Steering as Steering
     from mehvar.estimation.steer import SteeringError as SteeringError
     from mehvar.estimation.steer import steer as steer
@@ -77,6 +79,7 @@ _HOMES = {
     "mehvar.comparison.compare": ("diff",),
     "mehvar.base.errors": ("InputError", "MehvarError", "MissingError"),
     "mehvar.estimation.fit": ("Fit", "fit"),
+    "mehvar.estimation.margins": ("Margin", "margins"),
     "mehvar.estimation.steer": ("Steering", "SteeringError", "steer"),
     "mehvar.estimation.tune": ("Tuning", "tune"),
     "mehvar.fmu.export": ("export_fmu",),

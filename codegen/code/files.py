@@ -195,7 +195,7 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
         halves = split(rest.tape, rest.arguments, places, vector)
         if halves is None:
             continue
-        once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
+        once, result = f"part of {f.name} that is computed {when}", ((vector, halves.size),)
         part = PrintedFunction(
             f"{f.name}_{step}", once, halves.first, result, PREPARED[f.part], halves.prepare, rest.labels, rest.families
         )

@@ -26,7 +26,7 @@ from .versions import Item, Key, Versions
 _EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
 _UNEQUAL = frozenset((Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED))
 
-_PROOFS = ("node identity", "same text over equal names")
+_PROOFS = ("node identity", "same expression of equal names")
 """Reasons for equality that need no evaluation."""
 
 
@@ -175,7 +175,7 @@ class _Verdicts:
         if decision.equal is None:
             by_text = versions.judge.decide(*free)
             if by_text.equal is False:  # definitions may hide the difference, such as a root of a negative number
-                return replace(decision, how=f"{decision.how}; they differ where names in it are taken as free")
+                return replace(decision, how=f"{decision.how}; they differ if its names are free")
         return decision
 
     def _whole(self, old: Item, new: Item, local: Verdict, unequal: list[Item]) -> Verdict:

@@ -16,8 +16,8 @@ Path = tuple[int, ...]
 """Positions of operands along the path from an expression's root to one of its parts."""
 
 
-EXTENDED = "the same text with terms of the other members of a family, by its form"
-MEMBER = "of a member of a family that the other side lacks"
+EXTENDED = "the same expression with terms of further members of a family"
+MEMBER = "of a member of a family that the other version lacks"
 """Reason for a change that has no other cause than a new number of equal parts, such as pendulums."""
 
 

@@ -267,7 +267,7 @@ def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line
     elif relation.against is not None:
         terms, derived = residuals(relation, meanings)
         corrected = _shown(derived, relation.op, sp.S.Zero, names)
-        how = f"{how}; the derived equation, written out, takes the place of a correction"
+        how = f"{how}; the derived equation is shown instead of a correction"
         changes = edits(terms, derived)
     return Line(
         *_shown(relation.left, relation.op, relation.right, names),
@@ -284,7 +284,7 @@ def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line
 def _changes(relation: Relation, left: Side, right: Side) -> tuple[Edit, ...]:
     """Return the edits that turn the printed relation into the corrected one."""
     if (left, right) == (relation.right, relation.left):
-        return (Edit((left, " and ", right, " stand the other way round"), 1),)
+        return (Edit((left, " and ", right, " are exchanged"), 1),)
     return (*edits(relation.left, left), *edits(relation.right, right))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/reference/capabilities.md: which features of a model go where, from the table that refuses the others."""
+"""Write docs/reference/capabilities.md from the table of features and the operations that refuse them."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from mehvar.base.capabilities import EXCLUSIONS, FEATURES, Feature, Place
 PAGE = Path(__file__).parents[1] / "reference" / "capabilities.md"
 _HEAD = """# Capabilities
 
-What of a model goes where. [The table](../../mehvar/base/capabilities.py), which every refusal follows, is printed by
-`python -m docs.site.capabilities`. Runs and batches take every feature by one loop, on each backend, with the methods
-and ways to sample below. A feature without a row is taken everywhere.
+Operations that support each feature of a model, from [the table](../../mehvar/base/capabilities.py) that mehvar uses
+to refuse the others. `python -m docs.site.capabilities` writes this page. Runs and batches support the same features,
+on each backend. Every operation supports the features that have no row here.
 
 | feature | declared by |"""
 _BESIDE = """
-## Beside one another
+## Excluded combinations
 
-`generate` refuses a system with both.
+`generate` refuses a system with both features.
 
 | feature | cannot be combined with | reason |
 |---|---|---|"""

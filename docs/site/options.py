@@ -20,8 +20,8 @@ prints the traceback of an error, and `-h`.
 """
 _RUN = """## Options of a run
 
-`--set NAME=VALUE` takes these beside parameters and the choices of a model, Python takes them by name, a campaign file
-in `set`.
+`--set NAME=VALUE` takes these options, parameters and the choices of a model. In Python they are keyword arguments,
+in a campaign file entries of `set`.
 
 | name | values | default | meaning | taken by |
 |---|---|---|---|---|"""

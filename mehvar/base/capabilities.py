@@ -128,18 +128,18 @@ FEATURES = (
 """Features that some operation refuses, or that exclude another feature. All operations accept all other features."""
 
 EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
-    (CHART, MASS, "the chart's rates are given by its own rhs"),
+    (CHART, MASS, "the rhs of the chart gives its rates"),
     (CHOICES, MASS, "a variant gives the rates"),
-    (DERIVED_RATES, MASS, "by it the rates are not those of rhs; solve for the rates in rhs"),
+    (DERIVED_RATES, MASS, "with a mass matrix rhs does not give the rates; solve for the rates in rhs"),
     (PROCESS_NOISE, ALGEBRAIC, "the methods for process noise do not solve for them"),
     (INTEGRATED, ALGEBRAIC, "a continuous law of such a system must have no memory"),
-    (EVENTS, PROCESS_NOISE, "its paths cross a guard without end"),
-    (EVENTS, ALGEBRAIC, "they would have to jump with the others"),
-    (EVENTS, INTEGRATED, "its states would have to be located with the others"),
-    (RESETS, CHART, "the chart is integrated, and would not jump"),
-    (PROCESS_NOISE, CHART, "the chart is integrated, and would ignore it"),
-    (ACTUATOR, CHART, "such a law commands the inputs of the chart, and would ignore it"),
-    (SEEN, CHART, "such a law is a function of the chart, and would ignore them"),
+    (EVENTS, PROCESS_NOISE, "a path with noise crosses a guard infinitely often"),
+    (EVENTS, ALGEBRAIC, "algebraic states would have to jump at an event"),
+    (EVENTS, INTEGRATED, "events are not located in the law's states"),
+    (RESETS, CHART, "the integrator uses the chart, in which nothing jumps"),
+    (PROCESS_NOISE, CHART, "the integrator uses the chart, which has no noise"),
+    (ACTUATOR, CHART, "such a law commands the inputs of the chart, behind the actuator"),
+    (SEEN, CHART, "such a law is a function of the chart, not of measurements"),
 )
 """Groups of features with reasons. A system has at most one feature of each group."""
 

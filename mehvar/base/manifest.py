@@ -237,7 +237,7 @@ class Scenario:
             (name, f"{value:g}", law) for law, group in self.controllers.items() for name, value in group.items()
         ]
         text = f"scenario {self.name}: {self.title}; {self.duration:g} s in steps of {self.step:g} s"
-        return heading(text) + table("what differs from the defaults", ("name", "value", "law"), values + special)
+        return heading(text) + table("values that differ from the defaults", ("name", "value", "law"), values + special)
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def command(
         list[str] | None,
         typer.Option(
             metavar='"NAME=DIST(...)"',
-            help="Draw a parameter or an initial state for each run; repeat.",
+            help="Draw a parameter or an initial state for each run; repeat as needed.",
             autocompletion=complete_varied,
         ),
     ] = None,

@@ -61,7 +61,7 @@ def command(
         typer.Option(
             "--input",
             metavar="NAME=VALUE",
-            help="An input of an open loop; default: zero. Repeat it for more.",
+            help="An input of an open loop; default: zero; repeat as needed.",
             autocompletion=complete_inputs,
         ),
     ] = None,
@@ -74,7 +74,7 @@ def command(
     ] = None,
     t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE.nc", help="Save it; also .csv, .parquet, .arrow, .mat.")
+        Path | None, typer.Option(metavar="FILE.nc", help="Save the result; also .csv, .parquet, .arrow, .mat.")
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run.")] = None,
     store: Annotated[
@@ -277,7 +277,7 @@ def _summary(run: Run, notes: Sequence[str]) -> None:
     for text in notes:
         typer.echo(f"note: {text}")
     if run.controller.name == OPEN_LOOP and run.hold is None:
-        typer.echo("run by the generated Python module, which looks at inputs that no step holds as often as it likes")
+        typer.echo("run by the generated Python module; inputs are evaluated at every stage of a step")
     elif run.backend == "python":
         typer.echo("run by the generated Python module; with a C compiler it is much faster (mehvar doctor)")
     rows = [

@@ -18,13 +18,12 @@ from mehvar.base.manifest import read_manifest
 from mehvar.runtime.compiling.compiler import require_compiler
 from mehvar.runtime.model.functions import CBackend
 from mehvar.runtime.model.header import check_header
-from mehvar.runtime.model.linear import cut_loop
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
-from .margins import Margin, margins
+from ..estimation.margins import Margin, linear_loop, linear_margins
 from .spectra import differentiable
 
 if TYPE_CHECKING:
@@ -272,12 +271,7 @@ def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
     """Return the margins at the end of a run, linearised with the state held fixed; empty if they are undefined."""
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
-    p, s, c = run.parameters.p, run.parameters.s, run.parameters.c
-    held, z = run.controller.memory and run.controller.period, run.z[-1] if run.controller.memory else None
-    r = model.functions["reference"](run.t[-1], p, s)
-    return margins(
-        cut_loop(model.manifest, model.functions, run.controller, run.x[-1], run.u[-1] if held else None, p, r, c, z)
-    )
+    return linear_margins(linear_loop(model, run))
 
 
 def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:

@@ -23,8 +23,8 @@ from mehvar.codegen.diff.report import (
 )
 from mehvar.terminal import Line
 
+from ..estimation.margins import Margin
 from .consequences import Consequences
-from .margins import Margin
 from .runs import MarginChange, MetricChange, RunChange, Runs
 from .spectra import Loop
 

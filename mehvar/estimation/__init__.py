@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Estimation of parameters from data, tuning of gains, and inputs that lead to a state."""
+"""Estimation of parameters from data, tuning of gains, inputs that lead to a state, and margins of loops."""

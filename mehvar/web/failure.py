@@ -8,10 +8,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mehvar.base.errors import InputError
 from mehvar.base.manifest import Manifest
+from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.points import listed
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
@@ -20,7 +24,7 @@ from mehvar.runtime.run.simulate import Run, simulate
 from .cases import Case
 
 _FACTORS = (1.25, 0.8, 1.5, 0.5, 2.0, 0.25)
-"""Of a parameter, the nearest first. The search takes some ten runs for each of the parameters at most."""
+"""Factors of a parameter, the nearest first; one batch has six runs for each parameter."""
 
 
 @dataclass(frozen=True)
@@ -70,26 +74,45 @@ def failure_of(model: Model, cases: Sequence[Case], criterion: Criterion | None)
 
 
 def _failures(model: Model, place: int, case: Case, criterion: Criterion | None) -> Iterator[Failure]:
-    law, scenario = case.run.controller, case.run.scenario
-    values = case.run.parameters.values
-    names = [q.name for q in (*law.parameters, *model.manifest.scenario_parameters, *model.manifest.parameters)]
-    free = [name for name in names if values[name] and name not in (law.period, law.delay, *case.formulas)]
-    for factor in _FACTORS:
-        for name in free:
-            value = float(f"{values[name] * factor:.4g}")
-            run = _run(model, law.name, scenario.name, name, value)
-            if run is not None and not _succeeds(run, model, criterion):
-                yield Failure(place, name, value, run.checksum)
-
-
-def _run(model: Model, law: str, scenario: str, name: str, value: float) -> Run | None:
-    """Return a run with another value, or None where bounds or constraints refuse it."""
-    try:
+    law, scenario = case.run.controller.name, case.run.scenario.name
+    changes = _changes(model, case)
+    for k in _failed(model, case, changes, criterion):
+        name, value = changes[k]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return simulate(model, law, scenario, {name: value})
-    except InputError:
-        return None
+            run = simulate(model, law, scenario, {name: value})
+        if not _succeeds(run, model, criterion):  # noise of a batch differs from the noise of a single run
+            yield Failure(place, name, value, run.checksum)
+
+
+def _changes(model: Model, case: Case) -> list[tuple[str, float]]:
+    """Return parameters with another value, the nearest values first."""
+    law, values = case.run.controller, case.run.parameters.values
+    names = [q.name for q in (*law.parameters, *model.manifest.scenario_parameters, *model.manifest.parameters)]
+    free = [name for name in names if values[name] and name not in (law.period, law.delay, *case.formulas)]
+    return [(name, float(f"{values[name] * factor:.4g}")) for factor in _FACTORS for name in free]
+
+
+def _failed(
+    model: Model, case: Case, changes: Sequence[tuple[str, float]], criterion: Criterion | None
+) -> NDArray[np.intp]:
+    """Return the places of the changes whose runs, in one batch, do not succeed."""
+    if not changes:
+        return np.array([], int)
+    values = case.run.parameters.values
+    points = {name: [value if name == own else values[name] for own, value in changes] for name, _ in changes}
+    campaign = Campaign(
+        case.run.controller.name, len(changes), case.run.scenario.name, vary=listed(points, "the page's run")
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of drawn values that bounds or constraints refuse
+        runs = run_batch(model, campaign).dataset()
+    status = runs["status"].values
+    if criterion is None:
+        succeeded = status == Status.DONE
+    else:
+        succeeded = criterion.succeeds(status, lambda name: runs[name].values)
+    return np.flatnonzero(~succeeded & (status != IMPOSSIBLE))
 
 
 def _succeeds(run: Run, model: Model, criterion: Criterion | None) -> bool:

@@ -12,6 +12,7 @@ from .environment import (
     GroundStation,
     Magnetorquer,
     Orbit,
+    SunGravity,
     SunPressure,
     ThirdBody,
 )
@@ -77,6 +78,7 @@ __all__ = [
     "Spacecraft",
     "SprungMass",
     "StarTracker",
+    "SunGravity",
     "SunPressure",
     "SunSensor",
     "Tachometer",

@@ -429,7 +429,12 @@ class Part(ABC):
         needed = {f.name for f in dataclass_fields(cls) if f.init and f.default is MISSING and f.name != "name"}
         if missing := needed - given.keys() - fields.keys():
             raise ModelError(f"{name}.{min(missing)} is missing: write it into {table} or into the call")
-        return cls(name=name, **given, **fields)
+        label = next(f for f in dataclass_fields(cls) if f.name == "name")
+        if label.init:
+            return cls(name=name, **given, **fields)
+        if name != label.default:
+            raise ModelError(f"name = {name!r}: must be {label.default!r}, the name of every {cls.__name__}")
+        return cls(**given, **fields)
 
     @classmethod
     def lists(cls) -> Mapping[str, type]:

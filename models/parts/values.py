@@ -16,8 +16,9 @@ from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
 
 import sympy as sp
 
+from ..arrays import Tensor as Array
 from ..derivation import Expr
-from ..quantities import Interval, ModelError, Parameter
+from ..quantities import Interval, ModelError, Parameter, ParameterArray
 from ..system import Condition
 from .frame import AXES
 
@@ -97,7 +98,9 @@ class Parameters:
     def __init__(self) -> None:
         self.quantities: dict[str, Parameter] = {}
 
-    def add(self, name: str, value: float | Value, unit: str, meaning: str, bounds: str) -> sp.Symbol:
+    def add(
+        self, name: str, value: float | Value, unit: str, meaning: str, bounds: str, array: ParameterArray | None = None
+    ) -> sp.Symbol:
         """Declare a parameter and return its symbol.
 
         Raises
@@ -118,11 +121,19 @@ class Parameters:
             raise ModelError(f"{name} = {given.default!r}: must be a number in {interval}, {unit} ({meaning})")
         parameter = Parameter(
             name, unit, meaning, positive=interval.positive, default=float(given.default), bounds=interval,
-            source=given.source,
+            source=given.source, array=array,
         )  # fmt: skip
         if self.quantities.setdefault(name, parameter) != parameter:
             raise ModelError(f"parameter {name} is declared twice")
         return parameter.symbol
+
+    def column(self, kind: Kind, name: str, values: Sequence[Number], form: str = "") -> list[Expr]:
+        """Declare an array of parameters, NAME_1, NAME_2, ..., and return their symbols; `form` as of a `Tensor`."""
+        array = Array(name, (len(values),), form)
+        return [
+            self.add(f"{name}_{k}", value, kind.unit, f"{kind.meaning}, element {k}", kind.bounds, array)
+            for k, value in enumerate(values, 1)
+        ]
 
     def of(self, part: Any, name: str) -> SimpleNamespace:
         """Return the symbols or numbers of a part's declared fields.

@@ -226,7 +226,7 @@ class Plan:
     def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
         """Return the campaign with the hold time of its Python law, as for a sampled law."""
         if "hold" in campaign.options:
-            allowed = "left out: only laws of the model are sampled by it, others by period"
+            allowed = "left out: hold applies to laws of the model; use period for other laws"
             raise bad_value("hold", campaign.options["hold"], allowed, self.origin)
         dt = OPTIONS["dt_out"].check(campaign.options.get("dt_out") or self.scenario.step, self.origin)
         hold, _ = own.hold(dt, self.origin)

@@ -75,7 +75,7 @@ class GeneratedFunction:
             *((a.name, "argument", a.shape or "number") for a in function.arguments),
             *((result.name, "result", shape or "number") for result, shape in shapes),
         ]
-        return heading(f"{what}: {function.description}") + table("", ("name", "what it is", "shape"), rows)
+        return heading(f"{what}: {function.description}") + table("", ("name", "description", "shape"), rows)
 
     @property
     def function(self) -> Function:

@@ -86,8 +86,8 @@ class Model:
                 *(table(title, columns, [(q.name, q.unit, q.description) for q in group]) for title, group in groups),
                 self._repr_latex_(),
                 parameter_table("parameters p", manifest.parameters),
-                table("laws", ("name", "what it is"), laws),
-                table("scenarios", ("name", "what it is"), scenarios),
+                table("laws", ("name", "description"), laws),
+                table("scenarios", ("name", "description"), scenarios),
             )
         )
 

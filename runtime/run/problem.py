@@ -381,11 +381,11 @@ def _check_consistent(
         return
     start = _solved(model, law, resolved, x0, corrections, options)
     place = int(np.flatnonzero(~good)[0])
-    allowed = "what its equation says: it is algebraic. Newton's method does not find a value from here"
+    allowed = "a solution of its algebraic equation; Newton's method found none from here"
     if start is not None:
         others = ", ".join(f"{model.state_names[k]} = {start[k]:.15g}" for k in np.flatnonzero(~good)[1:])
         beside = f", beside {others}" if others else ""
-        allowed = f"about {start[place]:.15g}{beside}, as its equation says: it is algebraic"
+        allowed = f"about {start[place]:.15g}{beside}, the solution of its algebraic equation"
     raise bad_value(f"initial state {model.state_names[place]}", float(x0[place]), allowed, origin)
 
 

@@ -32,6 +32,7 @@ ANY_KEYWORD: dict[str, Callable[..., object]] = {
     "mehvar.estimation.fit.fit": lambda **more: mehvar.fit(
         "triangle", mehvar.simulate("triangle", "path", t_end=0.1), ["k_phi"], "path", **more
     ),
+    "mehvar.estimation.margins.margins": lambda **more: mehvar.margins("triangle", "path", **more),
     "mehvar.estimation.tune.tune": lambda **more: mehvar.tune(
         "triangle", "path", ["k_phi"], "final(theta)", vary={"theta_0": "uniform(0.9, 1)"}, n=2, t_end=0.1, **more
     ),

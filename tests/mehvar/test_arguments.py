@@ -87,6 +87,10 @@ CALLS: Mapping[str, tuple[Callable[..., object], dict[str, Any]]] = {
         {"model": "satellite", "to": {"roll": 0.0, "wx": 0.0}, "t_end": 2.0, "n": 4, "limits": {"Tx": 1e3},
          "scenario": "paper", "parameters": {"I_x": 2.1}, "initial": {"roll": 0.1}},
     ),
+    "margins": (
+        mehvar.margins,
+        {"model": PENDULUM, "controller": "pd", "scenario": "swing", "size": None, "frequencies": None, "t_end": 0.1},
+    ),
     "load": (mehvar.load, {"model": PENDULUM, "backend": "python"}),
     "build": (mehvar.build, {"system": CRAFT, "backend": "python"}),
     "open_result": (mehvar.open_result, {"path": "none.nc"}),
@@ -195,7 +199,7 @@ MORE: Mapping[str, tuple[Callable[..., object], dict[str, Any], set[str]]] = {
 }  # fmt: skip
 """Calls of another kind, and which of their arguments are tried."""
 FREE = {"simulate": {"l", *OPTIONS, "progress", "law", "origin"}, "batch": set(OPTIONS),
-        "require": {"controller", "n", "t_end"}, "tune": {"t_end"}, "Model.parameters": {"m"},
+        "require": {"controller", "n", "t_end"}, "tune": {"t_end"}, "margins": {"t_end"}, "Model.parameters": {"m"},
         "Model.law_parameters": {"k_p"}, "Model.state": {"rate"}}  # fmt: skip
 """Names that go in by **keywords."""
 RECORDS = {"Actuator", "Choice", "Condition", "Controller", "Coordinates", "Diffusion", "Event", "Function", "Group",
@@ -237,6 +241,7 @@ def test_every_public_name_is_called():
         "Trim",
         "TrimError",
         "Fit",
+        "Margin",
         "Steering",
         "SteeringError",
         "Tuning",

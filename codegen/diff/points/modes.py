@@ -85,7 +85,7 @@ class Modes:
                 point = {**start, **fixed}
                 if self._unlike(point, left, right):
                     place = {name: point[name] for name in names if name in fixed or not self._is_parameter(name)}
-                    where = "at a bound from where a run starts" if fixed else "where a run starts"
+                    where = "at a bound where a run starts" if fixed else "where a run starts"
                     where = f"{where}, after the resets of {event}" if event else where
                     return Verdict(None, f"they differ at {_text(place or point)}, {where}")
         return None
@@ -152,7 +152,7 @@ class Modes:
         joint = list(self._joint(names))
         for fixed in joint:
             if point := self._witness(left, right, fixed, _POINTS):
-                how = f"they differ at {_text(fixed)}, to which {'it is' if len(fixed) == 1 else 'they are'} set"
+                how = f"they differ at {_text(fixed)}, which a reset sets"
                 return Verdict(False, how, point={each: point[each] for each in names})
         for name in names:
             for fixed in joint or [{}]:
@@ -163,11 +163,11 @@ class Modes:
 
     def _on_threshold(self, name: str, value: Fraction) -> Verdict:
         if name in self._open:
-            return Verdict(None, f"they differ at {name} = {value}, to which a reset may set it")
+            return Verdict(None, f"they differ at {name} = {value}, which a reset may set")
         if name in self._starts:
-            return Verdict(None, f"they differ at {name} = {value}, where it starts and may rest")
+            return Verdict(None, f"they differ at {name} = {value}, its value at the start, where it may stay")
         usual = self._judge.sampler.names[name][2] == value
-        return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'which it may be'}")
+        return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'a possible value'}")
 
     def _default(self, root: int) -> set[Fraction]:
         """Return the default of an expression that is a single parameter, else None."""

@@ -52,7 +52,7 @@ def second_opinion(judge: Judge, pairs: Sequence[tuple[Expression, Expression]])
     verdicts = {}
     for number, (old, new) in enumerate(pairs):
         if any(judge.differ(judge.real(point), old, new) for point in points.get(number, ())):
-            verdicts[number] = Verdict(False, f"a point of {count} in double, looked at with {DIGITS} digits")
+            verdicts[number] = Verdict(False, f"a point of {count} in double, checked with {DIGITS} digits")
         elif seen[number] < _FEW and judge.is_rooted(old, new):
             verdicts[number] = Verdict(None, f"equal in the field, but both sides exist at {seen[number]} real points")
     return verdicts, count

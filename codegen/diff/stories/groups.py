@@ -42,7 +42,7 @@ def _extended(equations: tuple[EquationChange, ...], extension: Extension | None
         return []
     longer = sum(equation.how == EXTENDED for equation in equations)
     own = sum(equation.how == MEMBER for equation in equations)
-    says = f"{extension.says}: {longer} equations are the same but for their terms, {own} are their own"
+    says = f"{extension.says}: {longer} equations differ only by terms of these members, {own} belong to these members"
     return [Story("extended", says, tuple(sorted(extension.names)))]
 
 

@@ -36,7 +36,7 @@ def command(
     ] = 400,
     elf: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Inspect your own image with the law; it is not built or run."),
+        typer.Option(metavar="FILE", help="Inspect your image with the law, without building or running it."),
     ] = None,
     linked: Annotated[
         Path | None, typer.Option("--map", metavar="FILE", help="With --elf: the linker's map of that image.")

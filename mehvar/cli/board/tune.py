@@ -33,4 +33,4 @@ def command(
     texts = ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
     when = "the next sample" if at is None else f"sample {at}"
     run = "run" if running else "next run"
-    typer.echo(f"asked the {run} of {journal} for {texts} from {when} on")
+    typer.echo(f"requested {texts} for the {run} of {journal}, from {when} on")

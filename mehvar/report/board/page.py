@@ -158,7 +158,7 @@ def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()
         rows += [
             ("flash", f"{image['flash']} bytes", "exact"),
             ("static RAM", f"{image['ram']} bytes", "exact, without the stack"),
-            ("stack, used", f"{used} bytes" if used else "not asked", "measured high water, self-test included"),
+            ("stack, used", f"{used} bytes" if used else "not asked", "measured largest use, self-test included"),
             ("stack, at most", f"{bound['bytes']} bytes" if bound else "not known", _chain(bound)),
             ("stack, reserved", f"{image['stack']} bytes", "exact"),
             ("routines in double precision", ", ".join(image["double_routines"]) or "none", "exact, by symbols"),

@@ -164,7 +164,7 @@ class SunPressure(Part):
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         v, here = at.values, sky(at)
-        pressure = here.orbit.values.sunlight * here.light * v.area
+        pressure = here.sunlight * here.light * v.area
         if v.normal is None:
             force = -pressure * (1 + sp.Rational(4, 9) * v.scattered) * here.sun
         else:

@@ -7,22 +7,27 @@ inertial axes are equatorial.
 
 from __future__ import annotations
 
+import itertools
 from abc import abstractmethod
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from types import SimpleNamespace
 from typing import Annotated
 
 import sympy as sp
 
+from ...arrays import INCREASING
+from ...arrays.curves import curve
 from ...derivation import Expr
 from ...mechanics import direction, frame_turn
 from ...quantities import ModelError, Quantity
 from ...system import TIME, Condition
 from ..frame import AXES, ZERO, Frame
 from ..part import Motion, Mounted, Part, State
-from ..values import Number, Parameters, Value, scalar
+from ..values import Number, Parameters, Value, kinds, scalar
 from .magnetism import Harmonics, check, coefficients
 from .magnetism import field as gauss_field
+from .sun import DAY, SPAN, Solar, seconds
 
 GRAVITY = ("two-body", "J2", "J4")
 SHADOW = ("cylinder", "cone")
@@ -47,6 +52,24 @@ _CLOSEST = 1e-9
 _ANY = "(-inf, inf)"
 _HALF_TURN = "[0, 3.141592653589794)"
 _DECLINATION = "[-1.5707963267948968, 1.5707963267948968]"
+_REPLACED = {"air": ("density", "height", "thinning"), "epoch": ("ascension", "declination")}
+"""Fields that another field replaces."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A row of a table of the air.
+
+    Parameters
+    ----------
+    height : number
+        Above the equatorial radius, m.
+    density : number
+        kg/m^3.
+    """
+
+    height: Annotated[Number, scalar("air_h", "m", "height of the air's density", _ANY)]
+    density: Annotated[Number, scalar("air_rho", "kg/m^3", "density of the air")]
 
 
 @dataclass(frozen=True)
@@ -79,14 +102,26 @@ class Orbit(Part):
         Radius to which the coefficients refer, m.
     density, height, thinning : number
         Density of the air, kg/m^3, at a height, m, and the height in which it falls by e, m.
-    sunlight, ascension, declination, disc : number
-        Pressure of sunlight, N/m^2, where the Sun stands, and the angular radius of its disc, rad.
+    air : sequence of (height, density)
+        A table that replaces these: at least two heights, m, increasing, with densities, kg/m^3. The logarithm is
+        interpolated linearly, also beyond the ends. Parameters are orbit_air_h_1, ..., orbit_air_rho_1, ...
+    sunlight, disc : number
+        Pressure of sunlight, N/m^2, and angular radius of the Sun's disc, rad, at 1 au.
+    ascension, declination : number
+        Where a fixed Sun at 1 au stands, rad.
+    epoch : text or number, optional
+        Time of the start, such as "2026-11-28 12:00", or seconds since 2000-01-01 12:00; from 1950 to 2050. The Sun
+        then moves, to 0.015 degrees, in axes of the mean equator and equinox of date.
     """
 
     name: str = field(default="orbit", init=False)
     gravity: str = "two-body"
     shadow: str = field(default="cylinder", kw_only=True)
     harmonics: Harmonics = field(default=(), kw_only=True)
+    air: Sequence[Layer | Sequence[Number]] = field(default=(), kw_only=True)
+    epoch: Annotated[Number | str | None, scalar("epoch", "s", "start, since 2000-01-01 12:00", SPAN)] = field(
+        default=None, kw_only=True
+    )
     size: float = 6978137.0
     eccentricity: float = 0.0
     inclination: float = 0.0
@@ -117,10 +152,31 @@ class Orbit(Part):
                 raise ModelError(f"orbit: {name} = {getattr(self, name)!r}: must be one of {', '.join(words)}")
         if self.harmonics:
             check(self.harmonics)
+        if isinstance(self.epoch, str):
+            object.__setattr__(self, "epoch", seconds(self.epoch))
+        object.__setattr__(self, "air", _layers(self.air))
+        for name, replaced in _REPLACED.items():
+            given = [f.name for f in fields(self) if f.name in replaced and getattr(self, f.name) != f.default]
+            if given and getattr(self, name) not in (None, ()):
+                raise ModelError(f"orbit: {given[0]} has no effect beside {name}: leave one of both out")
+
+    @classmethod
+    def lists(cls) -> Mapping[str, type]:
+        return {"air": Layer}
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)
         result.gauss = coefficients(self.harmonics, parameters, self.name)
+        height, density = kinds(Layer).values()
+        rows = [
+            parameters.column(kind, f"{self.name}_{kind.symbol}", [getattr(layer, name) for layer in self.air], form)
+            for name, kind, form in (("height", height, INCREASING), ("density", density, ""))
+            if self.air
+        ]
+        result.air = tuple(rows)
+        if self.epoch is not None:
+            day = Value(DAY, source="addition: exact")
+            result.day = parameters.add(f"{self.name}_day", day, "s", "duration of a day", "(0, inf)")
         return result
 
     @property
@@ -197,6 +253,18 @@ def zonal(order: int, up: sp.Matrix) -> sp.Matrix:
     legendre = sp.legendre(order, s)
     value, slope = (expr.subs(s, up[2]) for expr in (legendre, legendre.diff(s)))
     return (order + 1) * value * up - slope * (sp.Matrix([0, 0, 1]) - up[2] * up)
+
+
+def _layers(air: object) -> tuple[Layer, ...]:
+    """Return the rows of a table of the air."""
+    try:
+        rows = [row if isinstance(row, Layer) else Layer(*row) for row in air]  # type: ignore[attr-defined]
+    except TypeError:
+        raise ModelError(f"orbit: air = {air!r}: must be rows of height, m, and density, kg/m^3") from None
+    heights = [layer.height.default if isinstance(layer.height, Value) else layer.height for layer in rows]
+    if len(rows) == 1 or any(not a < b for a, b in itertools.pairwise(heights)):
+        raise ModelError(f"orbit: air: must be two rows or more with increasing heights, not {heights}")
+    return tuple(rows)
 
 
 class Attraction(Part):
@@ -284,14 +352,41 @@ class Sky:
     @property
     def density(self) -> Expr:
         """Density of the air, kg/m^3."""
-        v = self.orbit.values
-        fall = sp.exp(-(self.radius - v.radius - v.height) / v.thinning)
-        return self.orbit.define("air", v.density * fall, "density of the air", "kg/m^3")
+        v, height = self.orbit.values, self.radius - self.orbit.values.radius
+        if v.air:
+            height = self.orbit.define("height", height, "height over the equatorial radius", "m")
+            heights, densities = v.air
+            logs = [sp.log(entry / densities[0]) for entry in densities]
+            value = densities[0] * sp.exp(curve(height, heights, logs, "linear", "line"))
+        else:
+            value = v.density * sp.exp(-(height - v.height) / v.thinning)
+        return self.orbit.define("air", value, "density of the air", "kg/m^3")
 
     @property
     def sun(self) -> sp.Matrix:
         """Direction to the Sun."""
-        return self._seen("sun_", self._sun, "direction to the Sun", "1")
+        return self._seen("sun_", self.towards_sun, "direction to the Sun", "1")
+
+    @property
+    def solar(self) -> Solar | None:
+        """The moving Sun; None for a fixed one."""
+        epoch = self.orbit.values.epoch
+        return None if epoch is None else Solar(self.orbit, epoch)
+
+    @property
+    def far(self) -> Expr:
+        """Distance of the Sun, in units of 149 597 870 700 m."""
+        return sp.S.One if self.solar is None else self.solar.distance
+
+    @property
+    def sunlight(self) -> Expr:
+        """Pressure of sunlight out of the shadow, N/m^2."""
+        return self.orbit.values.sunlight / self.far**2
+
+    @property
+    def disc(self) -> Expr:
+        """Angular radius of the Sun's disc, rad."""
+        return self.orbit.values.disc / self.far
 
     @property
     def light(self) -> Expr:
@@ -306,7 +401,7 @@ class Sky:
     @property
     def _noon(self) -> Expr:
         up = _radius(self.part, self.orbit.frame)[1]
-        return self.orbit.define("noon", self._sun.dot(up), "cosine of the angle between Sun and craft", "1")
+        return self.orbit.define("noon", self.towards_sun.dot(up), "cosine of the angle between Sun and craft", "1")
 
     @property
     def discs(self) -> tuple[Expr, Expr]:
@@ -322,8 +417,8 @@ class Sky:
         Circular segments on both sides of the common chord form the overlap. (Montenbruck and Gill, Satellite Orbits,
         2000, 3.4.2.)
         """
-        define, v = self.orbit.define, self.orbit.values
-        sun, (apart, earth) = v.disc, self.discs
+        define = self.orbit.define
+        sun, (apart, earth) = self.disc, self.discs
         gap = define("gap", sp.Max(apart, _CLOSEST), "angle between the discs, above zero", "rad")
         chord = define("chord", (gap**2 + sun**2 - earth**2) / (2 * gap), "distance of the chord from the Sun", "rad")
 
@@ -337,9 +432,11 @@ class Sky:
         return define("lit", 1 - inside, "visible share of the Sun's disc", "1")
 
     @property
-    def _sun(self) -> sp.Matrix:
+    def towards_sun(self) -> sp.Matrix:
+        """Direction to the Sun in inertial axes."""
         v = self.orbit.values
-        return self.orbit.vector("sun0", direction(v.ascension, v.declination), "direction to the Sun, inertial", "1")
+        value = direction(v.ascension, v.declination) if self.solar is None else self.solar.direction
+        return self.orbit.vector("sun0", value, "direction to the Sun, inertial", "1")
 
     def _seen(self, name: str, inertial: sp.Matrix, title: str, unit: str) -> sp.Matrix:
         return self.orbit.vector(name, self.orbit.craft.rotation * inertial, f"{title}, in the axes of the hub", unit)

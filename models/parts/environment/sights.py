@@ -38,7 +38,7 @@ class Eclipse(Part):
         apart, earth = here.discs
         if here.part.shadow == "cylinder":
             return _pair(self.name, apart - earth, "the craft enters the shadow", "the craft leaves the shadow")
-        sun = here.orbit.values.disc
+        sun = here.disc
         return (
             *_pair(self.name, apart - earth - sun, "the penumbra begins", "the penumbra ends"),
             *_pair(f"{self.name}_full", apart - earth + sun, "the umbra begins", "the umbra ends"),

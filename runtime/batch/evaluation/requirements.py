@@ -355,13 +355,13 @@ def _verdict(
     store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
 ) -> Verdict:
     if design != "random":
-        reason = f"undecided whatever the runs show: the runs are no independent sample ({design})"
+        reason = f"undecided for any number of runs: runs of a {design} design are not independent"
         return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))
     if fixed:
         fulfilled = int(np.count_nonzero(requirement.fulfilled(store, store.stored())))
-        facts, how = evidence(fulfilled, store.n, confidence, True), "of a number of runs that was fixed"
+        facts, how = evidence(fulfilled, store.n, confidence, True), "for a fixed number of runs"
     else:
-        facts, how = _sequential(store, requirement, confidence), "that hold at every number of runs"
+        facts, how = _sequential(store, requirement, confidence), "that hold for every number of runs"
     runs = _worst(store, requirement, facts.runs or None)
     return Verdict(requirement, facts.answer(requirement.share), facts, f"bounds {how}{counted}", runs)
 

@@ -29,7 +29,7 @@ _PARTIAL = ".partial"
 _LEFTOVER = re.compile(rf".+\.(?:[0-9a-f]{{16}}|[0-9a-f]{{32}}){re.escape(_PARTIAL)}")
 """Pattern of unfinished files by Zarr or `replace_file`; others may be the user's."""
 _SELF = "sha256"
-CURE = "the command that made it mends it with --resume (resume=True)"
+CURE = "to repair the store, repeat its command with --resume (resume=True)"
 
 
 class DamageError(InputError):
@@ -92,7 +92,7 @@ class Proof:
         if record.about.get("block") != block:
             return Stray("of another block")
         if name in self._seals and self._seals[name] != digest(record.content()):
-            return Stray("not the one of the end")
+            return Stray("not the record that the end of the batch lists")
         return record
 
     def unseal(self, block: int) -> None:

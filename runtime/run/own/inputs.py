@@ -220,7 +220,7 @@ def _recorded(
     if hold is not None and len(t) > 1:
         samples = hold / t[1]
         if samples < 1 - _ROUNDING:
-            allowed = f"recorded as often as it held an input, every {hold:g} s: run it again with dt_out={hold:g}"
+            allowed = f"with a sample at every change of its inputs: repeat the run with dt_out={hold:g}"
             raise bad_value("inputs", f"a run with samples every {t[1]:g} s", allowed, origin)
         shift = min(delay * round(samples), len(t))
     return {name: (t, np.append(np.zeros(shift), u[: len(u) - shift])) for name, u in columns.items()}, hold

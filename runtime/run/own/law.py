@@ -156,7 +156,9 @@ def own_law(
     start = np.empty(0) if memory is None else _memory(memory, period, origin)
     name = getattr(function, "__name__", type(function).__name__).strip("<>")
     title = next(iter((getattr(function, "__doc__", None) or "").strip().splitlines()), f"{name}, in Python")
-    quantities = [Quantity(f"memory_{i}", "1", f"number {i} that {name} keeps") for i in range(1, len(start) + 1)]
+    quantities = [
+        Quantity(f"memory_{i}", "1", f"element {i} of the memory of {name}") for i in range(1, len(start) + 1)
+    ]
     caller = _Caller(function, name, manifest, None if memory is None else len(start))
     text, unidentified = identify(function)
     if text:

@@ -179,7 +179,7 @@ def test_changes_are_as_few_and_small_as_can_be(before: sp.Expr, after: sp.Expr,
 
 def test_a_chain_that_was_read_backwards_is_one_change() -> None:
     judged = entry(Relation(y, r, "<", corrected_left=r, corrected=y, domain=(y - r,)))
-    assert judged.edits == ("r and y stand the other way round",)
+    assert judged.edits == ("r and y are exchanged",)
 
 
 def test_changes_are_typeset() -> None:

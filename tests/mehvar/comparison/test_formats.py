@@ -13,12 +13,12 @@ from mehvar.codegen.diff.report import Fate, label
 from mehvar.comparison.compare import compare_documents
 from mehvar.comparison.consequences import Consequences, Rate
 from mehvar.comparison.html import html_page
-from mehvar.comparison.margins import Margin
 from mehvar.comparison.markdown import markdown
 from mehvar.comparison.result import Diff, ModelDiff
 from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
 from mehvar.comparison.spectra import Loop
 from mehvar.comparison.text import example, margin_text, number
+from mehvar.estimation.margins import Margin
 from tests.codegen.diff.documents import document
 from tests.codegen.diff.pairs import PENDULUM
 

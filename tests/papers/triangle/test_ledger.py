@@ -36,7 +36,7 @@ MISPRINTS: Mapping[str, str] = {
     "(38)": "theta should read theta_t",
     "(41)": "in a*xi: a should read alpha",
     "text after (41)": "sign of phi_f - phi_star: printed -, correct +",
-    "text after (42)": "xi and pi stand the other way round",
+    "text after (42)": "xi and pi are exchanged",
     "(44)": "factor v_2 is missing",
     "text before (47)": "theta_max > Abs(theta_1) should read theta_max < Abs(theta_1)",
     "(48)": "factor cos(xi/2) is missing",

@@ -68,23 +68,23 @@ def piecewise(*branches: str) -> str:
 def test_a_condition_at_a_number_of_the_mode_is_a_change(old, new, at):
     change = compare(modal(old), modal(new))["v'"]
     assert change.verdict is Fate.CHANGED
-    assert f"they differ at z = {at}, to which it is set" in change.how
+    assert f"they differ at z = {at}, which a reset sets" in change.how
 
 
 def test_at_joint_numbers_of_two_modes_there_is_a_change():
     old, new = (modal(f"x': 0\n{piecewise('k, z*m > x*m')}".replace(">", sign)) for sign in (">", ">="))
     assert compare(old, new)["v'"].verdict is Fate.REARRANGED  # nothing sets x
     old, new = (started(side, "x", 2) for side in (old, new))
-    assert "they differ at x = 2 and z = 2, to which they are set" in compare(old, new)["v'"].how
+    assert "they differ at x = 2 and z = 2, which a reset sets" in compare(old, new)["v'"].how
 
 
 @pytest.mark.parametrize(
     ("old", "new", "at"),
     [
-        ("k, m > 2", "k, m >= 2", "m = 2, which it may be"),
+        ("k, m > 2", "k, m >= 2", "m = 2, a possible value"),
         ("k, 3*m < 2*k", "k, 3*m <= 2*k", "k = "),
-        ("k, z > m", "k, z >= m", "m = 1, which it may be"),
-        ("floor(m), m < k", "ceiling(m) - 1, m < k", "m = 1, which it may be"),
+        ("k, z > m", "k, z >= m", "m = 1, a possible value"),
+        ("floor(m), m < k", "ceiling(m) - 1, m < k", "m = 1, a possible value"),
     ],
 )
 def test_a_parameter_that_may_be_on_a_threshold_leaves_it_undecided(old, new, at):
@@ -122,7 +122,7 @@ def test_at_a_number_that_a_reset_may_give_is_undecided():
     old, new = (toggled(piecewise(f"k, z {sign} 1")) for sign in (">", ">="))
     change = compare(old, new)["v'"]
     assert change.verdict is Fate.UNDECIDED
-    assert "they differ at z = 1, to which a reset may set it" in change.how
+    assert "they differ at z = 1, which a reset may set" in change.how
     assert not compare(old, toggled(piecewise("k, 2*z > 2"))).differs
 
 
@@ -152,7 +152,7 @@ def test_where_a_state_starts_it_may_rest():
     old, new = (modal(piecewise(f"k, z {sign} 0"), "x") for sign in (">", ">="))
     change = compare(old, new)["v'"]
     assert change.verdict is Fate.UNDECIDED
-    assert "they differ at z = 0, where it starts and may rest" in change.how
+    assert "they differ at z = 0, its value at the start, where it may stay" in change.how
 
 
 @pytest.mark.parametrize(

@@ -22,9 +22,13 @@ from mehvar.models.parts import (
     Magnetometer,
     Orbit,
     Spacecraft,
+    SunGravity,
+    SunPressure,
     SunSensor,
     ThirdBody,
+    Value,
 )
+from mehvar.models.parts.environment.sun import seconds
 
 MU, R, J2 = 3.986004418e14, 6378137.0, 1.08262668e-3
 HUB = Hub("hub", mass=100.0, inertia=(1.0, 3.0, 2.0))
@@ -139,6 +143,71 @@ def test_a_third_body_does_not_turn_a_craft_or_move_its_parts():
     for name in ("wx", "wy", "bob_ux", "bob_uz"):
         np.testing.assert_allclose(runs[0][name], runs[1][name], atol=1e-9)
     assert abs(runs[0]["orbit_x"] - runs[1]["orbit_x"])[-1] > 0.1
+
+
+SUN = {
+    "1950-09-20 06:00": (-1.00253335, 0.05278221, 0.02288941),
+    "2006-04-02": (0.97719266, 0.19251786, 0.08346505),
+    "2026-11-28 14:00+02:00": (-0.39715192, -0.82862474, -0.35919009),
+}
+"""Place of the Sun in au, of the mean equator and equinox of date: ERFA's epv00 turned by its pmat06."""
+
+
+def test_the_sun_moves_as_in_an_ephemeris():
+    """A sensor, the pressure of light and gravity have one Sun, also half a year after the start."""
+    craft = Spacecraft("sunny", orbit=Orbit(size=4.2e7, epoch="2006-04-02"))
+    for part in (HUB, SunSensor("sensor"), SunPressure("ball", area=100.0), SunGravity("sun")):
+        craft.add(part)
+    model = mehvar.build(craft)
+    unit, day = 1.495978707e11, 86400.0
+    for k, (date, place) in enumerate(SUN.items()):
+        start, size = seconds(date), np.linalg.norm(place)
+        for clock in (0.0, -180 * day, 180 * day) if k == 1 else (0.0,):
+            far = np.array([0, 0, 4.2e7])
+            x = model.state(q0=1.0, orbit_z=4.2e7, clock=clock)
+            p = model.parameters(orbit_epoch=start - clock)
+            seen = model.functions["measure"](x, [], p)[:3]
+            assert np.degrees(np.linalg.norm(np.cross(seen, place) / size)) < 0.015
+            pressed = -4.56e-6 / size**2 * seen
+            rates = dict(zip(model.state_names, model.rhs(x, [], p), strict=True))
+            felt = np.array([rates[f"orbit_v{a}"] for a in "xyz"]) - pressed + MU * far / 4.2e7**3
+            body = np.array(place) * unit
+            pulled = 1.32712440018e20 * ((body - far) / np.linalg.norm(body - far) ** 3 - body / (size * unit) ** 3)
+            np.testing.assert_allclose(felt, pulled, rtol=0, atol=3e-9)
+    (epoch,) = (q.default for q in model.manifest.parameters if q.name == "orbit_epoch")
+    assert epoch == seconds("2006-04-02") == 2282.5 * day
+
+
+AIR = [(1.5e5, 2.070e-9), (2e5, 2.789e-10), (2.5e5, 7.248e-11), (3e5, 2.418e-11)]
+"""From Wertz, Spacecraft Attitude Determination and Control, 1978, table L-4."""
+
+
+def test_the_air_may_be_in_a_file(tmp_path):
+    def row(unit, value):
+        return f'{{ unit = "{unit}", default = {value}, source = "paper: Wertz 1978, table L-4" }}'
+
+    rows = [f"[[air]]\nheight = {row('m', h)}\ndensity = {row('kg/m^3', rho)}\n" for h, rho in AIR]
+    (tmp_path / "air.toml").write_text("\n".join(rows), encoding="utf-8")
+    system = built(Orbit.read("orbit", tmp_path / "air.toml", size=6.6e6))
+    given = {q.name: (q.default, q.source) for q in system.parameters}
+    assert given["orbit_air_rho_3"] == (AIR[2][1], "paper: Wertz 1978, table L-4")
+    with pytest.raises(MehvarError, match="name = 'sky': must be 'orbit', the name of every Orbit"):
+        Orbit.read("sky", tmp_path / "air.toml")
+
+
+@pytest.mark.parametrize("height", [1.2e5, 1.5e5, 1.8e5, 2e5, 2.9999e5, 4e5])
+def test_the_air_is_interpolated_in_its_logarithm(height):
+    rows = [(Value(h, source="paper: Wertz 1978"), rho) for h, rho in AIR]
+    craft = Spacecraft("airy", orbit=Orbit(air=rows, spin=0.0))
+    for part in (HUB, Drag("ball", area=2.0, coefficient=2.5)):
+        craft.add(part)
+    model = mehvar.build(craft)
+    x = model.state(q0=1.0, orbit_z=R + height, orbit_vx=7e3)
+    felt = model.rhs(x, [], model.parameters())[model.state_names.index("orbit_vx")]
+    h, logs = np.array(AIR)[:, 0], np.log(np.array(AIR)[:, 1])
+    inside = np.interp(height, h, logs)
+    inside += min(height - h[0], 0) * (logs[1] - logs[0]) / 5e4 + max(height - h[-1], 0) * (logs[-1] - logs[-2]) / 5e4
+    assert felt == pytest.approx(-np.exp(inside) * 2.5 * 2.0 / 2 * 7e3**2 / 100, rel=1e-12)
 
 
 def test_penumbra_is_the_share_of_the_suns_disc():
@@ -286,6 +355,14 @@ def test_libration_in_pitch():
     [
         (lambda: Orbit("kepler"), "orbit: gravity = 'kepler': must be one of two-body, J2, J4"),
         (lambda: Orbit(shadow="soft"), "orbit: shadow = 'soft': must be one of cylinder, cone"),
+        (lambda: Orbit(epoch="now"), "orbit: epoch = 'now': must be a date such as 2026-11-28 12:00, or a number, s"),
+        (lambda: built(Orbit(epoch="1949-12-31")), "orbit_epoch = .*: must be a number in .-1.57792e\\+09"),
+        (lambda: Orbit(epoch=0.0, ascension=0.3), "orbit: ascension has no effect beside epoch"),
+        (lambda: Orbit(air=AIR, height=5e5), "orbit: height has no effect beside air"),
+        (lambda: Orbit(air=[(1e5, 1.0)]), "orbit: air: must be two rows or more with increasing heights"),
+        (lambda: Orbit(air=AIR[::-1]), "orbit: air: must be two rows or more with increasing heights"),
+        (lambda: Orbit(air="thin"), "orbit: air = 'thin': must be rows of height, m, and density"),
+        (lambda: built(Orbit(air=[(1e5, 1e-9), (2e5, 0.0)])), "orbit_air_rho_2 = 0.0: must be a number in"),
         (lambda: lonely(ThirdBody("moon")), "moon needs an orbit"),
         (lambda: Spacecraft("craft", orbit="two-body"), "orbit = 'two-body': must be an Orbit"),
         (lambda: Spacecraft("craft", orbit=Orbit(), motion="plane"), "must be an Orbit, of a craft with motion"),
@@ -296,6 +373,14 @@ def test_libration_in_pitch():
 def test_wrong_orbits_are_refused(make, words):
     with pytest.raises(MehvarError, match=words):
         make()
+
+
+def built(orbit):
+    craft = Spacecraft("craft", orbit=orbit)
+    craft.add(HUB)
+    craft.add(Drag("ball", area=2.0))
+    craft.add(SunPressure("sail", area=2.0))
+    return craft.system()
 
 
 def lonely(part):

@@ -58,7 +58,7 @@ OTHERS: list[tuple[str, Callable[[Path], object]]] = [
 """Verdicts on a record in the place of another, of a batch that has ended or not."""
 SEALED: list[tuple[str, Callable[[Path], object]]] = [
     ("missing", lambda folder: (folder / block_record(1)).unlink()),
-    ("not the one of the end", lambda folder: write(folder, 1, 1, refusals={"4": "text"})),
+    ("not the record that the end of the batch lists", lambda folder: write(folder, 1, 1, refusals={"4": "text"})),
 ]
 """Verdicts that need the end of the batch."""
 

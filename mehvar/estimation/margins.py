@@ -1,0 +1,411 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gain and phase margins of a loop that is cut at each input in turn: of the linear loop, or of the running one."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.names import identifier
+from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.model.functions import FloatArray
+from mehvar.runtime.model.linear import LinearSystem, cut_loop
+from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.simulate import Run, simulate
+
+_MARGINAL = 1e-6
+"""Tolerance relative to the largest eigenvalue, for integrators outside the law, whose eigenvalues are zero up to
+rounding (1e-8 for a double one). Ten times the tolerance hides slow instabilities; a tenth misses triple integrators.
+"""
+_INTEGRATOR = 1e-7
+"""Tolerance for a double integrator, whose eigenvalues have errors of 1e-8."""
+_POINTS = 1000
+"""Number of frequencies in the grid that finds crossings, besides those of the eigenvalues, where responses are
+steepest. Half or twice this number changes no margin of the three shipped models.
+"""
+_DECADES = 2
+"""Decades of the grid below the slowest and above the fastest eigenvalue. At both ends a first-order lag is within 1 %
+of its asymptote."""
+
+
+_ROUNDING = 1e-6
+"""Tolerance of a phase, rad, and of a logarithmic gain. Below the slowest pole, rounding of about 1e-9 moves a real
+response across the axis at random; true crossings have clear values on both sides."""
+_MEASURED = 1e-3
+"""The same tolerance of a measured response; also its relative error, of 0.01 dB. Ten times the tolerance leaves errors
+of 0.1 dB, a tenth doubles the length of runs with slow transients."""
+_LARGEST = 1e3
+"""Largest measured gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
+_PER_DECADE, _SWEPT = 10, 3
+"""Frequencies of a sweep per decade, and its decades below the Nyquist frequency."""
+_PERIODS = 4
+"""Periods of the first run at a frequency. Its middle and its second half must agree, else a run is doubled."""
+_FEWEST, _MOST = 64, 200_000
+"""Least and most samples of a run at one frequency; the most take about two seconds."""
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Stability margins at one input, with all other loops closed.
+
+    Attributes
+    ----------
+    input : str
+        The input at which the loop is opened.
+    gain : float
+        Gain factor nearest to one that makes the loop unstable; infinite if there is none.
+    phase : float
+        Loss of phase that makes the loop unstable, rad; infinite if there is none.
+    """
+
+    input: str
+    gain: float
+    phase: float
+
+
+def margins(
+    model: Model | str | os.PathLike[str],
+    controller: str,
+    scenario: str | None = None,
+    *,
+    size: float | Mapping[str, float] | None = None,
+    frequencies: Sequence[float] | None = None,
+    **run: Any,
+) -> tuple[Margin, ...]:
+    """Return gain and phase margins at each input of a closed loop, at the state where a scenario ends.
+
+    Without `size` they are the margins of the linear loop. With `size` they are measured: a sine is added to the
+    command in the running loop of generated C, with its sensors, delays, limits and sampling. Half of the difference
+    of two runs with opposite sines gives the response; noise is equal in both runs.
+
+    Parameters
+    ----------
+    model, controller, scenario
+        As of `mehvar.simulate`; the law is one of the model.
+    size : float or mapping of str to float, optional
+        Amplitude of the sine, in the unit of the input; or amplitudes of the inputs at which to measure. Choose it
+        small where a limit or a dead zone must not act.
+    frequencies : sequence of float, optional
+        Frequencies of the sweep in rad/s, increasing, at most the Nyquist frequency. Default: 10 per decade over three
+        decades below the Nyquist frequency, with the natural frequencies of the linear loop. Crossings are refined.
+    **run
+        Further arguments of `mehvar.simulate`, such as `parameters`, `initial`, `t_end` and `delay`.
+
+    Returns
+    -------
+    tuple of Margin
+        For each input that the law uses. Measured factors above 1000 and below 1/1000 are infinite.
+
+    Raises
+    ------
+    InputError
+        If the loop is unstable, does not settle or has no linear system, or an argument is unknown or out of bounds.
+
+    Examples
+    --------
+    >>> import mehvar
+    >>> [f"{m.input}: {m.phase:.3f} rad" for m in mehvar.margins("satellite", "pd", t_end=200.0)]
+    ['Tx: 0.219 rad', 'Ty: 0.036 rad', 'Tz: 0.036 rad']
+    """
+    check_arguments("text", "the call", controller=controller, scenario=scenario)
+    loaded = model if isinstance(model, Model) else load(model, "c")
+    if not isinstance(controller, str):
+        raise bad_value("controller", controller, "the name of a law of the model")
+    for name in {"law", "dt_out", "hold", "inputs", "interpolation", "period", "memory"} & run.keys():
+        raise bad_value(name, run[name], "left out: it has no effect on margins of a law of the model")
+    base = simulate(loaded, controller, scenario, **run)
+    if base.status is not Status.DONE:
+        raise InputError(f"{base.controller.name} has no margins where {base.scenario.name} ends: {base.reason}")
+    if size is None:
+        if frequencies is not None:
+            raise bad_value("frequencies", frequencies, "left out without size: only measured margins need them")
+        if base.options.get("delay"):
+            raise bad_value("delay", base.options["delay"], "0 for the linear loop; give size to measure the margins")
+        if stepped := loaded.manifest.random_step:
+            raise InputError(
+                f"the linear loop leaves out what changes at samples, such as {stepped[0].name.removesuffix('_e')}: "
+                "give size to measure the margins"
+            )
+        if not (result := linear_margins(linear_loop(loaded, base))):
+            raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
+        return result
+    if base.hold is None:
+        raise InputError(f"{base.controller.name} is continuous, so that no sine can be added: leave size out")
+    loops = [_Sweep(loaded, base, run, *pair, frequencies) for pair in _sizes(loaded, size)]
+    return tuple(Margin(loop.input, loop.gain(), loop.phase()) for loop in loops if loop.acts)
+
+
+def _sizes(model: Model, size: object) -> list[tuple[str, float]]:
+    """Return the inputs at which to measure with their amplitudes."""
+    sizes: Mapping[Any, object] = size if isinstance(size, Mapping) else dict.fromkeys(model.input_names, size)
+    for name, value in sizes.items():
+        if name not in model.input_names:
+            raise unknown_name("input", name, model.input_names, "size")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+            unit = model.manifest.inputs[model.input_names.index(name)].unit
+            raise bad_value(f"size of {name}", value, f"a number > 0, {unit}")
+    return [(name, float(value)) for name, value in sizes.items()]  # type: ignore[arg-type]
+
+
+def linear_loop(model: Model, run: Run) -> LinearSystem:
+    """Return the linear loop at the end of a run, cut between law and plant."""
+    p, s, c = run.parameters.p, run.parameters.s, run.parameters.c
+    z = run.z[-1] if run.controller.memory else None
+    held = run.u[-1] if run.controller.memory and run.controller.period else None
+    r = model.functions["reference"](run.t[-1], p, s)
+    return cut_loop(model.manifest, model.functions, run.controller, run.x[-1], held, p, r, c, z)
+
+
+def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
+    """Return the margins at each input that a law uses, or nothing if the closed loop is unstable.
+
+    Parameters
+    ----------
+    cut : LinearSystem
+        As `mehvar.runtime.model.linear.cut_loop` returns it.
+    """
+    closed = cut.A + cut.B @ cut.C
+    if not (np.all(np.isfinite(closed)) and _is_stable(closed, cut.period)):
+        return ()
+    loops = ((name, _Loop(cut, closed, number)) for number, name in enumerate(cut.inputs))
+    return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
+
+
+def _is_stable(closed: FloatArray, period: FloatArray | None) -> bool:
+    eigenvalues = np.linalg.eigvals(closed)
+    if period is None:
+        return bool(np.all(eigenvalues.real <= _MARGINAL * np.max(np.abs(eigenvalues))))
+    return bool(np.all(np.abs(eigenvalues) <= 1 + _MARGINAL))
+
+
+class _Response(ABC):
+    """Frequency response of the open loop at one input, with opposite sign.
+
+    The closed loop is unstable if the response encircles -1.
+    """
+
+    _frequencies: FloatArray
+    _values: NDArray[np.complex128]
+    rounding: float
+    """Size of phases and logarithmic gains that count as zero."""
+    accuracy: float
+    """Relative accuracy of crossing frequencies."""
+    largest: float
+    """Largest known factor."""
+
+    @abstractmethod
+    def at(self, frequency: float) -> complex:
+        """Return the response at an angular frequency, rad/s."""
+
+    @abstractmethod
+    def _ends(self) -> Iterator[complex]:
+        """Yield the response at frequencies where it is real: zero and, for a sampled loop, the Nyquist frequency."""
+
+    def gain(self) -> float:
+        """Return the gain factor nearest to one at which the response passes through -1."""
+        crossings = [self.at(w) for w in self._crossings(lambda value: value.imag / abs(value) if value else math.inf)]
+        factors = [-1 / value.real for value in (*crossings, *self._ends()) if -math.inf < value.real < 0]
+        known = [factor for factor in factors if abs(math.log(factor)) <= math.log(self.largest)]
+        return min(known, key=lambda factor: abs(math.log(factor)), default=math.inf)
+
+    def phase(self) -> float:
+        """Return the smallest angle between the response and -1 at gain one."""
+        crossings = [self.at(w) for w in self._crossings(lambda value: math.log(abs(value)) if value else -math.inf)]
+        return min((abs(float(np.angle(-value))) for value in crossings), default=math.inf)
+
+    def _crossings(self, what: Callable[[complex], float]) -> Iterator[float]:
+        """Yield the frequencies at which a quantity of the response changes sign; ignore rounding."""
+        from scipy.optimize import brentq  # takes half a second, which an unchanged model does not need
+
+        signs = [(w, what(value)) for w, value in zip(self._frequencies, self._values, strict=True)]
+        significant = [(w, sign) for w, sign in signs if math.isfinite(sign) and abs(sign) > self.rounding]
+        for (low, a), (high, b) in itertools.pairwise(significant):
+            if a * b < 0:
+                yield float(brentq(lambda w: what(self.at(w)), low, high, xtol=self.accuracy * high))
+
+
+class _Loop(_Response):
+    """Response of a linear loop."""
+
+    rounding, accuracy, largest = _ROUNDING, 1e-12, math.inf
+
+    def __init__(self, cut: LinearSystem, closed: FloatArray, number: int) -> None:
+        self._b, self._c = cut.B[:, number], cut.C[number]
+        self._A = closed - np.outer(self._b, self._c)
+        self._period = None if cut.period is None else float(cut.period)
+        self._eye = np.eye(len(closed))
+        self.acts = bool(np.any(self._c) and np.any(self._b))
+        self._frequencies = self._grid(closed) if self.acts else np.empty(0)
+        self._values = np.array([self.at(w) for w in self._frequencies])
+
+    def at(self, frequency: float) -> complex:
+        s = 1j * frequency if self._period is None else np.exp(1j * frequency * self._period)
+        try:
+            return complex(-self._c @ np.linalg.solve(s * self._eye - self._A, self._b))
+        except np.linalg.LinAlgError:  # on a pole
+            return complex(math.inf)
+
+    def _ends(self) -> Iterator[complex]:
+        ends = (0.0,) if self._period is None else (0.0, math.pi / self._period)
+        poles = np.linalg.eigvals(self._A)
+        for w in ends:
+            place = 0.0 if self._period is None else math.cos(w * self._period)
+            if np.all(np.abs(poles - place) > self._rounded(poles)):
+                yield self.at(w)
+
+    def _rounded(self, poles: NDArray[Any]) -> float:
+        """Return the largest distance from an integrator at which a pole counts as one."""
+        return _INTEGRATOR * (float(np.max(np.abs(poles), initial=0.0)) if self._period is None else 1.0)
+
+    def _grid(self, closed: FloatArray) -> FloatArray:
+        both = np.concatenate([np.linalg.eigvals(self._A), np.linalg.eigvals(closed)])
+        sizes = _natural(both, self._period)
+        low, high = (np.min(sizes), np.max(sizes)) if sizes.size else (1.0, 1.0)
+        highest = 10**_DECADES * high if self._period is None else math.pi / self._period
+        grid = np.geomspace(min(low / 10**_DECADES, highest / 2), highest, _POINTS)
+        return np.unique(np.concatenate([grid, sizes[sizes < highest]]))
+
+
+def _natural(eigenvalues: NDArray[Any], period: float | None) -> FloatArray:
+    """Return the natural frequencies of modes, without those of integrators."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sizes = np.abs(eigenvalues if period is None else np.log(eigenvalues) / period)
+    finite: FloatArray = sizes[np.isfinite(sizes)]
+    return finite[finite > _MARGINAL * np.max(finite, initial=0.0)]
+
+
+@dataclass
+class _Sweep(_Response):
+    """Response of a running sampled loop, measured by sines that are added to a command."""
+
+    model: Model
+    base: Run
+    options: Mapping[str, Any]
+    input: str
+    size: float
+    frequencies: Sequence[float] | None
+    rounding: float = _MEASURED
+    accuracy: float = _MEASURED
+    largest: float = _LARGEST
+    _known: dict[float, complex] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._period = float(self.base.hold or 0)
+        self._highest = math.pi / self._period
+        self._number = self.model.input_names.index(self.input)
+        self._begin = math.ceil(float(self.base.t[-1]) / self._period)
+        self._frequencies = self._grid() if self.frequencies is None else self._given(self.frequencies)
+        self._values = np.array([self.at(w) for w in self._frequencies])
+
+    @property
+    def acts(self) -> bool:
+        """False if no response is measurable at any frequency."""
+        return bool(np.any(np.abs(self._values) > 1 / self.largest))
+
+    def at(self, frequency: float) -> complex:
+        if frequency not in self._known:
+            self._known[frequency] = self._measured(frequency)
+        return self._known[frequency]
+
+    def _ends(self) -> Iterator[complex]:
+        for w in (0.0, self._highest):
+            if (value := self.at(w)) and abs(value) < self.largest:
+                yield complex(value.real)
+
+    def _grid(self) -> FloatArray:
+        """Return frequencies at equal ratios, with those of the linear loop where there is one."""
+        grid = self._highest * np.geomspace(10.0**-_SWEPT, 1, _SWEPT * _PER_DECADE + 1)
+        try:
+            cut = linear_loop(self.model, self.base)
+        except InputError:  # of a loop with delays, or of a model without derivatives
+            return grid
+        opened = cut.A + cut.B @ cut.C - np.outer(cut.B[:, self._number], cut.C[self._number])
+        modes = _natural(np.linalg.eigvals(opened), self._period)
+        return np.unique(np.concatenate([grid, modes[(modes > grid[0]) & (modes < self._highest)]]))
+
+    def _given(self, frequencies: Sequence[float]) -> FloatArray:
+        try:
+            grid = np.asarray(frequencies, dtype=np.float64)
+        except (TypeError, ValueError):
+            grid = np.empty(0)
+        within = grid.ndim == 1 and grid.size > 1 and np.all(np.diff(grid) > 0)
+        if not (within and grid[0] > 0 and grid[-1] <= self._highest * (1 + _ROUNDING)):
+            text = f"two numbers or more, increasing, above 0 and at most pi/Ts = {self._highest:.6g} rad/s"
+            raise bad_value("frequencies", frequencies, text)
+        return np.minimum(grid, self._highest)
+
+    def _measured(self, frequency: float) -> complex:
+        """Return the response once two successive parts of a run agree."""
+        once = 2 * math.pi / (frequency * self._period) if frequency else 0.0
+        count = max(_FEWEST, math.ceil(_PERIODS * once))
+        while count <= _MOST:
+            change = self._changed(frequency, count)
+            part = count // 2
+            before, after = (1 / self._share(frequency, change, end, part) - 1 for end in (count - part // 2, count))
+            if abs(after - before) <= _MEASURED * max(abs(after), 10 / self.largest) or abs(after) > self.largest:
+                return after
+            count *= 2
+        raise InputError(
+            f"the loop of {self.base.controller.name} does not settle within {_MOST} samples of a sine at "
+            f"{frequency:.6g} rad/s on {self.input}: it is unstable, or slower than this"
+        )
+
+    def _share(self, frequency: float, change: FloatArray, end: int, count: int) -> complex:
+        """Return the sine in a part of a command per added sine, beside a constant and a slope, by least squares.
+
+        Hann's weights keep transients of other frequencies out.
+        """
+        k = np.arange(end - count, end)
+        angle, middle = frequency * self._period * k, (k - k.mean()) / count
+        if frequency == 0:
+            columns = [np.ones(count), middle]
+        elif frequency == self._highest:
+            columns = [np.cos(math.pi * k), np.ones(count), middle]
+        else:
+            columns = [np.cos(angle), np.sin(angle), np.ones(count), middle]
+        weights = np.hanning(count + 2)[1:-1]
+        fit = np.linalg.lstsq(weights[:, None] * np.stack(columns, axis=1), weights * change[end - count : end])[0]
+        alone = frequency in (0, self._highest)
+        return complex(fit[0], 0.0 if alone else -fit[1]) or complex(1 / self.largest**2)
+
+    def _changed(self, frequency: float, count: int) -> FloatArray:
+        """Return half of the difference of the commands under opposite cosines, per amplitude."""
+        first, second = (self._run(frequency, sign * self.size, count) for sign in (1, -1))
+        change: FloatArray = (first - second) / (2 * self.size)
+        return change
+
+    def _run(self, frequency: float, size: float, count: int) -> FloatArray:
+        """Return the command of a run to which a cosine is added after the scenario."""
+        base, number, begin = self.base, self._number, self._begin
+        law, p, c = self.model.functions[identifier(base.controller.name)], base.parameters.p, base.parameters.c
+        added = size * np.cos(frequency * self._period * np.arange(count + 1))
+        samples = itertools.count(-begin)
+
+        def call(x: FloatArray, r: FloatArray, v: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+            u, z_next = law(x, r, v, z, p, c) if len(z) else (law(x, r, p, c), z)
+            if (k := next(samples)) >= 0:
+                u = np.array(u)
+                u[number] += added[k]
+            return u, z_next
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # advice, which the first run gives
+            options = {**self.options, "t_end": (begin + count) * self._period, "dt_out": self._period}
+            run = simulate(self.model, base.controller.name, base.scenario.name, law=call, **options)
+        if run.status is not Status.DONE:
+            raise InputError(
+                f"size of {self.input} = {self.size:g}: the loop is unstable, or size too large: "
+                f"with a sine at {frequency:.6g} rad/s, {run.reason}"
+            )
+        return run.u_cmd[begin : begin + count, number]

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Margins of linear and of running loops against eigenvalues and closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mehvar
+from mehvar.base.errors import InputError
+from mehvar.estimation.margins import linear_margins
+from mehvar.parts import Hub, Spacecraft, Torquer
+from mehvar.runtime.model.linear import LinearSystem
+
+
+def loop(A, b, c, period=None):
+    """A loop that was cut at its one input."""
+    n = len(A)
+    names = tuple(f"x{k}" for k in range(n))
+    held = None if period is None else np.array(period)
+    return LinearSystem(np.array(A, float), np.array(b, float).reshape(n, 1), np.array(c, float).reshape(1, n),
+                        np.zeros((1, 1)), names, ("u",), ("y",), held)  # fmt: skip
+
+
+def worst(A, b, c, factors, period):
+    """Return the growth of the slowest mode of the loop with other gains; negative where it is stable."""
+    eigenvalues = np.linalg.eigvals(np.asarray(A) + np.multiply.outer(factors, np.outer(b, c)))
+    return eigenvalues.real.max(axis=-1) if period is None else np.abs(eigenvalues).max(axis=-1) - 1
+
+
+FACTORS = np.geomspace(1, 1e4, 4001)
+
+
+def nearest(A, b, c, period):
+    """The nearest factor to one at which stability is lost, from a scan of eigenvalues."""
+    limits = []
+    for factors in (FACTORS, 1 / FACTORS):
+        signs = worst(A, b, c, factors, period)
+        limits += [factors[k] for k in range(1, len(signs)) if signs[k] > 0 > signs[k - 1]][:1]
+    return min(limits, key=lambda factor: abs(math.log(factor)), default=math.inf)
+
+
+@pytest.mark.parametrize("period", [None, 0.2])
+@pytest.mark.parametrize("seed", range(60))
+def test_the_gain_is_the_first_factor_that_makes_the_loop_unstable(seed, period):
+    generator = np.random.default_rng(seed)
+    n = generator.integers(1, 5)
+    while True:
+        A = generator.normal(size=(n, n)) * (1 if period is None else 0.7)
+        b, c = generator.normal(size=n), generator.normal(size=n)
+        if worst(A, b, c, 1.0, period) < -1e-3:
+            break
+    (margin,) = linear_margins(loop(A, b, c, period))
+    expected = nearest(A, b, c, period)
+    if math.isfinite(expected):
+        assert margin.gain == pytest.approx(expected, rel=0.01)
+    else:
+        assert not 1.1e-4 < margin.gain < 0.9e4
+
+
+@pytest.mark.parametrize("J", [0.25, 2.0, 40.0])
+def test_of_a_sampled_rigid_body_it_is_that_of_the_rate(J):
+    """z = -1 at the factor 2 J/(kd Ts)."""
+    T, kp, kd = 0.2, 0.1 * J, 2.0 * J / 4
+    (margin,) = linear_margins(loop([[1, T], [0, 1]], [T**2 / (2 * J), T / J], [-kp, -kd], T))
+    assert margin.gain == pytest.approx(2 * J / (kd * T), rel=1e-9)
+
+
+def test_a_loop_that_a_smaller_gain_loses_has_that_margin():
+    (margin,) = linear_margins(loop([[0, 1], [0.5, 0]], [0, 1], [-2, -2]))
+    assert margin.gain == pytest.approx(0.25)
+
+
+def test_a_rigid_body_under_pd_has_none():
+    (margin,) = linear_margins(loop([[0, 1], [0, 0]], [0, 1], [-2, -2]))
+    assert margin.gain == math.inf
+
+
+TS, INERTIA, GAIN = 0.1, 2.0, 1.5
+GRID = np.geomspace(0.1, math.pi / TS, 12)
+
+
+@pytest.fixture(scope="module")
+def turner():
+    """A hub with a torque about each axis: rate feedback about x, attitude and rate about y, static error about z."""
+    craft = Spacecraft("turner", motion="attitude", period=TS)
+    craft.add(Hub("hub", mass=40.0, inertia=(INERTIA, INERTIA, INERTIA)))
+    craft.add(Torquer("turn"))
+
+    def feedback(law):
+        kd, (_, _, q2, _), (x, y, z) = law.parameter("kd", GAIN, "N m s"), law.attitude, law.rates
+        return {"turn": (-kd * x, -law.parameter("kp", 0.6, "N m") * q2 - kd * y, -kd * z)}
+
+    craft.law("feedback", feedback, "rates and one angle")
+    return mehvar.build(craft)
+
+
+@pytest.mark.parametrize("delay", [0, 1])
+def test_a_running_loop_has_the_margins_of_closed_forms(turner, delay):
+    """L = K z^-delay/(z - 1), K = kd Ts/J, is lost at K = 2 or, delayed, at K = 1; |L| = 1 at 2 sin(w Ts/2) = K."""
+    (margin,) = mehvar.margins(turner, "feedback", size={"turnx": 1e-3}, t_end=1.0, delay=delay, frequencies=GRID)
+    share = GAIN * TS / INERTIA
+    assert 20 * math.log10(margin.gain * share / (2 - delay)) == pytest.approx(0, abs=0.01)
+    angle = 2 * math.asin(share / 2)
+    assert margin.phase == pytest.approx(math.pi / 2 - angle / 2 - delay * angle, abs=1e-3)
+
+
+def test_a_running_loop_has_the_margins_of_the_linear_one(turner):
+    (measured,) = mehvar.margins(turner, "feedback", size={"turny": 1e-3}, t_end=1.0, frequencies=GRID)
+    linear = mehvar.margins(turner, "feedback", t_end=1.0)[1]
+    assert 20 * math.log10(measured.gain / linear.gain) == pytest.approx(0, abs=0.01)
+    assert measured.phase == pytest.approx(linear.phase, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"kd": -1.0}, "the linear loop of feedback is unstable where"),
+        (
+            {"kd": -1.0, "size": 1e-3, "frequencies": [1.0, 2.0]},
+            "the loop is unstable, or size too large: with a sine at 1 rad/s",
+        ),
+        ({"delay": 1}, "delay = 1: must be 0 for the linear loop; give size"),
+        ({"size": 0.0}, "size of turnx = 0.0: must be a number > 0, N m"),
+        ({"size": {"x": 1.0}}, "unknown input"),
+        ({"size": 1e-3, "frequencies": [1.0, 32.0]}, "at most pi/Ts = 31.4159 rad/s"),
+        ({"frequencies": [1.0, 2.0]}, "frequencies = .*: must be left out without size"),
+        ({"dt_out": 0.1}, "dt_out = 0.1: must be left out"),
+    ],
+)
+def test_what_has_no_margins_is_refused(turner, arguments, text):
+    with pytest.raises(InputError, match=text):
+        mehvar.margins(turner, "feedback", t_end=1.0, **arguments)
