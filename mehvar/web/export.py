@@ -16,7 +16,7 @@ import numpy as np
 from markupsafe import Markup
 
 from mehvar import html
-from mehvar.base.capabilities import Place, refuse
+from mehvar.base.capabilities import Operation, refuse
 from mehvar.base.manifest import Controller, Manifest, Metric, Parameter, Quantity, Shape
 from mehvar.base.schema import plain
 from mehvar.runtime.arguments import check_arguments
@@ -78,7 +78,7 @@ def export_web(
     check_arguments("text", "the call", success=success, own_law=own_law)
     check_folder(out)
     loaded = model if isinstance(model, Model) else load(model)
-    refuse(loaded.manifest, Place.PAGE)
+    refuse(loaded.manifest, Operation.PAGE)
     criterion = criterion_of(loaded.manifest, success)
     zig_toolchain()  # before the runs, which take longer
     name, maker = f"{loaded.manifest.model}.html", f"mehvar export web {loaded.manifest.model}"
