@@ -20,7 +20,7 @@ from time import perf_counter
 from benchmarks.machine import command_line, machine, table, write
 from mehvar.codegen.diff import Document, compare
 from mehvar.codegen.diff.changes import Change, replaced
-from mehvar.codegen.diff.report import Fate, Kind
+from mehvar.codegen.diff.report import EquationVerdict, Kind
 from mehvar.codegen.diff.report import Path as Place
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equations.formula import Printer
@@ -90,7 +90,7 @@ def _slosh(count: int, scratch: Path) -> Document:
 
 
 def _importing() -> float:
-    """Return the median over five starts, less that of starting Python."""
+    """Return the median time of five starts, minus the median start of Python."""
 
     def seconds(code: str) -> float:
         start = perf_counter()
@@ -144,7 +144,7 @@ def _random(name: str, document: Document) -> list[str]:
             continue
         times.append(seconds)
         count["edits"] += 1
-        count["undecided"] += bool(result.of(Fate.UNDECIDED))
+        count["undecided"] += bool(result.of(EquationVerdict.UNDECIDED))
         if [source.name for source in result.sources] == [target]:
             count["source"] += 1
             edits = result[target].edits
@@ -179,7 +179,7 @@ def _edited(document: Document, name: str, edit: Edit, generator: random.Random)
 
 
 def _places(pool: Pool, root: int) -> list[tuple[str, int, Place]]:
-    """Return every part of an expression with the operation that it is an operand of."""
+    """Return every part of an expression with the operation above it."""
     result, stack = [], [(root, ())]
     while stack and len(result) < 2000:
         node, path = stack.pop()

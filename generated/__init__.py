@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What code generation wrote, a folder a model; committed so that reviewers see what a change of model does."""
+"""Generated code, a folder for each model; committed so that reviewers see the effect of a change."""

@@ -6,23 +6,32 @@ Exit status: 0 for success, 1 for a negative answer, 2 for bad usage or input, 3
 
 from __future__ import annotations
 
+import gc
 import sys
 
-from mehvar.terminal import fail, interruptible, let_readers_leave, print_version, warn_in_a_line
+from mehvar.terminal import fail, ignore_closed_output, interruptible, print_version, shorten_warnings
 
 _PACKAGES = {"elftools": "pyelftools", "serial": "pyserial"}
 """Names of packages that differ from the name of their module."""
 
 
 def main() -> None:
-    """Run the command line; a user's mistake ends in one message, never in a traceback."""
-    with interruptible():
-        let_readers_leave()
-        warn_in_a_line()
-        if sys.argv[1:] == ["--version"]:  # before anything of the commands is imported
-            print_version()
-        else:
-            _run()
+    """Run the command line; a user's mistake ends in one message, never in a traceback.
+
+    Imports create no garbage, and the end of the process frees everything. Fewer collections, and none at the end, take
+    a quarter of the processor time of a short command (`mehvar simulate triangle`: 0.38 to 0.29 s).
+    """
+    gc.set_threshold(100_000, 20, 100)
+    try:
+        with interruptible():
+            ignore_closed_output()
+            shorten_warnings()
+            if sys.argv[1:] == ["--version"]:  # before anything of the commands is imported
+                print_version()
+            else:
+                _run()
+    finally:
+        gc.freeze()
 
 
 def _run() -> None:

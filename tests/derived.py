@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derivations of the shipped models for tests: each system once in a process, each variant's texts once in a run.
+"""Derivations of the shipped models for tests: each system once per process, each variant's files once per run.
 
 Nothing is derived while tests are collected: every process of a run collects all of them.
 """
@@ -15,7 +15,7 @@ from mehvar.codegen.generate import installed_tree, system_of
 from mehvar.codegen.ledger.ledger import Ledger
 from mehvar.codegen.structures import structure_folder
 from mehvar.models.system import System
-from mehvar.reproduction.judging import judged
+from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import paper_models
 
 REPRODUCED = tuple(paper_models(installed_tree()))
@@ -34,13 +34,13 @@ def generated(model: str) -> Path:
 
 
 def variant(model: str, /, **structure: str) -> dict[str, str]:
-    """Return the texts of a structural variant."""
+    """Return the files of a structural variant."""
     folder = structure_folder(installed_tree(), model, structure)
     return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if not path.name.startswith(".")}
 
 
 @functools.cache
 def ledger(model: str) -> Ledger:
-    """Return the ledger of a model's paper, judged once for the tests and for the pages that show it."""
-    (verdicts,) = judged(installed_tree(), model)
+    """Return the checked ledger of a model's paper, computed once for tests and pages."""
+    (verdicts,) = paper_ledgers(installed_tree(), model)
     return TypeAdapter(Ledger).validate_python(verdicts)

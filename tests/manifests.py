@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Manifests that a test writes itself."""
+"""Manifests for tests."""
 
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mehvar.base.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, with_digest
 
 
 def write_manifest(folder: Path, data: Mapping[str, Any]) -> None:
-    """Write a manifest as generation would: sealed."""
-    (folder / FILE).write_text(sealed(json.dumps(data, indent=1)))
+    """Write a manifest with its digest."""
+    (folder / FILE).write_text(with_digest(json.dumps(data, indent=1)))

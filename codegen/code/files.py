@@ -18,8 +18,8 @@ from ..templates import text_environment
 from .labels import PLAIN, Labels, Names, names_of
 from .loops import loops
 from .members import Tags, in_order, members
-from .rolled import rolled
-from .spelling import PYTHON, C, Language, statements
+from .rolled import RolledPrinter
+from .spelling import PYTHON, C, Language, Printer
 from .split import split
 from .tape import Tape, arranged, tape
 
@@ -79,7 +79,7 @@ class PrintedFunction:
         """Body of the C function."""
         several = loops(self.tape, self.tags)
         if several is not None:
-            return rolled(self.tape, self.arguments, self.results, self.labels, several)
+            return RolledPrinter(self.tape, self.arguments, self.results, self.labels, several).body()
         lines, results = self._statements(C)
         for (name, _), elements in zip(self.results, results, strict=True):
             constants = self.labels.constants.get(name)
@@ -119,7 +119,7 @@ class PrintedFunction:
         return [*lines, *f"return {', '.join(returned)}".split("\n")]
 
     def _statements(self, language: Language) -> tuple[list[str], list[list[str]]]:
-        return statements(self.tape, self.arguments, language, self.labels, self._names)
+        return Printer(self.tape, self.arguments, language, self.labels, self._names).print()
 
     @cached_property
     def _names(self) -> Names:
@@ -151,7 +151,7 @@ class PrintedFunction:
         return tuple(names.values[k] for k in values)
 
 
-def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
+def printed_functions(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Print each graph as C and Python; a split function is also printed in two parts."""
     whole = [
         PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, _tape(f), _labels(f), f.families)
@@ -195,7 +195,7 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
         halves = split(rest.tape, rest.arguments, places, vector)
         if halves is None:
             continue
-        once, result = f"what {f.name} computes {when}", ((vector, halves.size),)
+        once, result = f"part of {f.name} that is computed {when}", ((vector, halves.size),)
         part = PrintedFunction(
             f"{f.name}_{step}", once, halves.first, result, PREPARED[f.part], halves.prepare, rest.labels, rest.families
         )
@@ -247,7 +247,7 @@ def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
     return digest.hexdigest()
 
 
-def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str, str]:
+def code_files(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str, str]:
     """Return the filled templates.
 
     Returns

@@ -103,7 +103,7 @@ _FAR = 1e9
 _WIDEST = 60
 """Largest number of characters of an expression in a message; two of them fit into three lines."""
 _TOLD = 64
-"""Number of agreeing points with 50 digits that decide a cell if the field cannot; see `_BRANCHED` in `judge`."""
+"""Number of agreeing points with 50 digits that decide a cell if the field cannot; see `_BRANCHED` in `equality`."""
 _OF_A_LINE = 4
 """Largest number of these points per line, so that they lie on at least sixteen lines."""
 _MOST_INSIDE = 12
@@ -260,14 +260,14 @@ class Cells:
         """Search for the given joint states, given that both sides are equal in all others; call it after `walk`."""
         if not states:
             return Outcome(
-                True, f"each joint state of {len(self._units)} branching nodes is equal in the field or excluded"
+                True, f"each combination of branches of {len(self._units)} nodes is equal in the field or excluded"
             )
         return self._look_inside() or next(filter(None, map(self._sought, states)), None) or self._equal()
 
     @property
     def points(self) -> str:
         """Number of visited points, as text."""
-        return f"{self._points} points beside every change of {len(self._units)} branching nodes"
+        return f"{self._points} points on both sides of every switch of {len(self._units)} branching nodes"
 
     def _factors(self) -> list[int]:
         """Return the factors that may decide the sign of an expression: with even roots, those on one side only."""
@@ -420,7 +420,7 @@ class Cells:
         sizes = doubles.apart(old, new)[0]
         worst = np.argsort(sizes)[-8:]
         for k in map(int, worst[sizes[worst] > 0][::-1]):
-            if outcome := self._judge(_row(point, k)):
+            if outcome := self._decide_at(_row(point, k)):
                 return outcome
         return self._look_at(point, np.isfinite(old) & np.isfinite(new), self._table(found, count), inside)
 
@@ -436,12 +436,12 @@ class Cells:
     def _look_at(
         self, point: Mapping[str, Array], defined: NDArray[np.bool_], table: Array, inside: State | None
     ) -> Outcome | None:
-        """Judge points with a new branch combination, and some points inside joint states."""
+        """Compare points with a new branch combination, and some points inside joint states."""
         members = []
         for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
             is_new = pattern not in self._seen and self._is_wanted(pattern)
-            if is_new and (outcome := self._judge(_row(point, k), pattern)):
+            if is_new and (outcome := self._decide_at(_row(point, k), pattern)):
                 return outcome
             if inside is not None and self._cell.get(self._signs_of(pattern)) == inside:
                 members.append(k)
@@ -449,7 +449,7 @@ class Cells:
         for k in self._draw.sample(near, min(len(near), _OF_A_LINE)):
             here = _row(point, k)
             self._insides[inside].at = here  # type: ignore[index]
-            if outcome := self._judge(here):
+            if outcome := self._decide_at(here):
                 return outcome
         return None
 
@@ -467,7 +467,7 @@ class Cells:
         """Return a branch combination without the integers of steps, which joint states ignore."""
         return pattern[8 * len(self._steps) :]
 
-    def _judge(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
+    def _decide_at(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
         """Compare both sides at a point with 50 digits, and exactly in its cell."""
         point = {name: Fraction(value) for name, value in here.items()}
         world = self._world(point)
@@ -486,7 +486,7 @@ class Cells:
             same = None  # equal for these whole numbers; there are infinitely many others
         if same is False:
             if not any(self._is_thin(node, taken[node]) for node in counting):
-                return Outcome(False, "both sides as they are in the cell of a point, compared in the field", point)
+                return Outcome(False, "both sides compared in the field, in the cell of a point", point)
             same = None
         state = frozenset((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
         if pattern is not None:
@@ -550,7 +550,7 @@ class Cells:
                 there, name = self._centre(centre, base, free)
                 if there is None or self._left < 0:
                     continue
-                if outcome := self._judge(there) or self._around(there):
+                if outcome := self._decide_at(there) or self._around(there):
                     return outcome
                 if base is here:
                     here, moved = there, moved | {name}
@@ -681,7 +681,7 @@ class Cells:
         wanted = [*((way,) for way in ways), *self._doubtful, *(pair for pair in joint if pair[0][0] != pair[1][0])]
         wanted = [state for state in wanted if not self._is_met(state) and not self._is_apart(state)]
         if len(wanted) > _MOST_MISSING:
-            return self._undecided(wanted[0], f"of {len(wanted)} ways not met ")
+            return self._undecided(wanted[0], f"of {len(wanted)} branches that no point reached ")
         outcomes = map(self._sought, wanted)
         return next((outcome for outcome in outcomes if outcome), None)
 
@@ -703,7 +703,9 @@ class Cells:
                 if outcome := self._sought(tuple(sorted(taken.items()))):
                     return outcome
             elif left < 0:
-                return self._undecided(tuple(taken.items()), f"of too many joint states of {len(self._units)} nodes ")
+                return self._undecided(
+                    tuple(taken.items()), f"of too many combinations of branches of {len(self._units)} nodes "
+                )
             else:
                 ways = (way for way in ways_of(self.pool, max(free)) if self._goes_with(way, taken))
                 stack += [{**taken, node: way} for node, way in ways]
@@ -846,7 +848,7 @@ class Cells:
 
     def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
         names = " with ".join(self._text(node) for node, _ in ways)
-        state = "a branch of" if len(ways) == 1 else "a joint state of" if ways else "the whole"
+        state = "a branch of" if len(ways) == 1 else "a combination of branches of" if ways else "the expression"
         met = [inside.points for told, inside in self._insides.items() if told.issuperset(ways)]
         what = f"was compared at {sum(met)} points only" if met else "was neither reached nor excluded"
         where = " ".join(filter(None, (state, names)))
@@ -863,7 +865,9 @@ class Cells:
             return self._undecided(tuple(sorted(short)))
         if told:
             return Outcome(True, self.points, points=min(inside.points for inside in told))
-        return Outcome(True, f"{self.points}; each joint state in which they may differ was reached or is excluded")
+        return Outcome(
+            True, f"{self.points}; each combination of branches with a possible difference was reached or excluded"
+        )
 
 
 def _row(columns: Mapping[str, Array], k: int) -> Point:

@@ -135,7 +135,7 @@ def _events(system: System) -> list[Request]:
         return []
     motion = (system.states, system.inputs, system.parameters)
     guards = (("g", tuple(event.guard for event in system.events)),)
-    functions = [Request("guards", "what crosses zero at events", motion, guards, repeated=True)]
+    functions = [Request("guards", "guards of the events", motion, guards, repeated=True)]
     if any(event.reset for event in system.events):
         number = Quantity("event", "1", "which event, counted from 0")
         states = tuple(_after(symbol, system.events, number.symbol) for symbol in system.states.symbols)
@@ -187,7 +187,7 @@ def _law(system: System, law: Controller) -> list[Request]:
     if law.outputs:
         results = (("w", tuple(output.value for output in law.outputs)),)
         arguments = (x, r, _memory(law), p, c) if _reports_memory(system, law) else (x, r, p, c)
-        functions.append(Request(f"{name}_outputs", f"what {law.name} reports", arguments, results, law=law))
+        functions.append(Request(f"{name}_outputs", f"reports of {law.name}", arguments, results, law=law))
     if derived:
         functions.append(Request(f"{name}_defaults", f"formula defaults of {law.name}", (c,), (("derived", derived),)))
     return functions
@@ -243,7 +243,7 @@ def _continuous(system: System, law: Controller) -> list[Request]:
         ),
     ]
     if guards := tuple(event.guard for event in (*system.events, *law.events)):
-        description = f"what crosses zero at events in the loop of {law.name}"
+        description = f"guards of the events in the loop of {law.name}"
         results = (("g", guards),)
         functions.append(Request(f"{name}_guards", description, (q, r, p, c), results, law=law, repeated=True))
     for variant in system.variants:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/reference/options.md: the options of every command, as `--help` prints them, and those of a run."""
+"""Write docs/reference/options.md: the options of every command, as `--help` prints them, and the options of a run."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ prints the traceback of an error, and `-h`.
 """
 _RUN = """## Options of a run
 
-`--set NAME=VALUE` takes these beside parameters and the choices of a model, Python takes them by name, a campaign file
-in `set`.
+`--set NAME=VALUE` takes these options, parameters and the choices of a model. In Python they are keyword arguments,
+in a campaign file entries of `set`.
 
 | name | values | default | meaning | taken by |
 |---|---|---|---|---|"""
@@ -66,7 +66,7 @@ def _of_group(group: typer.core.TyperGroup, context: typer.Context) -> Iterator[
 
 
 def _cells(option: str, meaning: str) -> str:
-    """Return a row; a bar in it would end the cell."""
+    """Return a row of a table, with escaped bars."""
     return "| `{}` | {} |".format(*(" ".join(text.split()).replace("|", "\\|") for text in (option, meaning)))
 
 

@@ -741,7 +741,7 @@ enum {
 };
 void satellite_pd_jvp(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *p, const mv_real *c, const mv_real *along_x, const mv_real *along_r, const mv_real *along_v, const mv_real *along_z, mv_real *change_u, mv_real *change_z_next);
 
-/* what rhs computes once per run */
+/* part of rhs that is computed once per run */
 enum {
     SATELLITE_RHS_PREPARE_NP = 33,
     SATELLITE_RHS_PREPARE_NH = 18
@@ -758,7 +758,7 @@ enum {
 };
 void satellite_rhs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *dx);
 
-/* what outputs computes once per run */
+/* part of outputs that is computed once per run */
 enum {
     SATELLITE_OUTPUTS_PREPARE_NP = 33,
     SATELLITE_OUTPUTS_PREPARE_NH = 10
@@ -776,7 +776,7 @@ enum {
 };
 void satellite_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *p, const mv_real *h, mv_real *y);
 
-/* what limits computes once per run */
+/* part of limits that is computed once per run */
 enum {
     SATELLITE_LIMITS_PREPARE_NP = 33,
     SATELLITE_LIMITS_PREPARE_NH = 1
@@ -793,7 +793,7 @@ enum {
 };
 void satellite_limits_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *margin);
 
-/* what actuate computes once per run */
+/* part of actuate that is computed once per run */
 enum {
     SATELLITE_ACTUATE_PREPARE_NP = 33,
     SATELLITE_ACTUATE_PREPARE_NH = 1
@@ -810,7 +810,7 @@ enum {
 };
 void satellite_actuate_prepared(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *h, mv_real *u);
 
-/* what measure computes once per run */
+/* part of measure that is computed once per run */
 enum {
     SATELLITE_MEASURE_PREPARE_NP = 33,
     SATELLITE_MEASURE_PREPARE_NH = 3
@@ -827,7 +827,7 @@ enum {
 };
 void satellite_measure_prepared(const mv_real *x, const mv_real *e, const mv_real *p, const mv_real *h, mv_real *x_seen);
 
-/* what mrac computes once per run */
+/* part of mrac that is computed once per run */
 enum {
     SATELLITE_MRAC_PREPARE_NP = 33,
     SATELLITE_MRAC_PREPARE_NC = 23,
@@ -848,7 +848,7 @@ enum {
 };
 void satellite_mrac_prepared(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *c, const mv_real *h, mv_real *u, mv_real *z_next);
 
-/* what mrac_literal computes once per run */
+/* part of mrac_literal that is computed once per run */
 enum {
     SATELLITE_MRAC_LITERAL_PREPARE_NP = 33,
     SATELLITE_MRAC_LITERAL_PREPARE_NC = 23,
@@ -869,7 +869,7 @@ enum {
 };
 void satellite_mrac_literal_prepared(const mv_real *x, const mv_real *r, const mv_real *v, const mv_real *z, const mv_real *c, const mv_real *h, mv_real *u, mv_real *z_next);
 
-/* what pd computes once per run */
+/* part of pd that is computed once per run */
 enum {
     SATELLITE_PD_PREPARE_NP = 33,
     SATELLITE_PD_PREPARE_NC = 11,

@@ -28,7 +28,7 @@ enum {
     rhs_h_t_eah32,
 };
 
-/* what rhs computes once per run; 37 operations. */
+/* part of rhs that is computed once per run; 37 operations. */
 void satellite_rhs_prepare(const real *p, real *h)
 {
     enum { I_x = SATELLITE_P_I_X, I_y = SATELLITE_P_I_Y, I_z = SATELLITE_P_I_Z, Iw_x = SATELLITE_P_IW_X };
@@ -194,7 +194,7 @@ enum {
     outputs_h_t_p2zbo,
 };
 
-/* what outputs computes once per run; 23 operations. */
+/* part of outputs that is computed once per run; 23 operations. */
 void satellite_outputs_prepare(const real *p, real *h)
 {
     enum { Iw_x = SATELLITE_P_IW_X };
@@ -307,7 +307,7 @@ enum {
     limits_h_t_hxpul,
 };
 
-/* what limits computes once per run; 1 operations. */
+/* part of limits that is computed once per run; 1 operations. */
 void satellite_limits_prepare(const real *p, real *h)
 {
     enum { hmax = SATELLITE_P_HMAX };
@@ -337,7 +337,7 @@ enum {
     actuate_h_t_ko3eq,
 };
 
-/* what actuate computes once per run; 1 operations. */
+/* part of actuate that is computed once per run; 1 operations. */
 void satellite_actuate_prepare(const real *p, real *h)
 {
     enum { Ts = SATELLITE_P_TS };
@@ -370,7 +370,7 @@ enum {
     measure_h_t_fb2mr,
 };
 
-/* what measure computes once per run; 5 operations. */
+/* part of measure that is computed once per run; 5 operations. */
 void satellite_measure_prepare(const real *p, real *h)
 {
     enum { Ts = SATELLITE_P_TS };
@@ -432,7 +432,7 @@ enum {
     mrac_h_t_k7hjd,
 };
 
-/* what mrac computes once per run; 35 operations. */
+/* part of mrac that is computed once per run; 35 operations. */
 void satellite_mrac_prepare(const real *p, const real *c, real *h)
 {
     enum { I_x = SATELLITE_P_I_X, I_y = SATELLITE_P_I_Y, I_z = SATELLITE_P_I_Z };
@@ -1067,7 +1067,7 @@ enum {
     mrac_literal_h_t_ufxyh,
 };
 
-/* what mrac_literal computes once per run; 19 operations. */
+/* part of mrac_literal that is computed once per run; 19 operations. */
 void satellite_mrac_literal_prepare(const real *p, const real *c, real *h)
 {
     enum { I_x = SATELLITE_P_I_X, I_y = SATELLITE_P_I_Y, I_z = SATELLITE_P_I_Z };
@@ -1613,7 +1613,7 @@ enum {
     pd_h_t_zugk2_2,
 };
 
-/* what pd computes once per run; 6 operations. */
+/* part of pd that is computed once per run; 6 operations. */
 void satellite_pd_prepare(const real *p, const real *c, real *h)
 {
     enum { Ts = SATELLITE_P_TS };

@@ -3970,7 +3970,7 @@ void slosh_lyapunov_v1_constraints(const real *p, const real *c, const real *s, 
     margin[1] = mv_min(mv_min(c[r4], c[r6]), c[r8]) - (t_kqsea + t_phb27);
 }
 
-/* what lyapunov-v1 reports; 868 operations. */
+/* reports of lyapunov-v1; 868 operations. */
 void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;
@@ -5605,7 +5605,7 @@ void slosh_lyapunov_v2_constraints(const real *p, const real *c, const real *s, 
     margin[0] = p[F];
 }
 
-/* what lyapunov-v2 reports; 390 operations. */
+/* reports of lyapunov-v2; 390 operations. */
 void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;

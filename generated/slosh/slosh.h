@@ -373,7 +373,7 @@ enum {
 };
 void slosh_lyapunov_v1_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
-/* what lyapunov-v1 reports */
+/* reports of lyapunov-v1 */
 enum {
     SLOSH_LYAPUNOV_V1_OUTPUTS_NX = 17,
     SLOSH_LYAPUNOV_V1_OUTPUTS_NR = 0,
@@ -454,7 +454,7 @@ enum {
 };
 void slosh_lyapunov_v2_constraints(const mv_real *p, const mv_real *c, const mv_real *s, mv_real *margin);
 
-/* what lyapunov-v2 reports */
+/* reports of lyapunov-v2 */
 enum {
     SLOSH_LYAPUNOV_V2_OUTPUTS_NX = 17,
     SLOSH_LYAPUNOV_V2_OUTPUTS_NR = 0,
@@ -586,14 +586,14 @@ enum {
 };
 void slosh_lyapunov_v2_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q);
 
-/* what rhs computes once per run */
+/* part of rhs that is computed once per run */
 enum {
     SLOSH_RHS_PREPARE_NP = 22,
     SLOSH_RHS_PREPARE_NH = 32
 };
 void slosh_rhs_prepare(const mv_real *p, mv_real *h);
 
-/* what rhs computes when the input changes */
+/* part of rhs that is computed when the input changes */
 enum {
     SLOSH_RHS_HOLD_NU = 5,
     SLOSH_RHS_HOLD_NP = 22,
@@ -613,7 +613,7 @@ enum {
 };
 void slosh_rhs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
-/* what outputs computes once per run */
+/* part of outputs that is computed once per run */
 enum {
     SLOSH_OUTPUTS_PREPARE_NP = 22,
     SLOSH_OUTPUTS_PREPARE_NH = 28
@@ -630,14 +630,14 @@ enum {
 };
 void slosh_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *y);
 
-/* what rhs_euler computes once per run */
+/* part of rhs_euler that is computed once per run */
 enum {
     SLOSH_RHS_EULER_PREPARE_NP = 22,
     SLOSH_RHS_EULER_PREPARE_NH = 32
 };
 void slosh_rhs_euler_prepare(const mv_real *p, mv_real *h);
 
-/* what rhs_euler computes when the input changes */
+/* part of rhs_euler that is computed when the input changes */
 enum {
     SLOSH_RHS_EULER_HOLD_NU = 5,
     SLOSH_RHS_EULER_HOLD_NP = 22,
@@ -657,14 +657,14 @@ enum {
 };
 void slosh_rhs_euler_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
-/* what rhs_reduced computes once per run */
+/* part of rhs_reduced that is computed once per run */
 enum {
     SLOSH_RHS_REDUCED_PREPARE_NP = 22,
     SLOSH_RHS_REDUCED_PREPARE_NH = 36
 };
 void slosh_rhs_reduced_prepare(const mv_real *p, mv_real *h);
 
-/* what rhs_reduced computes when the input changes */
+/* part of rhs_reduced that is computed when the input changes */
 enum {
     SLOSH_RHS_REDUCED_HOLD_NU = 5,
     SLOSH_RHS_REDUCED_HOLD_NP = 22,
@@ -684,14 +684,14 @@ enum {
 };
 void slosh_rhs_reduced_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
-/* what rhs_reduced_euler computes once per run */
+/* part of rhs_reduced_euler that is computed once per run */
 enum {
     SLOSH_RHS_REDUCED_EULER_PREPARE_NP = 22,
     SLOSH_RHS_REDUCED_EULER_PREPARE_NH = 36
 };
 void slosh_rhs_reduced_euler_prepare(const mv_real *p, mv_real *h);
 
-/* what rhs_reduced_euler computes when the input changes */
+/* part of rhs_reduced_euler that is computed when the input changes */
 enum {
     SLOSH_RHS_REDUCED_EULER_HOLD_NU = 5,
     SLOSH_RHS_REDUCED_EULER_HOLD_NP = 22,
@@ -711,7 +711,7 @@ enum {
 };
 void slosh_rhs_reduced_euler_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, const mv_real *w, mv_real *dx);
 
-/* what actuate computes once per run */
+/* part of actuate that is computed once per run */
 enum {
     SLOSH_ACTUATE_PREPARE_NP = 22,
     SLOSH_ACTUATE_PREPARE_NH = 14
@@ -728,7 +728,7 @@ enum {
 };
 void slosh_actuate_prepared(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *h, mv_real *u);
 
-/* what lyapunov_v1 computes once per run */
+/* part of lyapunov_v1 that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V1_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_PREPARE_NC = 15,
@@ -746,7 +746,7 @@ enum {
 };
 void slosh_lyapunov_v1_prepared(const mv_real *x, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *u);
 
-/* what lyapunov_v1_loop computes once per run */
+/* part of lyapunov_v1_loop that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NC = 15,
@@ -764,7 +764,7 @@ enum {
 };
 void slosh_lyapunov_v1_loop_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what lyapunov_v1_observe computes once per run */
+/* part of lyapunov_v1_observe that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NC = 15,
@@ -784,7 +784,7 @@ enum {
 };
 void slosh_lyapunov_v1_observe_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *x, mv_real *u, mv_real *u_cmd);
 
-/* what lyapunov_v1_loop_euler computes once per run */
+/* part of lyapunov_v1_loop_euler that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NC = 15,
@@ -802,7 +802,7 @@ enum {
 };
 void slosh_lyapunov_v1_loop_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what lyapunov_v1_loop_reduced computes once per run */
+/* part of lyapunov_v1_loop_reduced that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NC = 15,
@@ -820,7 +820,7 @@ enum {
 };
 void slosh_lyapunov_v1_loop_reduced_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what lyapunov_v1_loop_reduced_euler computes once per run */
+/* part of lyapunov_v1_loop_reduced_euler that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NC = 15,
@@ -838,7 +838,7 @@ enum {
 };
 void slosh_lyapunov_v1_loop_reduced_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what lyapunov_v2 computes once per run */
+/* part of lyapunov_v2 that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V2_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_PREPARE_NC = 13,
@@ -856,7 +856,7 @@ enum {
 };
 void slosh_lyapunov_v2_prepared(const mv_real *x, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *u);
 
-/* what lyapunov_v2_loop computes once per run */
+/* part of lyapunov_v2_loop that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NC = 13,
@@ -874,7 +874,7 @@ enum {
 };
 void slosh_lyapunov_v2_loop_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what lyapunov_v2_observe computes once per run */
+/* part of lyapunov_v2_observe that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NC = 13,
@@ -894,7 +894,7 @@ enum {
 };
 void slosh_lyapunov_v2_observe_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *x, mv_real *u, mv_real *u_cmd);
 
-/* what lyapunov_v2_loop_euler computes once per run */
+/* part of lyapunov_v2_loop_euler that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NC = 13,
@@ -912,7 +912,7 @@ enum {
 };
 void slosh_lyapunov_v2_loop_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what lyapunov_v2_loop_reduced computes once per run */
+/* part of lyapunov_v2_loop_reduced that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NC = 13,
@@ -930,7 +930,7 @@ enum {
 };
 void slosh_lyapunov_v2_loop_reduced_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what lyapunov_v2_loop_reduced_euler computes once per run */
+/* part of lyapunov_v2_loop_reduced_euler that is computed once per run */
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NC = 13,

@@ -4385,7 +4385,7 @@ def lyapunov_v1_constraints(p, c, s):
 
 
 def lyapunov_v1_outputs(x, r, p, c):
-    """What lyapunov-v1 reports: (x, r, p, c) -> w."""
+    """Reports of lyapunov-v1: (x, r, p, c) -> w."""
     x, r, p, c = _arrays(x, r, p, c)
     with np.errstate(all="ignore"):
         vx, vy, vz, wx = x[..., 0], x[..., 1], x[..., 2], x[..., 3]
@@ -6163,7 +6163,7 @@ def lyapunov_v2_constraints(p, c, s):
 
 
 def lyapunov_v2_outputs(x, r, p, c):
-    """What lyapunov-v2 reports: (x, r, p, c) -> w."""
+    """Reports of lyapunov-v2: (x, r, p, c) -> w."""
     x, r, p, c = _arrays(x, r, p, c)
     with np.errstate(all="ignore"):
         vx, vy, vz, wx = x[..., 0], x[..., 1], x[..., 2], x[..., 3]

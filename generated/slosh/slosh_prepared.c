@@ -42,7 +42,7 @@ enum {
     rhs_h_t_r7vy7,
 };
 
-/* what rhs computes once per run; 73 operations. */
+/* part of rhs that is computed once per run; 73 operations. */
 void slosh_rhs_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -126,7 +126,7 @@ enum {
     rhs_w_t_32nrs,
 };
 
-/* what rhs computes when the input changes; 10 operations. */
+/* part of rhs that is computed when the input changes; 10 operations. */
 void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
 {
     enum { delta1 = SLOSH_U_DELTA1 };
@@ -536,7 +536,7 @@ enum {
     outputs_h_t_bknng,
 };
 
-/* what outputs computes once per run; 69 operations. */
+/* part of outputs that is computed once per run; 69 operations. */
 void slosh_outputs_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -947,7 +947,7 @@ enum {
     actuate_h_t_bknng,
 };
 
-/* what actuate computes once per run; 39 operations. */
+/* part of actuate that is computed once per run; 39 operations. */
 void slosh_actuate_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0 };
@@ -1167,7 +1167,7 @@ enum {
     lyapunov_v1_h_t_bknng,
 };
 
-/* what lyapunov_v1 computes once per run; 91 operations. */
+/* part of lyapunov_v1 that is computed once per run; 91 operations. */
 void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -1853,7 +1853,7 @@ enum {
     lyapunov_v1_loop_h_t_r7vy7,
 };
 
-/* what lyapunov_v1_loop computes once per run; 97 operations. */
+/* part of lyapunov_v1_loop that is computed once per run; 97 operations. */
 void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -2684,7 +2684,7 @@ enum {
     lyapunov_v1_observe_h_t_bknng,
 };
 
-/* what lyapunov_v1_observe computes once per run; 93 operations. */
+/* part of lyapunov_v1_observe that is computed once per run; 93 operations. */
 void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -3403,7 +3403,7 @@ enum {
     lyapunov_v2_h_t_bknng,
 };
 
-/* what lyapunov_v2 computes once per run; 74 operations. */
+/* part of lyapunov_v2 that is computed once per run; 74 operations. */
 void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -3859,7 +3859,7 @@ enum {
     lyapunov_v2_loop_h_t_r7vy7,
 };
 
-/* what lyapunov_v2_loop computes once per run; 80 operations. */
+/* part of lyapunov_v2_loop that is computed once per run; 80 operations. */
 void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -4460,7 +4460,7 @@ enum {
     lyapunov_v2_observe_h_t_bknng,
 };
 
-/* what lyapunov_v2_observe computes once per run; 76 operations. */
+/* part of lyapunov_v2_observe that is computed once per run; 76 operations. */
 void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };

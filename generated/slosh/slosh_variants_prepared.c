@@ -42,7 +42,7 @@ enum {
     rhs_euler_h_t_r7vy7,
 };
 
-/* what rhs_euler computes once per run; 73 operations. */
+/* part of rhs_euler that is computed once per run; 73 operations. */
 void slosh_rhs_euler_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -126,7 +126,7 @@ enum {
     rhs_euler_w_t_32nrs,
 };
 
-/* what rhs_euler computes when the input changes; 10 operations. */
+/* part of rhs_euler that is computed when the input changes; 10 operations. */
 void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w)
 {
     enum { delta1 = SLOSH_U_DELTA1 };
@@ -549,7 +549,7 @@ enum {
     rhs_reduced_h_ax_eq,
 };
 
-/* what rhs_reduced computes once per run; 75 operations. */
+/* part of rhs_reduced that is computed once per run; 75 operations. */
 void slosh_rhs_reduced_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -643,7 +643,7 @@ enum {
     rhs_reduced_w_t_32nrs,
 };
 
-/* what rhs_reduced computes when the input changes; 10 operations. */
+/* part of rhs_reduced that is computed when the input changes; 10 operations. */
 void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w)
 {
     enum { delta1 = SLOSH_U_DELTA1 };
@@ -1141,7 +1141,7 @@ enum {
     rhs_reduced_euler_h_ax_eq,
 };
 
-/* what rhs_reduced_euler computes once per run; 75 operations. */
+/* part of rhs_reduced_euler that is computed once per run; 75 operations. */
 void slosh_rhs_reduced_euler_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -1235,7 +1235,7 @@ enum {
     rhs_reduced_euler_w_t_32nrs,
 };
 
-/* what rhs_reduced_euler computes when the input changes; 10 operations. */
+/* part of rhs_reduced_euler that is computed when the input changes; 10 operations. */
 void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, real *w)
 {
     enum { delta1 = SLOSH_U_DELTA1 };
@@ -1752,7 +1752,7 @@ enum {
     lyapunov_v1_loop_euler_h_t_r7vy7,
 };
 
-/* what lyapunov_v1_loop_euler computes once per run; 97 operations. */
+/* part of lyapunov_v1_loop_euler that is computed once per run; 97 operations. */
 void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -2561,7 +2561,7 @@ enum {
     lyapunov_v1_loop_reduced_h_t_jx6g7,
 };
 
-/* what lyapunov_v1_loop_reduced computes once per run; 31 operations. */
+/* part of lyapunov_v1_loop_reduced that is computed once per run; 31 operations. */
 void slosh_lyapunov_v1_loop_reduced_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0 };
@@ -2893,7 +2893,7 @@ enum {
     lyapunov_v1_loop_reduced_euler_h_t_jx6g7,
 };
 
-/* what lyapunov_v1_loop_reduced_euler computes once per run; 31 operations. */
+/* part of lyapunov_v1_loop_reduced_euler that is computed once per run; 31 operations. */
 void slosh_lyapunov_v1_loop_reduced_euler_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0 };
@@ -3249,7 +3249,7 @@ enum {
     lyapunov_v2_loop_euler_h_t_r7vy7,
 };
 
-/* what lyapunov_v2_loop_euler computes once per run; 80 operations. */
+/* part of lyapunov_v2_loop_euler that is computed once per run; 80 operations. */
 void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
@@ -3834,7 +3834,7 @@ enum {
     lyapunov_v2_loop_reduced_h_t_jx6g7,
 };
 
-/* what lyapunov_v2_loop_reduced computes once per run; 18 operations. */
+/* part of lyapunov_v2_loop_reduced that is computed once per run; 18 operations. */
 void slosh_lyapunov_v2_loop_reduced_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0 };
@@ -4052,7 +4052,7 @@ enum {
     lyapunov_v2_loop_reduced_euler_h_t_jx6g7,
 };
 
-/* what lyapunov_v2_loop_reduced_euler computes once per run; 18 operations. */
+/* part of lyapunov_v2_loop_reduced_euler that is computed once per run; 18 operations. */
 void slosh_lyapunov_v2_loop_reduced_euler_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0 };

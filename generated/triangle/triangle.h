@@ -414,7 +414,7 @@ enum {
 };
 void triangle_path_loop_jac(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, mv_real *J_q, mv_real *J_r);
 
-/* what rhs computes once per run */
+/* part of rhs that is computed once per run */
 enum {
     TRIANGLE_RHS_PREPARE_NP = 3,
     TRIANGLE_RHS_PREPARE_NH = 1
@@ -431,7 +431,7 @@ enum {
 };
 void triangle_rhs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *dx);
 
-/* what outputs computes once per run */
+/* part of outputs that is computed once per run */
 enum {
     TRIANGLE_OUTPUTS_PREPARE_NR = 4,
     TRIANGLE_OUTPUTS_PREPARE_NH = 5
@@ -448,7 +448,7 @@ enum {
 };
 void triangle_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *r, const mv_real *h, mv_real *y);
 
-/* what sliding computes once per run */
+/* part of sliding that is computed once per run */
 enum {
     TRIANGLE_SLIDING_PREPARE_NR = 4,
     TRIANGLE_SLIDING_PREPARE_NC = 10,
@@ -466,7 +466,7 @@ enum {
 };
 void triangle_sliding_prepared(const mv_real *x, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *u);
 
-/* what sliding_loop computes once per run */
+/* part of sliding_loop that is computed once per run */
 enum {
     TRIANGLE_SLIDING_LOOP_PREPARE_NR = 4,
     TRIANGLE_SLIDING_LOOP_PREPARE_NP = 3,
@@ -486,7 +486,7 @@ enum {
 };
 void triangle_sliding_loop_prepared(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what sliding_observe computes once per run */
+/* part of sliding_observe that is computed once per run */
 enum {
     TRIANGLE_SLIDING_OBSERVE_PREPARE_NR = 4,
     TRIANGLE_SLIDING_OBSERVE_PREPARE_NC = 10,
@@ -505,7 +505,7 @@ enum {
 };
 void triangle_sliding_observe_prepared(const mv_real *q, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *x, mv_real *u);
 
-/* what path computes once per run */
+/* part of path that is computed once per run */
 enum {
     TRIANGLE_PATH_PREPARE_NR = 4,
     TRIANGLE_PATH_PREPARE_NC = 6,
@@ -523,7 +523,7 @@ enum {
 };
 void triangle_path_prepared(const mv_real *x, const mv_real *r, const mv_real *c, const mv_real *h, mv_real *u);
 
-/* what path_loop computes once per run */
+/* part of path_loop that is computed once per run */
 enum {
     TRIANGLE_PATH_LOOP_PREPARE_NR = 4,
     TRIANGLE_PATH_LOOP_PREPARE_NP = 3,
@@ -543,7 +543,7 @@ enum {
 };
 void triangle_path_loop_prepared(const mv_real *q, const mv_real *r, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
 
-/* what path_observe computes once per run */
+/* part of path_observe that is computed once per run */
 enum {
     TRIANGLE_PATH_OBSERVE_PREPARE_NR = 4,
     TRIANGLE_PATH_OBSERVE_PREPARE_NC = 6,

@@ -11,7 +11,7 @@ enum {
     rhs_h_t_6q6qz,
 };
 
-/* what rhs computes once per run; 2 operations. */
+/* part of rhs that is computed once per run; 2 operations. */
 void triangle_rhs_prepare(const real *p, real *h)
 {
     enum { H = TRIANGLE_P_H, mass = TRIANGLE_P_MASS };
@@ -40,7 +40,7 @@ enum {
     outputs_h_length3_ref,
 };
 
-/* what outputs computes once per run; 23 operations. */
+/* part of outputs that is computed once per run; 23 operations. */
 void triangle_outputs_prepare(const real *r, real *h)
 {
     enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF, mu_ref = TRIANGLE_R_MU_REF };
@@ -143,7 +143,7 @@ enum {
     sliding_h_t_6rwtv,
 };
 
-/* what sliding computes once per run; 11 operations. */
+/* part of sliding that is computed once per run; 11 operations. */
 void triangle_sliding_prepare(const real *r, const real *c, real *h)
 {
     enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
@@ -245,7 +245,7 @@ enum {
     sliding_loop_h_t_6q6qz,
 };
 
-/* what sliding_loop computes once per run; 13 operations. */
+/* part of sliding_loop that is computed once per run; 13 operations. */
 void triangle_sliding_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
     enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
@@ -345,7 +345,7 @@ enum {
     sliding_observe_h_t_6rwtv,
 };
 
-/* what sliding_observe computes once per run; 11 operations. */
+/* part of sliding_observe that is computed once per run; 11 operations. */
 void triangle_sliding_observe_prepare(const real *r, const real *c, real *h)
 {
     enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
@@ -442,7 +442,7 @@ enum {
     path_h_t_kc5kr,
 };
 
-/* what path computes once per run; 8 operations. */
+/* part of path that is computed once per run; 8 operations. */
 void triangle_path_prepare(const real *r, const real *c, real *h)
 {
     enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
@@ -564,7 +564,7 @@ enum {
     path_loop_h_t_6q6qz,
 };
 
-/* what path_loop computes once per run; 10 operations. */
+/* part of path_loop that is computed once per run; 10 operations. */
 void triangle_path_loop_prepare(const real *r, const real *p, const real *c, real *h)
 {
     enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };
@@ -684,7 +684,7 @@ enum {
     path_observe_h_t_kc5kr,
 };
 
-/* what path_observe computes once per run; 8 operations. */
+/* part of path_observe that is computed once per run; 8 operations. */
 void triangle_path_observe_prepare(const real *r, const real *c, real *h)
 {
     enum { rho_ref = TRIANGLE_R_RHO_REF, phi_ref = TRIANGLE_R_PHI_REF };

@@ -237,7 +237,7 @@ class Scenario:
             (name, f"{value:g}", law) for law, group in self.controllers.items() for name, value in group.items()
         ]
         text = f"scenario {self.name}: {self.title}; {self.duration:g} s in steps of {self.step:g} s"
-        return heading(text) + table("what differs from the defaults", ("name", "value", "law"), values + special)
+        return heading(text) + table("values that differ from the defaults", ("name", "value", "law"), values + special)
 
 
 @dataclass(frozen=True)
@@ -371,6 +371,8 @@ class Manifest:
         Conditions on parameters and on runs, in words; True if r does not depend on time.
     limits_of_state : bool
         True if limits do not depend on the input and continuous loops integrate the state itself.
+    parts : mapping
+        The fields of each part of a spacecraft as texts.
     versions : mapping of str to str
         Versions of the libraries that derived it.
     inputs_sha256, files_sha256 : mapping of str to str
@@ -412,6 +414,7 @@ class Manifest:
     geometry: tuple[Shape, ...] = ()
     events: tuple[Event, ...] = ()
     functions: Mapping[str, Function]
+    parts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     versions: Mapping[str, str]
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     files_sha256: Mapping[str, str] = field(default_factory=dict)
@@ -511,7 +514,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
     schema = data.get("schema") if isinstance(data, dict) else None
     if schema != SCHEMA:
         raise InputError(f"{path}: schema = {schema!r}: must be {SCHEMA}; generate the model again")
-    if ("digest" in data or not any_age) and (sealed(text) != text or not _DIGEST.search(text)):
+    if ("digest" in data or not any_age) and (with_digest(text) != text or not _DIGEST.search(text)):
         raise InputError(
             f"{path} was changed after generation: its digest does not match. Change the sources and run mehvar "
             "generate, or restore the file"
@@ -553,7 +556,7 @@ def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
     return f"{model}_{part}.{kind}" if part else f"{model}.{kind}"
 
 
-def made_when_asked(model: str) -> frozenset[str]:
+def files_on_first_use(model: str) -> frozenset[str]:
     """Return the names of rarely used files, which a generated folder omits and mehvar makes at first use.
 
     They are CasADi's own C; derivatives by parameters, of laws and of closed loops; and all derivatives in Python
@@ -761,10 +764,10 @@ def _check_scenarios(manifest: Manifest) -> None:
 
 def manifest_text(manifest: Manifest) -> str:
     """Return the text of a manifest.json with its digest."""
-    return sealed(json_text({**plain(Manifest, manifest), "digest": ""}))
+    return with_digest(json_text({**plain(Manifest, manifest), "digest": ""}))
 
 
-def sealed(text: str) -> str:
+def with_digest(text: str) -> str:
     """Insert the digest of the rest of a manifest.json into its text.
 
     The digest protects data that neither code nor header confirms: the order of a law's outputs, bounds of

@@ -31,7 +31,7 @@ COMMANDS = {
     "convert": "Write a result or a batch as Parquet, NetCDF, CSV or MATLAB, units in names and metadata.",
     "doctor": "List installed and missing parts, and the commands that install them.",
     "report": "Write a page about a model, a result or a batch: equations, numbers, runs, pictures, animation.",
-    "reproduce": "Compute every figure and claim of the papers and write one HTML report.",
+    "reproduce": "Compute every figure and claim of the papers and write an HTML report.",
 }
 PLACES = {name: f"store.{name}" for name in ("stats", "require", "verify")} | {
     "convert": "export.convert",
@@ -160,7 +160,7 @@ app = _group(
     add_completion=True,
     help="Derive spacecraft attitude models, generate code from them, and simulate them.",
 )
-app.add_typer(_group(BOARD, help="Take a law to a microcontroller, emulated or real."), name="board")
+app.add_typer(_group(BOARD, help="Run a law on a microcontroller, emulated or real."), name="board")
 app.add_typer(_group(EXPORT, help="Write a model as a file that other programs run."), name="export")
 
 

@@ -23,7 +23,7 @@ from mehvar.runtime.files import check_file, write_atomic
 from mehvar.terminal import pages, plain_text, print_lines, working
 
 if TYPE_CHECKING:
-    from mehvar.reproduction.judging import Ledger
+    from mehvar.reproduction.ledgers import Ledger
 
 FORMATS = ("text", "json", "html", "markdown")
 _ENDINGS = {".txt": "text", ".json": "json", ".html": "html", ".md": "markdown"}
@@ -41,14 +41,16 @@ def command(
     model: Annotated[str | None, typer.Option(metavar="M", help="Compare this model only.")] = None,
     structures: Annotated[
         list[str] | None,
-        typer.Option(metavar="all|NAME=VALUE[,...]", help="Compare other structures too; may be repeated."),
+        typer.Option(metavar="all|NAME=VALUE[,...]", help="Compare other structures too; repeat as needed."),
     ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Compare with the published equations.")] = False,
     form: Annotated[
         str | None,
         typer.Option("--format", metavar="text|json|html|markdown", help="Format of the output; default: text."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Save it; the ending selects the format.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Save the comparison; the ending selects the format.")
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Save a picture of the run that differs most.")
     ] = None,
@@ -104,12 +106,12 @@ def _draw(diff: Diff, path: Path) -> None:
 
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
-    """Judge the printed equations of papers."""
-    from mehvar.reproduction.judging import judged
+    """Check the printed equations of papers."""
     from mehvar.reproduction.ledger_text import counted, holds, lines
+    from mehvar.reproduction.ledgers import paper_ledgers
 
-    with working("judging the printed equations"):
-        ledgers = judged(find_tree(Path.cwd()) or installed_tree(), model)
+    with working("checking the printed equations"):
+        ledgers = paper_ledgers(find_tree(Path.cwd()) or installed_tree(), model)
     if form == "text" and out is None:
         with pages():
             print_lines(lines(ledgers))

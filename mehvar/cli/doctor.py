@@ -94,7 +94,7 @@ def _compiler_row() -> list[str]:
         return [
             "C compiler",
             "missing",
-            "fast runs; without one the Python module runs",
+            "runs; without a compiler only functions can be evaluated, by the Python module",
             'pip install "mehvar[cc]"',
         ]
     return ["C compiler", compiler.version, " ".join(compiler.command), ""]

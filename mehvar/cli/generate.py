@@ -116,4 +116,4 @@ def _explain(report: Report) -> None:
     for name in report.written:
         typer.echo(f"  generated/{report.model}/{name}")
     if report.written:
-        typer.echo(f"  mend it with: mehvar generate {report.model}")
+        typer.echo(f"  update it with: mehvar generate {report.model}")

@@ -21,9 +21,9 @@ def command(as_json: AsJson = False) -> None:
     for name, manifest in manifests.items():
         place = [str(manifest.folder.parents[1]) if name in own else "mehvar"] if own else []
         rows.append([name, manifest.title, " ".join(manifest.controllers), " ".join(manifest.scenarios), *place])
-    print_table("", ["model", "what it is", "controllers", "scenarios", *(["from"] if own else [])], rows)
+    print_table("", ["model", "description", "controllers", "scenarios", *(["from"] if own else [])], rows)
     for name in sorted(own.keys() & shipped_models().keys()):
-        typer.echo(f"note: {name} of {own[name].parents[1]} hides the one that comes with mehvar")
+        typer.echo(f"note: {name} of {own[name].parents[1]} hides mehvar's model of the same name")
 
 
 def _facts(name: str, manifest: Manifest) -> dict[str, object]:

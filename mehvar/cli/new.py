@@ -49,7 +49,7 @@ def command(
         typer.Option(
             "--from",
             metavar="MODEL",
-            help="A law of your own on this plant; parts: a spacecraft from parts.",
+            help="A new law on this plant; parts: a spacecraft from parts.",
             autocompletion=complete_models,
         ),
     ] = None,
@@ -61,7 +61,7 @@ def command(
         typer.echo(f"in {folder}: mehvar generate, then mehvar simulate {name} --controller {name}")
         return
     folder = scaffold(name, Path.cwd(), "system" if plant is None else "craft")
-    typer.echo(f"wrote {folder}; {folder.name}/README.md says what is where and what to type next")
+    typer.echo(f"wrote {folder}; {folder.name}/README.md explains the files and the next commands")
 
 
 def scaffold(name: str, into: Path, kind: str = "system") -> Path:

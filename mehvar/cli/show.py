@@ -79,7 +79,7 @@ def _parameters(title: str, parameters: Sequence[Parameter]) -> None:
 
 def _scenarios(manifest: Manifest) -> None:
     rows = [[s.name, f"{s.duration:g} s", f"{s.step:g} s", s.title] for s in manifest.scenarios.values()]
-    print_entries("scenarios", ["name", "duration", "step", "what it is"], rows)
+    print_entries("scenarios", ["name", "duration", "step", "description"], rows)
     typer.echo()
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -13,10 +14,10 @@ from mehvar.codegen.diff.report import (
     Comparison,
     Edit,
     EquationChange,
-    Fate,
+    EquationGroup,
+    EquationVerdict,
     ModelStatus,
     ParameterChange,
-    Story,
     handle,
     label,
 )
@@ -38,7 +39,7 @@ _PART = 1e-3
 _NAMED = 12
 """Number of equations that a shared report names: two lines of a terminal. A page lists all."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
-_TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
+_TOLD = (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED, EquationVerdict.ADDED, EquationVerdict.REMOVED)
 """Verdicts with separate reports, in this order."""
 _WHOLE = 8
 """Number of causes with counterexample and evidence; the other causes share a line, and a page has all."""
@@ -53,10 +54,16 @@ HEADLINES = {
     ModelStatus.REMOVED: "REMOVED",
 }
 _COUNTED = {
-    Fate.CHANGED: "changed", Fate.ADDED: "added", Fate.REMOVED: "removed", Fate.UNDECIDED: "undecided",
-    Fate.INHERITED: "inherited", Fate.REARRANGED: "rearranged", Fate.RENAMED: "renamed",
-    Fate.SCALED: "scaled", Fate.SAME: "unchanged",
-}  # fmt: skip
+    EquationVerdict.CHANGED: "changed",
+    EquationVerdict.ADDED: "added",
+    EquationVerdict.REMOVED: "removed",
+    EquationVerdict.UNDECIDED: "undecided",
+    EquationVerdict.INHERITED: "inherited",
+    EquationVerdict.REARRANGED: "rearranged",
+    EquationVerdict.RENAMED: "renamed",
+    EquationVerdict.SCALED: "scaled",
+    EquationVerdict.SAME: "unchanged",
+}
 
 
 def lines(
@@ -71,7 +78,7 @@ def lines(
     yield from _equivalent(comparison)
     yield from _parameters(listed_parameters(comparison))
     if follows:
-        yield from _consequences(follows)
+        yield from _consequences(follows, comparison)
 
 
 def choices(comparison: Comparison) -> list[str]:
@@ -94,7 +101,7 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
     return "  ".join(part for part in (", ".join(names or [equation.name + was]), about) if part)
 
 
-def families(comparison: Comparison) -> dict[str, Story]:
+def families(comparison: Comparison) -> dict[str, EquationGroup]:
     """Return the group of equal parts for each equation whose parts have the same edit."""
     return {name: group for group in comparison.groups if group.kind in _ALIKE for name in group.names}
 
@@ -104,7 +111,7 @@ def stories(comparison: Comparison) -> list[str]:
     return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
-def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
+def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, EquationGroup | None]]:
     """Yield the equations with separate reports; the first stands for all equal parts."""
     family = families(comparison)
     for equation in (e for fate in _TOLD for e in comparison.of(fate)):
@@ -134,7 +141,7 @@ def _many(names: Sequence[str]) -> str:
 
 def is_quiet(equation: EquationChange) -> bool:
     """Return True for an added or removed definition that only names a value."""
-    return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
+    return not equation.matters and equation.verdict in (EquationVerdict.ADDED, EquationVerdict.REMOVED)
 
 
 def evidence(equation: EquationChange) -> str:
@@ -191,27 +198,27 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
             yield 2, Text.assemble(head, f": {edits}" if edits else "")
     if follows := following(comparison):
         yield 2, Text(follows, "bold")
-    for verdict in (Fate.ADDED, Fate.REMOVED):
+    for verdict in (EquationVerdict.ADDED, EquationVerdict.REMOVED):
         quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
         if quiet:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
 
-def _head(equation: EquationChange, group: Story | None) -> Text:
-    style = "yellow" if equation.verdict is Fate.UNDECIDED else "red" if equation.matters else "cyan"
+def _head(equation: EquationChange, group: EquationGroup | None) -> Text:
+    style = "yellow" if equation.verdict is EquationVerdict.UNDECIDED else "red" if equation.matters else "cyan"
     harmless = "" if equation.matters else ": what uses it compensates"
     names = group.names if group else ()
     return Text.assemble((_COUNTED[equation.verdict], style), " ", (title(equation, names), "bold"), harmless)
 
 
-def _source(comparison: Comparison, equation: EquationChange, group: Story | None) -> Iterator[Line]:
+def _source(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Iterator[Line]:
     if group:
         yield 4, Text(group.says)
     for edit in equation.edits:
         yield from _edit(edit)
     if where := example(equation):
         yield 4, Text(where)
-    if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED):
+    if equation.verdict in (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED):
         yield 4, Text(evidence(equation), "dim")
     if equation.users:
         yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
@@ -232,10 +239,10 @@ def _edit(edit: Edit) -> Iterator[Line]:
 
 
 def _equivalent(comparison: Comparison) -> Iterator[Line]:
-    groups: dict[tuple[Fate, str], list[str]] = {}
+    groups: dict[tuple[EquationVerdict, str], list[str]] = {}
     for equation in comparison.equivalent:
         name = label(equation)
-        if equation.verdict is Fate.RENAMED:
+        if equation.verdict is EquationVerdict.RENAMED:
             name = f"{equation.old_name} -> {name}"
         groups.setdefault((equation.verdict, equation.how), []).append(name)
     for (verdict, how), names in groups.items():
@@ -251,15 +258,15 @@ def _parameters(changes: Sequence[ParameterChange]) -> Iterator[Line]:
         yield 4, Text.assemble(f"{change.role} ", (change.name, "bold"), f"  {change.what}: {between}")
 
 
-def _consequences(follows: Consequences) -> Iterator[Line]:
+def _consequences(follows: Consequences, comparison: Comparison) -> Iterator[Line]:
     yield 2, Text("consequences", "bold")
-    for text in consequence_lines(follows):
+    for text in consequence_lines(follows, comparison):
         yield 4, Text(text)
 
 
-def consequence_lines(follows: Consequences) -> Iterator[str]:
+def consequence_lines(follows: Consequences, comparison: Comparison) -> Iterator[str]:
     """Yield the effects of a change, one line each, closed loops first."""
-    yield from run_lines(follows.runs)
+    yield from run_lines(follows.runs, comparison)
     yield from plant_lines(follows)
 
 
@@ -290,7 +297,7 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
         yield follows.note
 
 
-def run_lines(runs: Runs) -> Iterator[str]:
+def run_lines(runs: Runs, comparison: Comparison) -> Iterator[str]:
     """Yield the effects on the scenarios under the laws."""
     changed = sorted(joined(runs.changed), key=lambda pair: -pair[0].size)
     for number, (run, scenarios) in enumerate(changed[:_NAMED]):
@@ -300,8 +307,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
             yield from _first(metrics, _METRICS)
     if len(changed) > _NAMED:
         yield f"runs of {len(changed) - _NAMED} more kinds differ"
-    if runs.same:
-        yield f"equal in all metrics: {same_runs(runs)}"
+    yield from same_runs(runs, comparison)
     yield from refused_runs(runs)
     for change in runs.margins:
         yield f"margins under {change.law} where {change.scenario} ends (gain, phase):"
@@ -328,11 +334,22 @@ def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
     return list(groups.items())
 
 
-def same_runs(runs: Runs) -> str:
-    """Return the runs whose metrics are all equal, law by law."""
+def same_runs(runs: Runs, comparison: Comparison) -> list[str]:
+    """Return the runs whose metrics are all equal, law by law, and why a changed equation has no effect in any run."""
     laws = dict.fromkeys(law for law, _ in runs.same)
     scenarios = {law: ", ".join(scenario for other, scenario in runs.same if other == law) for law in laws}
-    return "; ".join(f"{names} under {law}" for law, names in scenarios.items())
+    where = "; ".join(f"{names} under {law}" for law, names in scenarios.items())
+    if not runs.same:
+        return []
+    if runs.changed:
+        return [f"equal in all metrics: {where}"]
+    count = f"{len(runs.same)} run{'s' * (len(runs.same) > 1)}"
+    lines = [f"no difference in {count}, largest relative difference of a metric {runs.largest:.2g}: {where}"]
+    parts = [part.text for e in comparison.changed for edit in e.edits for part in (edit.old, edit.new) if part]
+    edited = set(re.findall(r"\w+", " ".join(parts)))
+    if names := [name for name in runs.zero if name in edited]:
+        lines.append(f"the changed terms have {', '.join(f'{name} = 0' for name in names)} in all of these runs")
+    return lines
 
 
 def refused_runs(runs: Runs) -> list[str]:

@@ -28,7 +28,7 @@ TIME = {"epoch": "time zero of the run, as 2026-03-21T12:00:00", "time_system": 
 OBJECT = {
     "object": "name of the object",
     "id": "its international designator",
-    "originator": "whoever the message is from",
+    "originator": "originator of the message",
 }
 _EPOCH = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,9})?", re.ASCII)
 DOUBTFUL, BETTER = 0.03, 0.1
@@ -112,7 +112,7 @@ def data(epoch: str, t: FloatArray, numbers: FloatArray) -> list[str]:
     return [" ".join([instant(epoch, when), *map(repr, row)]) for when, row in zip(t, numbers.tolist(), strict=True)]
 
 
-def written(
+def message_text(
     version: str,
     about: Mapping[str, str],
     frames: Mapping[str, str],

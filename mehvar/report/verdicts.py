@@ -15,8 +15,14 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT
 from mehvar.runtime.batch.evaluation.conditions import Number
 from mehvar.runtime.batch.evaluation.rare import Progress, decide_rare
-from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, checked_confidence, decide, recorded
-from mehvar.runtime.batch.evaluation.statistics import column
+from mehvar.runtime.batch.evaluation.requirements import (
+    DECIDED,
+    Verdict,
+    checked_confidence,
+    decide,
+    stored_requirements,
+)
+from mehvar.runtime.batch.evaluation.statistics import column, scalars
 from mehvar.runtime.batch.fill import used_threads
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import repetition
@@ -120,7 +126,7 @@ class Verdicts:
     def __init__(self, store: Store, requirements: Mapping[str, str] | None, confidence: float | None) -> None:
         self._store = store
         self._verdicts = decide(store, requirements, confidence)
-        self.confidence = recorded(store)[1] if confidence is None else confidence
+        self.confidence = stored_requirements(store)[1] if confidence is None else confidence
 
     def __iter__(self) -> Iterator[Verdict]:
         return iter(self._verdicts)
@@ -207,7 +213,8 @@ class Verdicts:
         if not number:
             return ""
         if math.isfinite(value):
-            return f", {number} = {value:.6g}"
+            unit = Number(number, "the requirements").unit(scalars(self._store)) or "1"
+            return f", {number} = {value:.6g}{'' if unit == '1' else f' {unit}'}"
         block = next(block for block in self._store.stored() if run in self._store.runs(block))
         row = run - self._store.runs(block).start
         status = int(self._store.read(STATUS, [block])[row])

@@ -107,7 +107,7 @@ def _stranger(symbol: sp.Symbol, within: Definition | None, system: System, vect
     allowed = sorted(s.name for s in vector.units)
     through = f" (by definition {within.symbol.name!r} at {within.origin})" if within else ""
     if symbol.name in allowed:
-        what = "has the name of what it receives but other assumptions: take the symbol from its group"
+        what = "has the right name but other assumptions: take the symbol from its group"
     elif symbol == TIME.symbol:
         what = "is time, which it does not receive"
     else:

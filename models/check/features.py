@@ -85,7 +85,7 @@ def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
     yield capabilities.PROCESS_NOISE, diffusion, system.diffusion is not None
     yield capabilities.CHART, system.coordinates or system, system.coordinates is not None
     yield capabilities.ACTUATOR, actuator, continuous if system.actuator is not None else False
-    yield capabilities.SEEN, sensor, continuous if system.seen is not system.states else False
+    yield capabilities.MEASURED, sensor, continuous if system.seen is not system.states else False
     yield capabilities.CHOICES, system, [choice.name for choice in system.choices]
     yield capabilities.INTEGRATED, integrated[0] if integrated else system, [law.name for law in integrated]
 
@@ -152,7 +152,7 @@ def _check_noise(system: System) -> None:
         for q in diffusion.wiener:
             if q.unit != "s^(1/2)":
                 raise ModelError(
-                    f"{diffusion.origin}: Wiener process {q.name!r} is in {q.unit}, and must be in s^(1/2)"
+                    f"{diffusion.origin}: Wiener process {q.name!r} has the unit {q.unit}: must be s^(1/2)"
                 )
         for k, row in enumerate(diffusion.change):
             if not isinstance(row, sp.Expr) or not _linear(row, diffusion.wiener.symbols):

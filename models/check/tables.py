@@ -42,7 +42,7 @@ def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[st
             here = system.structure.get(choice, choices[choice][0]) == value if choice else default
             for name in (q.name for q in group if here and q.name not in names):
                 where = f"{place_in(parameters, group.name, name)}: [{group.name}.{name}]"
-                elsewhere = "; what another structure has stands in a group CHOICE_VALUE" if choices else ""
+                elsewhere = "; parameters of another structure need a group named CHOICE_VALUE" if choices else ""
                 raise ModelError(
                     f"{where} would be ignored: the system has no {name!r}{suggestion(name, names)}{elsewhere}"
                 )

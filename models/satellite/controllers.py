@@ -17,7 +17,6 @@ from mehvar.base.names import identifier
 
 from ..system import LARGEST, Condition, Controller, Derivation, Expr, Group, Quantity
 from . import estimator
-from .drive import Drive
 from .dynamics import AXES, angles, inertia_matrix, rates
 from .estimator import HALF, SAMPLES, SENSOR_LOST, Estimate, smallest_gain
 from .polynomials import (
@@ -34,6 +33,7 @@ from .polynomials import (
     retaining,
     s1,
 )
+from .wheels import Wheels
 
 REFERENCES = Group("r", tuple(Quantity(f"ref_{axis}", "rad", f"wanted {axis}", f"r_{{{axis}}}") for axis in AXES))
 
@@ -169,11 +169,11 @@ def cancel(axis: int, estimate: Estimate, model: ReferenceModel, law: Group, pla
 
 @dataclass(frozen=True)
 class Shared:
-    """Common parts of the laws at a sample: reference models, estimators, actuators."""
+    """Common parts of the laws at a sample: reference models, estimators, wheels."""
 
     models: tuple[ReferenceModel, ...]
     estimates: tuple[Estimate, ...]
-    drive: Drive
+    wheels: Wheels
 
 
 def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared: Shared, d: Derivation) -> Controller:
@@ -187,7 +187,7 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
         commands.append(d.define(f"u_{axis}_{tag}", torque, "", f"torque about {axis}", "N m", "u(k)"))
     d.section(f"Law {name}: check of the numbers")
     traces = [estimate.trace for estimate in shared.estimates]
-    needed = (*angles, *shared.drive.torque, *shared.drive.measured, *REFERENCES.symbols)
+    needed = (*angles, *shared.wheels.acting, *shared.wheels.measured, *REFERENCES.symbols)
     healthy = _healthy(tag, (*needed, *commands, *traces), d)
     rows: list[tuple[Quantity, Expr, Expr]] = []
     for k, axis in enumerate(AXES):
@@ -200,7 +200,7 @@ def adaptive(name: str, title: str, form: Law, law: Group, plant: Group, shared:
     extra = ((SAMPLES, sp.S.Zero, count),)
     # F = F0 I and its trace add numbers of different units
     return dataclasses.replace(
-        _controller(name, title, law, commands, shared.drive, healthy, rows, extra), in_numbers=True
+        _controller(name, title, law, commands, shared.wheels, healthy, rows, extra), in_numbers=True
     )
 
 
@@ -218,9 +218,9 @@ def pd(title: str, omega: Iterable[Expr], plant: Group, law: Group, shared: Shar
         for q in memory:
             key = q.name.removesuffix(f"_{axis}")
             rows.append((q, before[key], after[key]))
-    healthy = _healthy("pd", (*angles, *rates, *shared.drive.measured, *REFERENCES.symbols, *commands), d)
+    healthy = _healthy("pd", (*angles, *rates, *shared.wheels.measured, *REFERENCES.symbols, *commands), d)
     unstable = tuple(_wrong_sign(k, plant, law) for k in range(3))
-    return _controller("pd", title, law, commands, shared.drive, healthy, rows, (), unstable)
+    return _controller("pd", title, law, commands, shared.wheels, healthy, rows, (), unstable)
 
 
 def _wrong_sign(k: int, plant: Group, law: Group) -> Condition:
@@ -255,7 +255,7 @@ def _controller(
     title: str,
     law: Group,
     torque: list[Expr],
-    drive: Drive,
+    wheels: Wheels,
     healthy: sp.Rel,
     rows: list[tuple[Quantity, Expr, Expr]],
     extra: tuple[tuple[Quantity, Expr, Expr], ...],
@@ -269,11 +269,11 @@ def _controller(
         name,
         title,
         law,
-        tuple(sp.Piecewise((u, healthy), (0, True)) for u in drive.commands(torque, law)),
+        tuple(sp.Piecewise((u, healthy), (0, True)) for u in wheels.commands(torque, law)),
         constraints=_conditions(law),
         warnings=warnings,
         period="Ts",
-        applied=drive.applied,
+        applied=wheels.applied,
         memory=memory,
         start=(*(before for _, before, _ in rows), *(before for _, before, _ in extra), sp.S.Zero),
         update=(*update, *(after for _, _, after in extra), flag),

@@ -7,20 +7,19 @@ is three angles (rotations about z, y, x in this order) or a quaternion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import sympy as sp
 
 from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
-from ..parts import Aggregates, Hub, Load
+from ..parts import Hub, Load
 from ..parts.assembly import mount, moved
 from ..parts.frame import Frame
 from ..parts.part import Craft
-from ..parts.readings import from_centre, totals
 from ..system import Derivation, Expr, Group, Quantity
 from .naming import matrix, vector
-from .orbit import Orbit
-from .wheels import Wheels, speed
+from .orbit import circular_turning, from_inertial
+from .wheels import Wheels
 
 ANGLES = (
     Quantity("roll", "rad", "roll, the last turn, about x", r"\varphi"),
@@ -37,6 +36,7 @@ angles = tuple(q.symbol for q in ANGLES)
 rates = sp.Matrix([q.symbol for q in RATES])
 
 AXES = ("roll", "pitch", "yaw")
+SPEED = "speed of wheel {} relative to the body"
 
 
 @dataclass(frozen=True)
@@ -70,15 +70,15 @@ def euler_rotation() -> sp.Matrix:
     return frame_turn(0, roll) * frame_turn(1, pitch) * frame_turn(2, yaw)
 
 
-def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
+def attitude(chart: str, omega0: Expr, d: Derivation) -> Chart:
     """Define C, Omega and the kinematics in a chart.
 
     Parameters
     ----------
     chart : {"euler", "quaternion"}
         Three angles, or a unit quaternion with the angles as derived quantities.
-    turning : sympy.Matrix
-        Rate of the orbit axes in their own components (3), rad/s: about -y, because z is nadir and x is velocity.
+    omega0 : Expr
+        Rate of the orbit axes, rad/s.
     d : Derivation
         Receives the steps.
     """
@@ -90,7 +90,7 @@ def attitude(chart: str, turning: sp.Matrix, d: Derivation) -> Chart:
     rotation = matrix("C", rotation, "orbit axes to body axes", "1", d, "(3)")
     if quaternion:
         _define_angles(rotation, d)
-    omega = rates - rotation * turning
+    omega = rates - rotation * circular_turning(omega0)
     names = vector("rate_*", omega, "rate relative to the orbit axes about *", "rad/s", r"\Omega_*", d, "(4)")
     turning = angle_rates(euler_rotation(), angles, names)
     for quantity, rate, number in zip(ANGLES, turning, ("(5)", "(6)", "(7)"), strict=True):
@@ -153,10 +153,9 @@ def motion_of_the_whole(
     From h' = -u and H = J w + h follows: u acts on the body like an external torque, and h enters only through w x h.
     With locked wheels h = Iw w and u = -Iw w' give Euler's equations of the total inertia J + Iw.
     """
-    mass = plant.mass if wheels.imbalances else sp.S.One  # without imbalance it plays no part
-    hub = Hub("body", mass, inertia_matrix(plant).tolist())
+    hub = Hub("body", sp.S.One, inertia_matrix(plant).tolist())  # the mass plays no part
     craft = Craft(Frame.of(plant.symbols, rates, d))
-    mount(craft, (hub, *(replace(part, torque=u) for part, u in zip(wheels.parts(), motors, strict=True))))
+    mount(craft, (hub, *wheels.parts(motors)))
     motions = moved(craft, [Load(couple=outside)])
     stored = [part.rates(at, motion) for (part, at), motion in zip(craft.parts, motions, strict=True)]
     title = "angular acceleration about *"
@@ -168,28 +167,17 @@ def wheel_speeds(wheels: Wheels, d: Derivation) -> tuple[Expr, ...]:
     """Return the wheel speeds Omega_w relative to the body, from h = Iw (Omega_w + w)."""
     turning = zip(wheels.momenta, wheels.inertia, wheels.axes.T * rates, strict=True)
     speeds = [momentum / inertia - along for momentum, inertia, along in turning]
-    named, labels = speed("*"), wheels.labels
-    return tuple(vector(named.name, speeds, named.description, named.unit, named.latex, d, labels=labels))
+    return tuple(vector("wheel_*", speeds, SPEED.format("*"), "rad/s", r"\Omega_{w*}", d, labels=wheels.labels))
 
 
-def energy(rotation: sp.Matrix, pull: Expr, wheels: Wheels, plant: Group) -> Expr:
+def energy(rotation: sp.Matrix, wheels: Wheels, plant: Group) -> Expr:
     """Return the rotational energy of body and wheels, and the potential of the gravity gradient."""
     nadir = rotation[:, 2]
     spin = sp.Add(*(h**2 / i for h, i in zip(wheels.momenta, wheels.inertia, strict=True)))
-    potential = 3 * pull * nadir.dot(total_inertia(plant, wheels) * nadir)
-    return (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2 + _imbalances(wheels, plant)[0]
+    potential = 3 * plant.omega0**2 * nadir.dot(total_inertia(plant, wheels) * nadir)
+    return (rates.dot(inertia_matrix(plant) * rates) + spin + potential) / 2
 
 
-def inertial_momentum(rotation: sp.Matrix, orbit: Orbit, wheels: Wheels, plant: Group) -> sp.Matrix:
-    """Return J w + h in inertial axes, which coincide with the orbit axes at latitude zero of a circle."""
-    in_body = inertia_matrix(plant) * rates + wheels.momentum + _imbalances(wheels, plant)[1]
-    return orbit.axes.T * (rotation.T * in_body)
-
-
-def _imbalances(wheels: Wheels, plant: Group) -> tuple[Expr, sp.Matrix]:
-    """Return energy and angular momentum about the centre of mass that unbalanced wheels add."""
-    if not wheels.imbalances:
-        return sp.S.Zero, sp.zeros(3, 1)
-    whole = [Aggregates(plant.mass), *(wheel.imbalance() for wheel in wheels.imbalances)]
-    energy, _, angular = totals(whole, from_centre(whole, rates), rates)
-    return energy, angular
+def inertial_momentum(rotation: sp.Matrix, wheels: Wheels, plant: Group) -> sp.Matrix:
+    """Return J w + h in inertial axes, which coincide with the orbit axes at latitude zero."""
+    return from_inertial().T * (rotation.T * (inertia_matrix(plant) * rates + wheels.momentum))

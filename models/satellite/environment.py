@@ -3,16 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import sympy as sp
 
 from ..mechanics import quaternion_of_turns
 from ..system import Derivation, Expr, Group, Quantity, Sensor
-from .drive import coils
 from .dynamics import ANGLES, RATES, angles, rates
 from .naming import vector
-from .orbit import Orbit
+from .orbit import magnetic_field, sun
 from .wheels import Wheels
 
 NOISE = Group(
@@ -24,7 +21,7 @@ NOISE = Group(
 )
 
 
-def environment_torque(rotation: sp.Matrix, orbit: Orbit, plant: Group, d: Derivation) -> sp.Matrix:
+def environment_torque(rotation: sp.Matrix, plant: Group, d: Derivation) -> sp.Matrix:
     """Define the torques of magnetic field, air and sunlight; zero by default.
 
     Returns
@@ -34,35 +31,21 @@ def environment_torque(rotation: sp.Matrix, orbit: Orbit, plant: Group, d: Deriv
     """
     arm = sp.Matrix([plant.arm_x, plant.arm_y, plant.arm_z])
     dipole = sp.Matrix([plant.dipole_x, plant.dipole_y, plant.dipole_z])
-    sun = vector("sun_*", orbit.sun, "direction of the Sun along orbit *", "1", "s_*", d)
-    light = -plant.solar_pressure * (1 + plant.reflectance) * plant.area * orbit.light * sun
-    force = rotation * (light - _air_force(orbit, plant, d) * orbit.ahead)
+    direction = vector("sun_*", sun(plant), "direction of the Sun along orbit *", "1", "s_*", d)
+    light = -plant.solar_pressure * (1 + plant.reflectance) * plant.area * direction
+    speed = plant.omega0 * plant.orbit_radius
+    drag = plant.air_density * speed**2 * plant.drag_coefficient * plant.area / 2
+    drag = d.define("F_air", drag, "", "drag", "N", r"F_{air}")
+    force = rotation * (light - drag * sp.Matrix([1, 0, 0]))
     force = vector("F_*", force, "force of air and sunlight along body *", "N", "F_*", d)
-    field = vector("B_*", orbit.field, "magnetic field along orbit *", "Wb/m^2", "B_{o,*}", d)
+    field = vector("B_*", magnetic_field(plant), "magnetic field along orbit *", "Wb/m^2", "B_{o,*}", d)
     total = dipole.cross(rotation * field) + arm.cross(force)
     return vector("Tenv_*", total, "dipole, drag and sunlight about *", "N m", "T_{env,*}", d)
 
 
-def body_field(rotation: sp.Matrix, orbit: Orbit, d: Derivation) -> tuple[Expr, ...]:
-    """Define the Earth's field in body axes."""
-    field = rotation * sp.Matrix(orbit.field)
-    return tuple(vector("B_body_*", field, "magnetic field along body *", "Wb/m^2", "B_*", d))
-
-
-def coil_torque(field: Sequence[Expr], d: Derivation) -> sp.Matrix:
-    """Define the torque of the magnetic torquers."""
-    torque = coils.cross(sp.Matrix(field))
-    return vector("Tc_*", torque, "torque of the torquers about *", "N m", "T_{c,*}", d)
-
-
-def _air_force(orbit: Orbit, plant: Group, d: Derivation) -> Expr:
-    force = orbit.density * orbit.speed**2 * plant.drag_coefficient * plant.area / 2
-    return d.define("F_air", force, "", "drag", "N", r"F_{air}")
-
-
 def wheel_torque(speeds: tuple[Expr, ...], wheels: Wheels, plant: Group, d: Derivation) -> sp.Matrix:
     """Define the torque of each wheel on the body: motor and bearing friction."""
-    torques = wheels.torques + wheels.share * plant.wheel_friction * sp.Matrix(speeds)
+    torques = sp.Matrix(wheels.torques.symbols) + wheels.share * plant.wheel_friction * sp.Matrix(speeds)
     title = "torque of wheel * on the body: motor and friction"
     return vector("Tw_*", torques, title, "N m", "T_{w,*}", d, labels=wheels.labels)
 

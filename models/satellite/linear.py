@@ -18,7 +18,7 @@ from .dynamics import (
     torque_excess,
     total_inertia,
 )
-from .orbit import Orbit
+from .orbit import circular_turning
 from .wheels import Wheels
 
 _RATES = sp.symbols(r"\dot\varphi \dot\theta \dot\psi", real=True)
@@ -26,14 +26,14 @@ _ACCELERATIONS = sp.symbols(r"\ddot\varphi \ddot\theta \ddot\psi", real=True)
 _PRINTED_B = ("0.307 + 0.0586 q^-1", "0.305 + 0.0411 q^-1", "0.302 + 0.0404 q^-1")
 
 
-def linear_torques(plant: Group, orbit: Orbit, wheels: Wheels) -> tuple[Expr, Expr, Expr]:
+def linear_torques(plant: Group, wheels: Wheels) -> tuple[Expr, Expr, Expr]:
     """Return the control torque for motion near the orbit axes, to first order in angles and rates."""
     rotation, scale = euler_rotation(), sp.Symbol("epsilon")
     motion = dict(zip((*angles, *_RATES), (*_RATES, *_ACCELERATIONS), strict=True))
     relative = angular_velocity(rotation, dict(zip(angles, _RATES, strict=True)))
-    rate = relative + rotation * orbit.turning
+    rate = relative + rotation * circular_turning(plant.omega0)
     acceleration = rate.applyfunc(lambda expr: time_derivative(expr, motion))
-    pull = gravity_gradient(rotation, total_inertia(plant, wheels), orbit.pull)
+    pull = gravity_gradient(rotation, total_inertia(plant, wheels), plant.omega0**2)
     torque = torque_excess(inertia_matrix(plant), rate, acceleration, wheels.momentum) - pull
     small = {s: scale * s for s in (*angles, *_RATES, *_ACCELERATIONS)}
     return tuple(_first_order(expr.subs(small, simultaneous=True), scale) for expr in torque)
@@ -43,11 +43,11 @@ def _first_order(expr: Expr, scale: sp.Symbol) -> Expr:
     return sp.expand(expr.subs(scale, 0) + sp.diff(expr, scale).subs(scale, 0))
 
 
-def show_linear_model(plant: Group, orbit: Orbit, wheels: Wheels, d: Derivation) -> None:
+def show_linear_model(plant: Group, wheels: Wheels, d: Derivation) -> None:
     """Show (8)-(11): the paper's terms, the neglected roll-yaw coupling, and terms of stored momentum."""
     d.section("Linear model")
     no_momentum = dict.fromkeys(wheels.momenta, 0)
-    for k, torque in enumerate(linear_torques(plant, orbit, wheels)):
+    for k, torque in enumerate(linear_torques(plant, wheels)):
         name, axis = "xyz"[k], AXES[k]
         own = {angles[k], _RATES[k], _ACCELERATIONS[k]}
         without = torque.subs(no_momentum)

@@ -3,28 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
-from ..system import Group, Quantity
+from ..system import Group
 
 STRUCTURE = {
     "chart": ("euler", "quaternion"),
     "inertia": ("principal", "full"),
-    "wheels": ("axes", "any", "unbalanced"),
-    "orbit": ("circular", "keplerian"),
-    "torquers": ("none", "three"),
-    "sensors": ("states", "instruments"),
-    "laws": ("paper", "more"),
+    "wheels": ("axes", "any"),
 }
 """Structural choices with their values; the first value is the default."""
 
-_BEFORE = {("wheels", "unbalanced"): "any"}
-"""For some values of a choice, another value whose parameters they share or replace."""
-
 _REPLACED = {
-    ("inertia", "full"): ("I_x", "I_y", "I_z"),
-    ("wheels", "any"): ("Iw_x", "Iw_y", "Iw_z", "wheels", "hx_0", "hy_0", "hz_0"),
-    ("orbit", "keplerian"): ("omega0", "orbit_radius", "sun_latitude", "sun_elevation", "latitude_0"),
+    "inertia_full": ("I_x", "I_y", "I_z"),
+    "wheels_any": ("Iw_x", "Iw_y", "Iw_z", "wheels", "hx_0", "hy_0", "hz_0"),
 }
 """Parameters of the paper's plant and scenario that a choice replaces."""
 
@@ -43,26 +35,13 @@ def group(name: str, tables: Mapping[str, Group], table: str, choices: Mapping[s
         Of the vector.
     tables : mapping of str to Group
         Groups of parameters.toml.
-    table : {"plant", "scenario"}
-        The table. The groups of a choice have the names CHOICE_VALUE and CHOICE_VALUE_scenario.
+    table : str
+        The table. The groups of a choice have the names CHOICE_VALUE for the plant, else CHOICE_VALUE_TABLE.
     choices : mapping of str to str
         Name and value of each choice.
     """
-    replaced = {replaced for choice in _taken(choices) for replaced in _REPLACED.get(choice, ())}
-    kept = (q for q in tables[table].quantities if q.name not in replaced)
+    taken = ["_".join(choice) for choice in beyond(choices).items()]
+    replaced = {name for choice in taken for name in _REPLACED[choice]}
     suffix = "" if table == "plant" else f"_{table}"
-    return Group(name, (*kept, *added(tables, choices, suffix)))
-
-
-def added(tables: Mapping[str, Group], choices: Mapping[str, str], suffix: str) -> tuple[Quantity, ...]:
-    """Return the parameters of the groups CHOICE_VALUE with a suffix, where such groups exist."""
-    names = (f"{choice}_{value}{suffix}" for choice, value in _taken(choices))
-    return tuple({q.name: q for name in names if name in tables for q in tables[name].quantities}.values())
-
-
-def _taken(choices: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Yield the choices that differ from the paper's, each preceded by the value whose parameters it shares."""
-    for name, value in beyond(choices).items():
-        if (name, value) in _BEFORE:
-            yield name, _BEFORE[name, value]
-        yield name, value
+    added = (tables[f"{choice}{suffix}"] for choice in taken if f"{choice}{suffix}" in tables)
+    return Group(name, (*(q for q in tables[table] if q.name not in replaced), *(q for of in added for q in of)))

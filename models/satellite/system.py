@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,6 @@ from ..system import (
     Function,
     Group,
     Metric,
-    ModelError,
     Quantity,
     Scenario,
     System,
@@ -28,50 +27,35 @@ from ..system import (
 from ..tables import read_parameters, read_scenarios
 from . import controllers, structure
 from .controllers import REFERENCES, Shared
-from .drive import Drive
 from .dynamics import (
     ANGLES,
     AXES,
     RATES,
+    SPEED,
     Chart,
     angles,
     attitude,
     energy,
     euler_rotation,
     gradient_torque,
-    inertia_matrix,
     inertial_momentum,
     motion_of_the_whole,
-    rates,
     total_inertia,
     wheel_speeds,
 )
-from .environment import body_field, coil_torque, environment_torque, sensor, wheel_torque
+from .environment import environment_torque, sensor, wheel_torque
 from .estimator import HALF, estimate
 from .geometry import geometry
-from .instruments import BIAS, FIELD, SUN, drift, instruments
-from .laws.attitude import Motion, attitude_law, feedback, pointing, sliding
-from .laws.detumbling import b_dot
-from .laws.gyro import Rate, without_bias
-from .laws.sun import sun_pointing
 from .linear import show_linear_model, show_sampled_model
-from .orbit import LATITUDE, Orbit, circular, keplerian
-from .wheels import Wheels, along_any, along_axes, has_lengths, off_balance, spanning
+from .orbit import LATITUDE, circular_turning
+from .wheels import Wheels, along_any, along_axes, any_axes
 
 _HERE = Path(__file__).parent
 _SOURCE = (
     "Fani Saberi, Ahmadi Dastgerdi: Design and implementation of a model-reference adaptive controller for three-axis "
     "satellite attitude with an ARM microcontroller"
 )
-_TITLES = {
-    "wheels": "reaction wheels along any axes",
-    "wheels unbalanced": "unbalanced reaction wheels along any axes",
-    "orbit": "an elliptic orbit",
-    "torquers": "magnetic torquers",
-    "inertia": "products of inertia",
-    "sensors": "instruments",
-    "laws": "more laws",
-}
+_TITLES = {"wheels": "reaction wheels along any axes", "inertia": "products of inertia"}
 _DEGREE = sp.pi / 180
 _EARTH_RADIUS = sp.Integer(6378137)
 """Equatorial radius of the Earth, m, WGS 84."""
@@ -90,26 +74,16 @@ class _Craft:
     p: Group
     s: Group
     wheels: Wheels
-    orbit: Orbit
     placed: Chart
     states: Group
-    drive: Drive
 
     @property
     def like_the_paper(self) -> bool:
         """True if the equations of motion equal the paper's."""
-        return not {"inertia", "wheels", "orbit"} & structure.beyond(self.choices).keys()
+        return not structure.beyond(self.choices)
 
 
-def system(
-    chart: str = "euler",
-    inertia: str = "principal",
-    wheels: str = "axes",
-    orbit: str = "circular",
-    torquers: str = "none",
-    sensors: str = "states",
-    laws: str = "paper",
-) -> System:
+def system(chart: str = "euler", inertia: str = "principal", wheels: str = "axes") -> System:
     """Derive the satellite.
 
     Parameters
@@ -118,49 +92,25 @@ def system(
         Coordinates of the attitude: 3-2-1 angles, or a unit quaternion, scalar first, with the angles as outputs.
     inertia : {"principal", "full"}
         Three moments about principal axes, or a tensor with products of inertia.
-    wheels : {"axes", "any", "unbalanced"}
-        Three wheels along the body axes, or one along each column of `wheel_axes`, balanced or unbalanced.
-    orbit : {"circular", "keplerian"}
-        The paper's, or an ellipse by true anomaly with eclipse, a tilted dipole and the mean drift by J2.
-    torquers : {"none", "three"}
-        Magnetic torquers, which unload the wheels under every law and detumble under `b-dot`.
-    sensors : {"states", "instruments"}
-        Laws measure the state with noise, or use a gyro with random-walk bias, a magnetometer and a Sun sensor.
-    laws : {"paper", "more"}
-        The paper's laws, or also quaternion feedback and a sliding mode.
+    wheels : {"axes", "any"}
+        Three wheels along the body axes, or one along each column of `wheel_axes`.
 
     Returns
     -------
     System
         Ready for code generation.
-
-    Raises
-    ------
-    ModelError
-        For instruments without the laws that read them.
     """
-    if sensors == "instruments" and (torquers, laws) != ("three", "more"):
-        raise ModelError(
-            f"sensors = 'instruments' with torquers = {torquers!r} and laws = {laws!r}: needs torquers = 'three', "
-            "which use the magnetometer, and laws = 'more', which estimate the gyro's bias"
-        )
-    choices = {
-        "chart": chart, "inertia": inertia, "wheels": wheels, "orbit": orbit, "torquers": torquers, "sensors": sensors,
-        "laws": laws,
-    }  # fmt: skip
+    choices = {"chart": chart, "inertia": inertia, "wheels": wheels}
     d = Derivation()
     craft = _craft(choices, d)
-    rhs, field = _rhs(craft, d)
+    rhs = _rhs(craft, d)
     if craft.like_the_paper:
-        show_linear_model(craft.p, craft.orbit, craft.wheels, d)
+        show_linear_model(craft.p, craft.wheels, d)
     show_sampled_model(craft.p, d)
-    limited, measured = craft.drive.actuator(craft.p, d), sensor(craft.states, chart, craft.p, d)
-    if sensors == "instruments":
-        sun = craft.orbit.light * craft.placed.rotation * sp.Matrix(craft.orbit.sun)
-        measured = instruments(measured, craft.states, field, tuple(sun), craft.p)
-    all_laws = _laws(craft, field, d)
+    limited, measured = craft.wheels.actuator(craft.p, d), sensor(craft.states, chart, craft.p, d)
+    laws = _laws(craft, d)
     outputs = _outputs(craft, d)
-    scenarios, metrics = _scenarios(craft, outputs, all_laws)
+    scenarios, metrics = _scenarios(craft)
     constraints = _constraints(craft, d)
     return System(
         name="satellite",
@@ -168,7 +118,7 @@ def system(
         source=_SOURCE,
         structure={"chart": chart, **structure.beyond(choices)},
         states=craft.states,
-        inputs=craft.drive.inputs,
+        inputs=craft.wheels.torques,
         references=REFERENCES,
         outputs=Group("y", tuple(q for q, _ in outputs)),
         parameters=craft.p,
@@ -181,20 +131,19 @@ def system(
         reference=_reference(craft.s),
         constraints=constraints,
         functions=_functions(craft),
-        controllers=all_laws,
+        controllers=laws,
         scenarios=scenarios,
         metrics=metrics,
         actuator=limited,
         sensor=measured,
-        random_step=drift(craft.states, craft.p) if sensors == "instruments" else None,
         projection=_projection(craft.states) if chart == "quaternion" else (),
-        geometry=geometry(craft.placed.rotation, craft.wheels.axes * craft.wheels.torques),
+        geometry=geometry(craft.placed.rotation, craft.wheels.axes * sp.Matrix(craft.wheels.torques.symbols)),
     )
 
 
 def _title(choices: Mapping[str, str]) -> str:
     paper = "a satellite in a circular orbit with three reaction wheels"
-    others = [_TITLES.get(f"{name} {value}", _TITLES[name]) for name, value in structure.beyond(choices).items()]
+    others = [_TITLES[name] for name in structure.beyond(choices)]
     return f"{paper}, with {', '.join(others)}" if others else paper
 
 
@@ -206,42 +155,22 @@ def _craft(choices: Mapping[str, str], d: Derivation) -> _Craft:
     p = structure.group("p", tables, "plant", choices)
     p = Group("p", (*p.quantities, *own))
     s = structure.group("s", tables, "scenario", choices)
-    orbit = circular(p, s) if choices["orbit"] == "circular" else keplerian(p, s, d)
-    wheels = _wheels(choices["wheels"], p, s, d)
-    placed = attitude(chart, orbit.turning, d)
-    bias = BIAS if choices["sensors"] == "instruments" else ()
-    states = Group("x", (*placed.states, *RATES, *wheels.states, *wheels.angles, *orbit.states, *bias))
-    field: tuple[Expr, ...] = ()
-    if choices["torquers"] == "three":
-        names = FIELD if bias else tuple(Quantity(f"B_body_{i}", "Wb/m^2", "") for i in "xyz")
-        field = tuple(q.symbol for q in names)
-    return _Craft(choices, tables, p, s, wheels, orbit, placed, states, Drive(wheels, field))
+    wheels = along_axes(p, s) if choices["wheels"] == "axes" else along_any(p, s, d)
+    placed = attitude(chart, p.omega0, d)
+    states = Group("x", (*placed.states, *RATES, *wheels.states, LATITUDE))
+    return _Craft(choices, tables, p, s, wheels, placed, states)
 
 
-def _wheels(kind: str, p: Group, s: Group, d: Derivation) -> Wheels:
-    if kind == "axes":
-        return along_axes(p, s)
-    return (along_any if kind == "any" else off_balance)(p, s, d)
-
-
-def _rhs(craft: _Craft, d: Derivation) -> tuple[tuple[Expr, ...], tuple[Expr, ...]]:
-    """Define the rates of the state, and the magnetic field in body axes if needed."""
-    plant, wheels, orbit, rotation = craft.p, craft.wheels, craft.orbit, craft.placed.rotation
+def _rhs(craft: _Craft, d: Derivation) -> tuple[Expr, ...]:
+    """Define the rates of the state."""
+    plant, wheels, rotation = craft.p, craft.wheels, craft.placed.rotation
     d.section("Torques")
-    gradient = gradient_torque(rotation, total_inertia(plant, wheels), orbit.pull, d)
-    outside = environment_torque(rotation, orbit, plant, d)
-    field: tuple[Expr, ...] = ()
-    if {"torquers", "sensors"} & structure.beyond(craft.choices).keys():
-        field = body_field(rotation, orbit, d)
-    if craft.drive.field:
-        outside += coil_torque(field, d)
-    speeds = wheel_speeds(wheels, d)
-    inside = wheel_torque(speeds, wheels, plant, d)
+    gradient = gradient_torque(rotation, total_inertia(plant, wheels), plant.omega0**2, d)
+    outside = environment_torque(rotation, plant, d)
+    inside = wheel_torque(wheel_speeds(wheels, d), wheels, plant, d)
     d.section("Dynamics")
     turning, stored = motion_of_the_whole(gradient + outside, inside, wheels, plant, d)
-    bias = [sp.S.Zero for q in craft.states if q in BIAS]
-    turned = speeds if wheels.imbalances else ()
-    return (*craft.placed.rate, *turning, *stored, *turned, *orbit.rates, *bias), field
+    return (*craft.placed.rate, *turning, *stored, plant.omega0)
 
 
 def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
@@ -250,10 +179,7 @@ def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
     relative = (
         Quantity(f"rate_{i}", "rad/s", f"rate relative to the orbit axes about {i}", rf"\Omega_{i}") for i in "xyz"
     )
-    speeds = (
-        Quantity(f"wheel_{i}", "rad/s", f"speed of wheel {i} relative to the body", rf"\Omega_{{w{i}}}")
-        for i in craft.wheels.labels
-    )
+    speeds = (Quantity(f"wheel_{i}", "rad/s", SPEED.format(i), rf"\Omega_{{w{i}}}") for i in craft.wheels.labels)
     outside = (Quantity(f"Tenv_{i}", "N m", f"dipole, drag and sunlight about {i}", f"T_{{env,{i}}}") for i in "xyz")
     errors = (Quantity(f"{axis}_error", "rad", f"{axis} less its reference") for axis in AXES)
     return (
@@ -261,57 +187,33 @@ def _outputs(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
         *zip(errors, (a - r for a, r in zip(angles, REFERENCES.symbols, strict=True)), strict=True),
         *((q, named[q.name]) for q in (*relative, *speeds, *outside)),
         *(() if craft.choices["chart"] == "euler" else zip(ANGLES, angles, strict=True)),
-        *(_summary(craft, d) if structure.beyond(craft.choices) else ()),
     )
 
 
-def _summary(craft: _Craft, d: Derivation) -> tuple[tuple[Quantity, Expr], ...]:
-    """Return metrics for comparing actuator sets: pointing, torque, momentum."""
-    d.section("Summary")
-    wheels, off = craft.wheels, pointing(craft.placed.quaternion, REFERENCES.symbols, d)
-    held, tumble = wheels.momentum, craft.placed.omega
-    return (
-        (Quantity("pointing", "rad", "angle between the attitude and the wanted one"), off),
-        (Quantity("tumbling", "rad/s", "size of the rate relative to the orbit axes"), sp.sqrt(tumble.dot(tumble))),
-        (Quantity("stored", "N m s", "momentum that the wheels hold together"), sp.sqrt(held.dot(held))),
-        (Quantity("fullest", "N m s", "largest momentum of a wheel"), sp.Max(*(sp.Abs(h) for h in wheels.momenta))),
-        (Quantity("strongest", "N m", "largest torque of a motor"), sp.Max(*(sp.Abs(u) for u in wheels.torques))),
-    )
-
-
-def _scenarios(
-    craft: _Craft, outputs: Sequence[tuple[Quantity, Expr]], laws: Sequence[Controller]
-) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
-    """Return the paper's scenarios and metrics that a structure supports, and the comparison metrics."""
+def _scenarios(craft: _Craft) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]]:
+    """Return the paper's scenarios, and the metrics that a structure supports."""
     scenarios, metrics = read_scenarios(_HERE / "scenarios.toml")
-    if not structure.beyond(craft.choices):
+    if craft.like_the_paper:
         return scenarios, metrics
-    more, summary = read_scenarios(_HERE / "beyond.toml")
-    known = {q.name for group in (craft.p, craft.s) for q in group}
-    shown = {
-        *(q.name for q in craft.states),
-        *(q.name for q, _ in outputs),
-        *(f"u_{q.name}" for q in craft.drive.inputs),
-    }
-    shown |= set.intersection(*({q.name for q in law.memory} for law in laws))
     return (
-        tuple(dataclasses.replace(s, expect={}) for s in (*scenarios, *more) if known.issuperset(s.values)),
-        tuple(
-            m for m in (*metrics, *summary) if shown.issuperset(part.strip() for of in m.of for part in of.split(" - "))
-        ),
+        tuple(dataclasses.replace(scenario, expect={}) for scenario in scenarios),
+        tuple(metric for metric in metrics if craft.choices["wheels"] == "axes" or not _OWN.intersection(metric.of)),
     )
 
 
-def _laws(craft: _Craft, field: Sequence[Expr], d: Derivation) -> tuple[Controller, ...]:
-    tables, plant, placed, drive = craft.tables, craft.p, craft.placed, craft.drive
-    unloading = structure.added(tables, craft.choices, "_unloading")
-    loop, learning = (*tables["loop"].quantities, *unloading), tables["adaptive"].quantities
-    mrac, literal = (Group("c", tables[name].quantities + learning + loop) for name in ("mrac", "mrac_literal"))
-    gains = Group("c", tables["pd"].quantities + loop)
+_OWN = {f"{name}{axis}" for name in ("h", "u_T") for axis in "xyz"}
+"""Names of the momenta and torques of the paper's wheels."""
+
+
+def _laws(craft: _Craft, d: Derivation) -> tuple[Controller, ...]:
+    tables, plant, wheels = craft.tables, craft.p, craft.wheels
+    loop = structure.group("c", tables, "loop", craft.choices).quantities
+    mrac, literal = (Group("c", (*tables[name], *tables["adaptive"], *loop)) for name in ("mrac", "mrac_literal"))
+    gains = Group("c", (*tables["pd"], *loop))
     d.section("Reference model")
     models = controllers.reference_models(mrac, plant, d)
-    estimates = tuple(estimate(k, drive.torque[k], mrac, plant, d) for k in range(3))
-    shared = Shared(models, estimates, drive)
+    estimates = tuple(estimate(k, wheels.acting[k], mrac, plant, d) for k in range(3))
+    shared = Shared(models, estimates, wheels)
     return (
         controllers.adaptive(
             "mrac", "adaptive, keeps the sampled zero at -1", controllers.retain, mrac, plant, shared, d
@@ -325,47 +227,13 @@ def _laws(craft: _Craft, field: Sequence[Expr], d: Derivation) -> tuple[Controll
             shared,
             d,
         ),
-        controllers.pd("proportional and derivative (50)", placed.omega, plant, gains, shared, d),
-        *(_more_laws(craft, unloading, d) if craft.choices["laws"] == "more" else ()),
-        *(
-            (b_dot(drive, field, Group("c", tables["torquers_three_detumble"].quantities), plant, d),)
-            if drive.field
-            else ()
-        ),
-        *((_safe_mode(craft, unloading, d),) if craft.choices["sensors"] == "instruments" else ()),
+        controllers.pd("proportional and derivative (50)", craft.placed.omega, plant, gains, shared, d),
     )
-
-
-def _safe_mode(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> Controller:
-    law = Group("c", (*craft.tables["sensors_instruments_sun"].quantities, *unloading))
-    return sun_pointing(craft.drive, tuple(q.symbol for q in SUN), rates, inertia_matrix(craft.p), law, d)
-
-
-def _more_laws(craft: _Craft, unloading: Sequence[Quantity], d: Derivation) -> Iterator[Controller]:
-    """Yield the laws that use the whole attitude instead of separate axes."""
-    filtered = structure.added(craft.tables, craft.choices, "_filter")
-    motion = Motion(
-        craft.placed.quaternion,
-        REFERENCES.symbols,
-        craft.placed.omega,
-        rates,
-        inertia_matrix(craft.p),
-        craft.wheels.momentum,
-    )
-    for name, title, form in (
-        ("quaternion", "quaternion feedback, with the whole inertia", feedback),
-        ("sliding", "sliding mode with a boundary layer", sliding),
-    ):
-        law = Group("c", (*craft.tables[f"laws_more_{name}"].quantities, *unloading, *filtered))
-        seen = Rate(motion.omega)
-        if filtered:
-            seen = without_bias(motion.omega, motion.quaternion, law, craft.p, name, d)
-        yield attitude_law(name, title, form, motion, seen, craft.drive, law, d)
 
 
 def _limits(chart: str, plant: Group, wheels: Wheels) -> tuple[Condition, ...]:
     torque = Condition(
-        plant.torque_lost - sp.Max(*(sp.Abs(u) for u in wheels.torques)),
+        plant.torque_lost - sp.Max(*(sp.Abs(u) for u in wheels.torques.symbols)),
         "lost (torque): a control torque passed torque_lost = {torque_lost:g} N m",
     )
     left = _ROUNDED * plant.hmax - sp.Max(*(sp.Abs(h) for h in wheels.momenta))
@@ -389,13 +257,10 @@ def _initial(craft: _Craft) -> tuple[Expr, ...]:
     s = craft.s
     first = tuple(value * _DEGREE for value in (s.roll_0_deg, s.pitch_0_deg, s.yaw_0_deg))
     here = dict(zip(angles, first, strict=True))
-    rate = (euler_rotation() * craft.orbit.turning_at_start).subs(here)
-    if craft.drive.field:
-        rate += sp.Matrix([s.tumble_x, s.tumble_y, s.tumble_z])
+    rate = (euler_rotation() * circular_turning(craft.p.omega0)).subs(here)
     turns = [(axis, first[axis]) for axis in (2, 1, 0)]
     placed = first if craft.choices["chart"] == "euler" else tuple(quaternion_of_turns(turns))
-    bias = (s.bias_x_0, s.bias_y_0, s.bias_z_0) if craft.choices["sensors"] == "instruments" else ()
-    return (*placed, *rate, *craft.wheels.start, *craft.wheels.angles_at_start, *craft.orbit.start, *bias)
+    return (*placed, *rate, *craft.wheels.start, s.latitude_0)
 
 
 def _reference(s: Group) -> tuple[Expr, ...]:
@@ -410,19 +275,12 @@ def _constraints(craft: _Craft, d: Derivation) -> tuple[Condition, ...]:
         s.half_period - plant.Ts,
         "half_period = {half_period:g} s is not longer than a sample, Ts = {Ts:g} s: the law cannot see the reference",
     )
-    return (*_needs(craft), *_body(craft), slow, *_balance(craft), *_above_ground(craft, d))
+    axes = any_axes(plant, craft.wheels) if craft.choices["wheels"] == "any" else ()
+    return (*axes, *_body(craft), slow, *_above_ground(plant, d))
 
 
-def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
+def _above_ground(p: Group, d: Derivation) -> Iterator[Condition]:
     """Yield the condition that the orbit stays above the Earth's surface."""
-    p = craft.p
-    if craft.choices["orbit"] == "keplerian":
-        yield Condition(
-            p.semi_major_axis * (1 - p.eccentricity) - p.earth_radius,
-            "the perigee is inside the Earth: semi_major_axis = {semi_major_axis:g} m, less its part "
-            "eccentricity = {eccentricity:g}, is not more than earth_radius = {earth_radius:g} m",
-        )
-        return
     d.section("The Earth")
     radius = d.define("R_E", _EARTH_RADIUS, title="equatorial radius of the Earth, WGS 84", unit="m", latex="R_E")
     rate = d.define("n_E", _EARTH_RATE, title="rate of an orbit along its surface", unit="rad/s", latex="n_E")
@@ -436,35 +294,10 @@ def _above_ground(craft: _Craft, d: Derivation) -> Iterator[Condition]:
     )
 
 
-def _needs(craft: _Craft) -> Iterator[Condition]:
-    """Yield quantities that must be positive because a choice divides by them: wheel axes, their volume, the field."""
-    if craft.choices["wheels"] != "axes":
-        yield has_lengths(craft.p)
-        yield spanning(craft.wheels)
-    if craft.choices["torquers"] == "three":
-        message = "field_moment = {field_moment:g} Wb m: magnetic torquers need a field, so more than zero"
-        yield Condition(craft.p.field_moment, message)
-
-
-def _balance(craft: _Craft) -> Iterator[Condition]:
-    """Yield the conditions that each wheel's mass allows its imbalance."""
-    if craft.wheels.imbalances:
-        wheels = zip(craft.p.static_imbalance, craft.p.dynamic_imbalance, craft.wheels.inertia, strict=True)
-        sizes = tuple(wheels)
-        yield Condition(
-            craft.p.mass - sp.Add(*(static**2 / inertia for static, _, inertia in sizes)),
-            "mass = {mass:g} kg is not more than that of the wheels, at least static_imbalance^2/wheel_inertia of each",
-        )
-        yield Condition(
-            sp.Min(*(inertia - dynamic for _, dynamic, inertia in sizes)),
-            "a wheel's dynamic_imbalance is not less than its wheel_inertia",
-        )
-
-
 def _body(craft: _Craft) -> Iterator[Condition]:
     """Yield the conditions that the body's second moments, tr(I)/2 - I, are positive definite."""
     total = total_inertia(craft.p, craft.wheels)
-    if "inertia" in structure.beyond(craft.choices) or "wheels" in structure.beyond(craft.choices):
+    if not craft.like_the_paper:
         moments = sp.eye(3) * total.trace() - 2 * total
         message = "the inertia is that of no body: a principal moment exceeds the other two together"
         for k in (1, 2, 3):  # Sylvester's criterion; SymPy's Min of the three takes minutes
@@ -479,8 +312,7 @@ def _body(craft: _Craft) -> Iterator[Condition]:
 
 
 def _functions(craft: _Craft) -> tuple[Function, ...]:
-    rotation, orbit, wheels = craft.placed.rotation, craft.orbit, craft.wheels
-    where = "that the orbit axes pass at latitude zero" if orbit.states == (LATITUDE,) else "of the equator"
+    rotation, wheels = craft.placed.rotation, craft.wheels
     momentum = tuple(
         Quantity(f"H{i}", "N m s", f"angular momentum of body and wheels along inertial {i}") for i in "xyz"
     )
@@ -488,14 +320,14 @@ def _functions(craft: _Craft) -> tuple[Function, ...]:
         Function(
             "momentum",
             (craft.states, craft.p),
-            tuple(zip(momentum, inertial_momentum(rotation, orbit, wheels, craft.p), strict=True)),
-            f"angular momentum in the inertial axes {where}",
+            tuple(zip(momentum, inertial_momentum(rotation, wheels, craft.p), strict=True)),
+            "angular momentum in the inertial axes that the orbit axes pass at latitude zero",
             "H",
         ),
         Function(
             "energy",
             (craft.states, craft.p),
-            ((Quantity("E", "J", "energy"), energy(rotation, orbit.pull, wheels, craft.p)),),
+            ((Quantity("E", "J", "energy"), energy(rotation, wheels, craft.p)),),
             "energy of rotation of body and wheels, and potential of the gravity gradient",
         ),
     )

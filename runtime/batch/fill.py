@@ -187,7 +187,7 @@ def run_batch(
     except (MemoryError, RuntimeError) as error:
         if not is_shortage(error):
             raise
-        allowed = f"with more memory or fewer threads than {blocks.threads} it goes on"
+        allowed = f"free memory or use fewer threads than {blocks.threads}, then continue with --resume"
         what = f"not enough memory for a block of {store.chunk} runs ({' '.join(str(error).split()) or 'none is left'})"
         raise OutOfMemoryError(f"{what}: {allowed}") from error
     return store

@@ -27,7 +27,7 @@ _DRAWING = (
 _MEANINGS = {
     "generated": "the generated text of the model",
     "native": "mehvar's own C",
-    "drawing": "what draws the values",
+    "drawing": "code that draws values",
     "flags": "compiler flags",
     "options": "options",
     "profile": "the profile",

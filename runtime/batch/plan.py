@@ -25,8 +25,8 @@ from ..run.own.law import OwnLaw
 from ..run.problem import (
     START_OFF,
     check_sampled_parts,
-    consistent,
     initial_corrections,
+    is_consistent,
     of_scenario,
     sampled_parameters,
     variant_suffix,
@@ -226,7 +226,7 @@ class Plan:
     def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
         """Return the campaign with the hold time of its Python law, as for a sampled law."""
         if "hold" in campaign.options:
-            allowed = "left out: only laws of the model are sampled by it, others by period"
+            allowed = "left out: hold applies to laws of the model; use period for other laws"
             raise bad_value("hold", campaign.options["hold"], allowed, self.origin)
         dt = OPTIONS["dt_out"].check(campaign.options.get("dt_out") or self.scenario.step, self.origin)
         hold, _ = own.hold(dt, self.origin)
@@ -364,7 +364,7 @@ class Plan:
             good &= (functions["limits"](x0, inputs, p) > 0).all(axis=1)
         if manifest.algebraic and not self.sampled and self.law.name in manifest.controllers:
             corrections = initial_corrections(self.model, self.law, p, c, s, x0)
-            good &= consistent(corrections, x0, self.options).all(axis=1)
+            good &= is_consistent(corrections, x0, self.options).all(axis=1)
         return good
 
 

@@ -208,8 +208,8 @@ class _Watch:
     def _warn(self, silent: set[str]) -> None:
         if new := sorted(silent - self._silent):
             warnings.warn(
-                f"no block, and no word for {_SILENCE:g} s from {', '.join(new)}: end a worker that hangs, and others "
-                "compute its blocks",
+                f"no block and no message for {_SILENCE:g} s from {', '.join(new)}: stop a worker that hangs; "
+                "other workers then compute its blocks",
                 stacklevel=2,
             )
         self._silent = silent

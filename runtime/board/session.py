@@ -56,7 +56,7 @@ class BoardLaw:
     retune : callable, optional
         Function that applies the values of those requests to parameters.
     restarts : int
-        Number of restarts at one sample that ends the run.
+        Number of restarts at one sample after which the run ends.
     """
 
     real = "float"

@@ -85,7 +85,7 @@ def find_folder(model: str | os.PathLike[str], beside: Path | None = None) -> Pa
         shipped, own = _model_in(_shipped_roots(), model), _model_in(_project_roots(start), model)
         if own is not None and not _is_same(own, shipped):
             if shipped is not None:
-                warnings.warn(f"{model} is that in {own}, not the one that comes with mehvar", stacklevel=2)
+                warnings.warn(f"{model}: using the model in {own}, not mehvar's model of this name", stacklevel=2)
             return own
         if shipped is not None:
             return shipped

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.base.capabilities import Place, refuse
-from mehvar.base.display import gathered, heading, table
+from mehvar.base.capabilities import Operation, refuse
+from mehvar.base.display import displayed_formulas, heading, table
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Manifest, parameter_table
 
@@ -22,8 +22,8 @@ from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
 from .equations import rates
-from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
-from .generated import tell_stale
+from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend, displacement
+from .generated import warn_if_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows, slope_of_inputs
 from .named import NamedVector, named
@@ -31,7 +31,7 @@ from .parameters import Setting, elements, law_vector, named_values, vector
 
 if TYPE_CHECKING:
     from .tools.ivp import InitialValueProblem
-    from .tools.rebound import Translation
+    from .tools.replacement import Translation
 
 
 class Model:
@@ -73,7 +73,7 @@ class Model:
         return f"<mehvar model {self.name!r}, {len(self.state_names)} states, backend {self.backend!r}>"
 
     def _repr_latex_(self) -> str:
-        return gathered(rates(self.manifest))
+        return displayed_formulas(rates(self.manifest))
 
     def _repr_html_(self) -> str:
         manifest, columns = self.manifest, ("name", "unit", "meaning")
@@ -86,8 +86,8 @@ class Model:
                 *(table(title, columns, [(q.name, q.unit, q.description) for q in group]) for title, group in groups),
                 self._repr_latex_(),
                 parameter_table("parameters p", manifest.parameters),
-                table("laws", ("name", "what it is"), laws),
-                table("scenarios", ("name", "what it is"), scenarios),
+                table("laws", ("name", "description"), laws),
+                table("scenarios", ("name", "description"), scenarios),
             )
         )
 
@@ -131,13 +131,22 @@ class Model:
     def state(self, **values: float) -> NamedVector:
         """Return the state vector x with named elements, zero unless given.
 
+        A quaternion, direction or other group that cannot be zero has the values at the start of a scenario with
+        default parameters, unless a part of it is given: hub axes along the inertial ones.
+
         Raises
         ------
         InputError
             For an unknown name or a value that is not a finite number.
         """
         numbers = named_values(self.state_names, f"state of {self.name}", values)
-        return named([numbers.get(name, 0.0) for name in self.state_names], self.state_names)
+        x = np.array([numbers.get(name, 0.0) for name in self.state_names])
+        with np.errstate(all="ignore"):
+            impossible = np.isnan(displacement(self.manifest, self.functions, x, self.parameters()))
+        if impossible.any():
+            start = self.functions["initial"](self.parameters(), vector(self.manifest.scenario_parameters, {}))
+            x = np.where(impossible, start, x)
+        return named(x, self.state_names)
 
     def rhs(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> FloatArray:
         """Return the state derivative, shape (..., nx); leading axes of x, u, p broadcast."""
@@ -338,7 +347,7 @@ class Model:
         """
         from .tools.ivp import initial_value_problem
 
-        refuse(self.manifest, Place.IVP)
+        refuse(self.manifest, Operation.IVP)
         case = self.manifest.scenario(scenario)
         settings = {name: Setting(value, f"scenario {case.name}") for name, value in case.values.items()}
         rhs = self.functions["rhs"]
@@ -455,7 +464,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     if backend not in (None, "c", "python", "casadi"):
         raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)
-    tell_stale(manifest)
+    warn_if_stale(manifest)
     if backend == "python":
         return Model(manifest.whole, PythonBackend(manifest))
     if backend is None and find_compiler() is None:

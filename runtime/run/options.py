@@ -44,7 +44,7 @@ _NEEDS: Mapping[Need, str] = {
     "fixed": "the method has a fixed step, as rk4 has",
     "adaptive": "the method is adaptive in its step",
     "sampled": "the law is sampled, by its own period or by `hold`",
-    "noise": "the law is sampled and the model has measurement noise or random steps, or it has process noise",
+    "noise": "the law is sampled and the model has measurement noise or random steps, or the model has process noise",
 }
 """Conditions on a loop under which an option has an effect."""
 

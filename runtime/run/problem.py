@@ -363,7 +363,7 @@ def initial_corrections(
     return corrections
 
 
-def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
+def is_consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
     """Return True for each state that fulfils its initial equation within tolerance."""
     allowed: NDArray[np.bool_] = np.abs(corrections) <= options.atol + options.rtol * np.abs(x0)
     return allowed
@@ -376,16 +376,16 @@ def _check_consistent(
     if law.name not in model.manifest.controllers:
         return
     corrections = initial_corrections(model, law, resolved.p, resolved.c, resolved.s, x0)
-    good = consistent(corrections, x0, options)
+    good = is_consistent(corrections, x0, options)
     if good.all():
         return
     start = _solved(model, law, resolved, x0, corrections, options)
     place = int(np.flatnonzero(~good)[0])
-    allowed = "what its equation says: it is algebraic. Newton's method does not find a value from here"
+    allowed = "a solution of its algebraic equation; Newton's method found none from here"
     if start is not None:
         others = ", ".join(f"{model.state_names[k]} = {start[k]:.15g}" for k in np.flatnonzero(~good)[1:])
         beside = f", beside {others}" if others else ""
-        allowed = f"about {start[place]:.15g}{beside}, as its equation says: it is algebraic"
+        allowed = f"about {start[place]:.15g}{beside}, the solution of its algebraic equation"
     raise bad_value(f"initial state {model.state_names[place]}", float(x0[place]), allowed, origin)
 
 
@@ -404,7 +404,7 @@ def _solved(
         for _ in range(_NEWTON_STEPS):
             x = x + corrections
             corrections = initial_corrections(model, law, resolved.p, resolved.c, resolved.s, x)
-            if consistent(corrections, x, options).all():
+            if is_consistent(corrections, x, options).all():
                 return x + corrections
     return None
 

@@ -148,7 +148,7 @@ class Run:
         """Return a sentence with the time at which `method="auto"` found the run stiff."""
         if math.isnan(self.t_stiff):
             return []
-        return [f"stiff to {EXPLICIT} at t = {self.t_stiff:.6g} s: run again from the start by {self.method}"]
+        return [f"{EXPLICIT} found the run stiff at t = {self.t_stiff:.6g} s: repeated from the start by {self.method}"]
 
     def exceeded(self) -> list[str]:
         """Return the time, duration and size of each excess of a law's report over its bound."""

@@ -40,7 +40,9 @@ def command(
     board: Board = None,
     compiler: Compiler = None,
     scenario: Scenario = None,
-    target: Annotated[str, typer.Option(metavar="|".join(_TARGETS), help="sil: a process here.")] = "unicorn",
+    target: Annotated[
+        str, typer.Option(metavar="|".join(_TARGETS), help="sil: a process on this machine.")
+    ] = "unicorn",
     raw: Raw = False,
     inline: Inline = False,
     tunable: Tunable = None,

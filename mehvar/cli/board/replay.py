@@ -19,7 +19,7 @@ def command(model: ModelName, controller: Law, journal: Journal) -> int:
         f"{journal}: {result.samples} samples and {result.memories} numbers of the memory computed again: {place}"
     )
     if not result.complete:
-        typer.echo("the journal breaks off there: its run did not end, or what came after is lost")
+        typer.echo("the journal ends there: the run did not end, or later records are lost")
     rows = [
         [str(tuning.sample), ", ".join(f"{n} = {v:g}" for n, v in tuning.values.items()), tuning.refusal or "set"]
         for tuning in result.tunings

@@ -31,7 +31,7 @@ from mehvar.cli.board.loop import (
 from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import TARGETS, BoardRequest, BoardRun
 from mehvar.runtime.files import check_file
-from mehvar.settings import SettingTexts, whole
+from mehvar.settings import SettingTexts, whole_number
 from mehvar.terminal import print_table
 
 FORMATS = ("text", "json")
@@ -52,11 +52,13 @@ def command(
     tunable: Tunable = None,
     restarts: Annotated[
         int,
-        typer.Option(parser=whole, metavar="N", help="Number of restarts at one sample that ends the run."),
+        typer.Option(
+            parser=whole_number, metavar="N", help="Number of restarts at one sample after which the run ends."
+        ),
     ] = BoardRequest.restarts,
     journal: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Record the answers; a stopped run continues from it."),
+        typer.Option(metavar="FILE", help="Record the samples; a stopped run continues from this file."),
     ] = None,
 ) -> int:
     """Run and print; return 1 if board and host differ, 3 if the run ended early."""
@@ -93,28 +95,28 @@ def _print_outcome(outcome: BoardRun) -> None:
         ],
     ]
     if outcome.single.status is not outcome.board.status:
-        rows += [["the loop on this machine", outcome.single.reason, "in float; it ended otherwise than on the board"]]
+        rows += [["the loop on this machine", outcome.single.reason, "in float; its end differs from the board's"]]
     if numbers["instructions_per_step"] is not None:
         rows += [
-            ["instructions of a step", str(numbers["instructions_per_step"]), "exact, the most of all samples"],
+            ["instructions of a step", str(numbers["instructions_per_step"]), "exact, largest of all samples"],
             ["cycles of a step", str(numbers["cycles_per_step"] or "-"), "estimate for a Cortex-M4F, no wait states"],
         ]
     if outcome.elf is not None:
         rows += [["flash", f"{outcome.elf.flash} bytes", ""], ["static RAM", f"{outcome.elf.ram} bytes", ""]]
     if outcome.stats.get("stack_used"):
-        rows += [["stack used", f"{outcome.stats['stack_used']} bytes", "high water, self-test included"]]
+        rows += [["stack used", f"{outcome.stats['stack_used']} bytes", "largest use, self-test included"]]
     if outcome.bound is not None:
-        rows += [["stack at most", f"{outcome.bound.bytes} bytes", "bound from the image, a fault included"]]
+        rows += [["stack at most", f"{outcome.bound.bytes} bytes", "bound from the image, including a fault handler"]]
     if outcome.selftest is not None:
         rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
     for tuning in outcome.tunings:
         rows += [[f"tuned before sample {tuning.sample}", _texts(tuning.values), tuning.refusal or "set over the link"]]
     for request in outcome.refused:
         place = "the end" if request.at is None else f"sample {request.at}"
-        rows += [[f"asked for from {place} on", _texts(request.values), "refused: it came after the last sample"]]
+        rows += [[f"requested from {place} on", _texts(request.values), "refused: after the last sample"]]
     where = outcome.image.toolchain.version
     if outcome.request.target not in TARGETS:
-        where += "; built here: the board's own was not read"
+        where += "; built on this machine: the image on the board was not read"
     rows += [["image", str(outcome.image.path), where]]
     print_table("", ["", "value", ""], rows)
 

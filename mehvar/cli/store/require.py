@@ -28,7 +28,7 @@ def command(
         typer.Option(
             "--that",
             metavar="NAME=REQUIREMENT",
-            help='Requirement, as in "pointing=quantile(0.997, PEAK) < 0.02 deg"; repeat.',
+            help='Requirement, as in "pointing=quantile(0.997, PEAK) < 0.02 deg"; repeat as needed.',
         ),
     ] = None,
     confidence: Annotated[

@@ -19,7 +19,7 @@ from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, NO_METRICS, 
 from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.files import check_file
-from mehvar.runtime.run.metrics import grouped
+from mehvar.runtime.run.metrics import grouped_notes
 from mehvar.settings import AsJson
 from mehvar.terminal import print_folded, print_json, print_table
 
@@ -30,9 +30,11 @@ def command(
         str | None,
         typer.Option(metavar="EXPR", help="Success condition; default: the one stored with the batch."),
     ] = None,
-    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw bands and worst cases.")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw quantile bands and worst runs.")] = None,
     as_json: AsJson = False,
-    of: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Variable or metric to draw; repeat.")] = None,
+    of: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Variable or metric to draw; repeat as needed.")
+    ] = None,
 ) -> None:
     """Print the statistics of a store, and draw it.
 
@@ -69,10 +71,10 @@ def print_statistics(store: Store, success: str | None = None) -> None:
         f"{_extent(statistics)}, seed {attributes['seed']}"
     )
     if statistics.writer is not None:
-        typer.echo(f"being written by {statistics.writer}: these are the runs that are stored and whole now")
+        typer.echo(f"being written by {statistics.writer}: the statistics use the runs stored so far")
     typer.echo("  ".join(f"{text} {number}" for text, number in statistics.statuses.items()))
     for name, (ended, begins) in statistics.endings.items():
-        at_start = f", {begins} of them at the start, past it already" if begins else ""
+        at_start = f", {begins} of them at the start, because the guard had the forbidden sign" if begins else ""
         typer.echo(f"the event {name} ended {ended} runs{at_start}")
     condition = success or attributes["success"]
     typer.echo(
@@ -105,10 +107,10 @@ def _print_metrics(statistics: Statistics) -> None:
             for row in rows
         ],
     )
-    for text in grouped({row.name: row.note for row in rows if row.note}):
+    for text in grouped_notes({row.name: row.note for row in rows if row.note}):
         typer.echo(f"note: {text}")
     if statistics.design not in NO_INTERVAL:
-        typer.echo("\n95 % intervals of the quantiles, - where there are too few runs for an end")
+        typer.echo("\n95 % intervals of the quantiles; - if a bound needs more runs")
         intervals = [[row.name, *(_interval(*row.intervals[q]) for q in quantiles)] for row in rows]
         print_table("", ["metric", *quantiles.values()], intervals)
     typer.echo("\nextreme runs")

@@ -48,17 +48,17 @@ def _print(verification: Verification) -> None:
         typer.echo(f"missing: {_numbers(verification.missing)}")
     runs, whole = f"{verification.runs} runs", f"{len(verification.whole)} of {verification.blocks} blocks are whole"
     if verification.runs is None:
-        runs, whole = "of how many runs is not recorded", f"{len(verification.whole)} blocks are whole"
+        runs, whole = "the number of runs is not recorded", f"{len(verification.whole)} blocks are whole"
     ended = "" if verification.ended or verification.missing else "; the end of the batch is not recorded"
     typer.echo(f"{verification.store}: {runs}; {whole}{ended}")
     if verification.others:
         more = len(verification.others) - _SHOWN
         named = ", ".join(verification.others[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
-        typer.echo(f"note: no record lists, and nothing reads: {named}")
+        typer.echo(f"note: files that no record lists and mehvar does not read: {named}")
     if verification.writer is not None:
         typer.echo(f"being written by {verification.writer}")
     elif not verification.complete:
-        typer.echo("the command that made it goes on and mends it with --resume")
+        typer.echo("to complete and repair the store, repeat its command with --resume")
 
 
 def _numbers(blocks: tuple[int, ...]) -> str:

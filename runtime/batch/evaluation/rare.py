@@ -132,9 +132,7 @@ class _Seeker:
             return Verdict(requirement, "undecided", None, f"undecided after {self._runs} runs: {result.problem}", ())
         least, most = bounds(result.shares, confidence)
         facts = RareEvidence(self._runs, least if stages.end == 0 else 0.0, most)
-        reason = (
-            f"{len(stages.levels)} levels, {REPETITIONS} repetitions; failures far from all near failures stay unseen"
-        )
+        reason = f"{len(stages.levels)} levels, {REPETITIONS} repetitions; failures far from all others may be missed"
         reason += "; runs with values that are not allowed count as failures" if self._impossible else ""
         failures = self._values(result.failed)
         return Verdict(requirement, facts.answer(requirement.share), facts, reason, (), failures)
@@ -143,7 +141,7 @@ class _Seeker:
         if size >= FEWEST:
             return ""
         needed = self._runs + FEWEST * REPETITIONS * (1 + len(stages.levels))
-        return f"n = {self._n} is too small for {len(stages.levels)} levels, which take {needed} runs or more"
+        return f"n = {self._n} is too small for {len(stages.levels)} levels, which need {needed} runs or more"
 
     def _score(self, points: FloatArray) -> FloatArray:
         """Return the distance of each run's number from the limit, which is zero or positive for failures."""

@@ -309,7 +309,7 @@ class Verdict:
     failures: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
-def recorded(store: Store) -> tuple[dict[str, str], float]:
+def stored_requirements(store: Store) -> tuple[dict[str, str], float]:
     """Return the requirements of a store by name, and their confidence; none if the batch had none."""
     rules = json.loads(store.attributes.get("require") or "{}")
     return rules.get("requirements", {}), checked_confidence(rules.get("confidence"), "the store")
@@ -337,7 +337,7 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
     DamageError
         If a file of the store is missing or changed.
     """
-    own, usual = recorded(store)
+    own, usual = stored_requirements(store)
     texts = own if texts is None else texts
     confidence = usual if confidence is None else checked_confidence(confidence, "the call")
     if not texts:
@@ -355,13 +355,13 @@ def _verdict(
     store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
 ) -> Verdict:
     if design != "random":
-        reason = f"undecided whatever the runs show: the runs are no independent sample ({design})"
+        reason = f"undecided for any number of runs: runs of a {design} design are not independent"
         return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))
     if fixed:
         fulfilled = int(np.count_nonzero(requirement.fulfilled(store, store.stored())))
-        facts, how = evidence(fulfilled, store.n, confidence, True), "of a number of runs that was fixed"
+        facts, how = evidence(fulfilled, store.n, confidence, True), "for a fixed number of runs"
     else:
-        facts, how = _sequential(store, requirement, confidence), "that hold at every number of runs"
+        facts, how = _sequential(store, requirement, confidence), "that hold for every number of runs"
     runs = _worst(store, requirement, facts.runs or None)
     return Verdict(requirement, facts.answer(requirement.share), facts, f"bounds {how}{counted}", runs)
 

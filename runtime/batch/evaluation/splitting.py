@@ -96,7 +96,10 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
             return Levels(tuple(levels), tuple(widths), level)
         if level in levels or level >= cloud.scores.max():
             return Levels(
-                tuple(levels), tuple(widths), 0.0, f"many runs have the same number, {level:.6g} off the limit"
+                tuple(levels),
+                tuple(widths),
+                0.0,
+                f"many runs have the same number, {level:.6g} from the limit",
             )
         levels.append(level)
         widths.append(width)
@@ -188,14 +191,14 @@ def _lengths(group: NDArray[np.intp], n: int, rng: np.random.Generator) -> NDArr
 
 
 def _stuck(accepted: float) -> str:
-    return f"the chains hardly move, {accepted:.1%} of their steps: noise may decide more than what varies"
+    return f"the search accepts only {accepted:.1%} of its steps: noise may matter more than the varied values"
 
 
 def _disagreement(shares: FloatArray) -> str:
     """Return the reason why the repetitions contradict each other; empty if they agree."""
     missed = int(np.count_nonzero(shares == 0))
     if missed:
-        return f"{missed} of {len(shares)} repetitions met no failure: more runs decide"
+        return f"{missed} of {len(shares)} repetitions found no failure: use more runs"
     if shares.max() > _SURVIVORS * shares.sum():
-        return "one repetition met most of the failures, so that others may be unseen: more runs decide"
+        return "one repetition found most of the failures, so others may be missed: use more runs"
     return ""

@@ -37,7 +37,7 @@ double the passes over large chunks.
 SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
 """Pattern of a name of one number per run in its summary."""
 NO_INTERVAL = {
-    "listed": "no interval: the values are listed, not drawn, so the share is of these runs alone",
+    "listed": "no interval: the values are listed, not drawn, so the share describes only these runs",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
 }
 """Designs for which the share of successful runs is not a probability or has an unknown error."""

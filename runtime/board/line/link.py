@@ -25,9 +25,9 @@ _REFUSALS = {
     2: "the payload has the wrong size",
     3: "it has no memory to start from",
     4: "it has started since, or serves another host",
-    5: "it is neither the next request nor the last one again",
+    5: "its number is neither the next nor the last request number",
     6: "a number is infinite or not a number",
-    7: "it runs a law for another host, until that has been silent for two samples",
+    7: "it runs a law for another host, until this host sends nothing for two samples",
     8: "a parameter that was compiled in has another value; build and flash it again, or make it tunable",
 }
 _NO_SESSION = 4

@@ -145,7 +145,7 @@ class _Walk:
             self._class(name, value)
         elif isinstance(value, type | FunctionType | BuiltinFunctionType | np.ufunc):
             if isinstance(value, np.ufunc) and all(set(types) <= set("O->") for types in value.types):
-                raise UnidentifiedError(f"{name} is of numpy.frompyfunc, which hides its function")
+                raise UnidentifiedError(f"{name} was made by numpy.frompyfunc, which hides its function")
             self._lines[name] = _known_as(value)
             if _is_bound(value):
                 self.value(f"{name}.__self__", value.__self__)

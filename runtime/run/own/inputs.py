@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from mehvar.base.errors import InputError, bad_value, either, shown, unknown_name
+from mehvar.base.errors import InputError, bad_value, either, unknown_name, value_text
 from mehvar.base.manifest import OPEN_LOOP, Manifest
 from mehvar.base.schema import parse
 
@@ -146,7 +146,7 @@ class _Inputs:
         try:
             return number(where, value)
         except InputError as error:
-            raise LawError(f"{where} is {shown(value)}: must be a finite number") from error
+            raise LawError(f"{where} is {value_text(value)}: must be a finite number") from error
 
 
 def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
@@ -220,7 +220,7 @@ def _recorded(
     if hold is not None and len(t) > 1:
         samples = hold / t[1]
         if samples < 1 - _ROUNDING:
-            allowed = f"recorded as often as it held an input, every {hold:g} s: run it again with dt_out={hold:g}"
+            allowed = f"with a sample at every change of its inputs: repeat the run with dt_out={hold:g}"
             raise bad_value("inputs", f"a run with samples every {t[1]:g} s", allowed, origin)
         shift = min(delay * round(samples), len(t))
     return {name: (t, np.append(np.zeros(shift), u[: len(u) - shift])) for name, u in columns.items()}, hold

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.base.errors import MehvarError, bad_value, shown
+from mehvar.base.errors import MehvarError, bad_value, value_text
 from mehvar.base.manifest import Controller, Manifest, Quantity
 
 from ...interrupts import is_of_handler
@@ -156,7 +156,9 @@ def own_law(
     start = np.empty(0) if memory is None else _memory(memory, period, origin)
     name = getattr(function, "__name__", type(function).__name__).strip("<>")
     title = next(iter((getattr(function, "__doc__", None) or "").strip().splitlines()), f"{name}, in Python")
-    quantities = [Quantity(f"memory_{i}", "1", f"number {i} that {name} keeps") for i in range(1, len(start) + 1)]
+    quantities = [
+        Quantity(f"memory_{i}", "1", f"element {i} of the memory of {name}") for i in range(1, len(start) + 1)
+    ]
     caller = _Caller(function, name, manifest, None if memory is None else len(start))
     text, unidentified = identify(function)
     if text:
@@ -208,7 +210,7 @@ class _Caller:
             return self._checked(t, "u", result, (len(self._inputs), *runs)), z
         if not isinstance(result, tuple) or len(result) != 2:
             raise LawError(
-                f"{self._at(t)} returned {shown(result)}: must be the pair (u, z_next), since the law has a memory"
+                f"{self._at(t)} returned {value_text(result)}: must be the pair (u, z_next), since the law has a memory"
             )
         u, z_next = result
         return (
@@ -222,10 +224,10 @@ class _Caller:
         if array is None:
             size = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
             raise LawError(
-                f"{self._at(t)} returned {what} = {shown(value)}{size}: must be numbers of shape {shape}{names}"
+                f"{self._at(t)} returned {what} = {value_text(value)}{size}: must be numbers of shape {shape}{names}"
             )
         if len(shape) == 1 and not np.isfinite(array).all():
-            raise LawError(f"{self._at(t)} returned {what} = {shown(value)}: must be finite numbers{names}")
+            raise LawError(f"{self._at(t)} returned {what} = {value_text(value)}: must be finite numbers{names}")
         return array
 
     def _at(self, t: float) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of docs/explanation/how-a-verdict-is-reached.md: how the corpus is answered, by class.
+"""Verdicts of `mehvar diff` on the corpus, by class, for docs/explanation/how-a-verdict-is-reached.md.
 
 Run: python -m tests.codegen.diff.measured [SEED ...]
 """
@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Comparison, Fate
+from mehvar.codegen.diff.report import Comparison, EquationVerdict
 
 from .pairs import SEED, pairs
 
@@ -33,12 +33,12 @@ def answer(comparison: Comparison) -> str:
     if not comparison.differs:
         return "same"
     telling = [equation for equation in comparison if equation.matters]
-    decided = comparison.parameters or any(equation.verdict is not Fate.UNDECIDED for equation in telling)
+    decided = comparison.parameters or any(equation.verdict is not EquationVerdict.UNDECIDED for equation in telling)
     return "different" if decided else "undecided"
 
 
 def answers(seeds: Iterable[int]) -> dict[str, Answers]:
-    """Compare every pair of some seeds and count the answers by class; what is answered wrongly is printed."""
+    """Compare every pair of some seeds, count the answers by class, and print wrong answers."""
     counts: dict[str, Answers] = {}
     for seed in seeds:
         for pair in pairs(seed):

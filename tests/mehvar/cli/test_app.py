@@ -158,7 +158,7 @@ def test_a_broken_table_is_named_when_generating(tmp_path):
     stale = run("generate", "--check", "triangle", cwd=tmp_path)
     assert stale.returncode == 1
     assert "models/triangle/parameters.toml changed" in stale.stdout
-    assert "mend it with: mehvar generate triangle" in stale.stdout
+    assert "update it with: mehvar generate triangle" in stale.stdout
 
 
 def test_a_run_that_leaves_the_disc_ends_with_3_and_its_data(tmp_path):

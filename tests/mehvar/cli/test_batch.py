@@ -392,7 +392,7 @@ def test_the_manifest_of_a_store_says_how_it_came_about(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("model", "meant"),
     [
-        ("triangle", "the one that comes with mehvar"),
+        ("triangle", "mehvar's model of this name"),
         ("./triangle", "triangle"),
         ("other", "other"),
         ("sub/../other", "other"),

@@ -73,7 +73,7 @@ def test_a_model_that_hides_one_of_mehvar_is_said(project: Path, tmp_path: Path,
     (tmp_path / "generated" / "triangle").symlink_to(project / "generated" / "hover")
     monkeypatch.chdir(tmp_path)
     assert project_models()["triangle"] == tmp_path / "generated" / "triangle"
-    with pytest.warns(UserWarning, match=f"triangle is that in {tmp_path}.*not the one that comes with mehvar"):
+    with pytest.warns(UserWarning, match=f"triangle: using the model in {tmp_path}.*not mehvar's model of this name"):
         runtime.find_model("triangle")
 
 

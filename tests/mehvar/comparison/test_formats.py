@@ -9,7 +9,7 @@ import re
 import pytest
 
 from mehvar.base.manifest import read_manifest
-from mehvar.codegen.diff.report import Fate, label
+from mehvar.codegen.diff.report import EquationVerdict, label
 from mehvar.comparison.compare import compare_documents
 from mehvar.comparison.consequences import Consequences, Rate
 from mehvar.comparison.html import html_page
@@ -70,13 +70,18 @@ def facts(model: ModelDiff) -> list[str]:
     said += [text for p in comparison.parameters for text in (p.name, p.role, p.what, p.old, p.new)]
     said += [group.says for group in comparison.groups if group.kind not in ("family", "symmetric")]
     for equation in comparison:
-        if equation.verdict is not Fate.SAME:
+        if equation.verdict is not EquationVerdict.SAME:
             said += [label(equation), equation.verdict.value]
-        if equation.verdict is Fate.RENAMED:
+        if equation.verdict is EquationVerdict.RENAMED:
             said.append(equation.old_name)
-        if equation.verdict in (Fate.REARRANGED, Fate.RENAMED, Fate.SCALED, Fate.UNDECIDED):
+        if equation.verdict in (
+            EquationVerdict.REARRANGED,
+            EquationVerdict.RENAMED,
+            EquationVerdict.SCALED,
+            EquationVerdict.UNDECIDED,
+        ):
             said.append(equation.how)
-        if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED) and not equation.cause:
+        if equation.verdict in (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED) and not equation.cause:
             said += [*(edit.says for edit in equation.edits), example(equation), *equation.users]
     if follows:
         said += [text for rate in follows.rates for text in (rate.name, f"{rate.largest:.3g}", f"{rate.typical:.3g}")]
@@ -185,6 +190,17 @@ def test_a_page_begins_with_what_changed_and_has_no_section_without_content():
     page = html_page(Diff("old", "new", (same, changed)))
     assert re.findall(r'<section id="(\w+)"', page) == ["turned"]
     assert page.index("#turned") < page.index("<li>same")
+
+
+def test_a_change_without_effect_is_told_with_its_reason():
+    """A factor of the changed term is zero in every run: no difference, and why."""
+    runs = Runs(same=(("pd", "calm"), ("pd", "swing")), largest=2.5e-9, zero=("m", "v"))
+    model = compare_documents(*map(document, EDITS["sign"]))
+    model = dataclasses.replace(model, consequences=Consequences(runs=runs))
+    for told in (str(model), html_page(Diff("old", "new", (model,))), markdown(Diff("old", "new", (model,)))):
+        text = plain(told)
+        assert "no difference in 2 runs, largest relative difference of a metric 2.5e-09: calm, swing under pd" in text
+        assert "the changed terms have m = 0 in all of these runs" in text
 
 
 def test_the_run_that_moved_farthest_is_shown_and_the_others_are_folded():

@@ -10,7 +10,7 @@ import pytest
 
 from mehvar.physics.machine import Machine, points
 from mehvar.physics.mutation import run, weighted
-from tests.mehvar.physics.declared import CRAFT, SHAKEN, gates_of, title
+from tests.mehvar.physics.declared import CRAFT, gates_of, title
 from tests.mehvar.physics.installed import machine
 
 SAMPLE = 60
@@ -19,7 +19,6 @@ CASES = (
     ("triangle", (("masses", "general"), ("model", "dynamic"))),
     pytest.param(("satellite", (("chart", "quaternion"),)), marks=pytest.mark.soak),  # CRAFT has it too
     CRAFT,
-    pytest.param(SHAKEN, marks=pytest.mark.soak),
     ("slosh", (("pendulums", "2"), ("inertia", "paper"))),
     ("slosh", (("pendulums", "1"), ("inertia", "hinge"))),
     ("slosh", (("pendulums", "2"), ("inertia", "ball"), ("attitude", "quaternion"))),

@@ -194,7 +194,9 @@ def test_a_block_that_is_not_the_one_of_the_end_is_damage(store: Path) -> None:
     record = read_record(place)
     assert record is not None
     place.write_bytes(replace(record, about={**record.about, "provenance": {"compiler": "another"}}).content())
-    assert [damage.files for damage in verify(store).damaged] == [{"records/1.json": "not the one of the end"}]
+    assert [damage.files for damage in verify(store).damaged] == [
+        {"records/1.json": "not the record that the end of the batch lists"}
+    ]
     place.unlink()
     assert [damage.files for damage in verify(store).damaged] == [{"records/1.json": "missing"}]
 
@@ -230,7 +232,7 @@ def test_what_no_record_lists_is_named_and_changes_nothing(store: Path) -> None:
     assert after.facts() == before | {"others": ["notes.txt", "status/c/77"]}
     status, text = in_process("verify", str(store))
     assert status == 0
-    assert "note: no record lists, and nothing reads: notes.txt, status/c/77" in text
+    assert "note: files that no record lists and mehvar does not read: notes.txt, status/c/77" in text
 
 
 @pytest.mark.parametrize("file", range(0, 40, 3))

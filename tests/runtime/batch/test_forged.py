@@ -270,5 +270,5 @@ def test_an_extent_that_nothing_records_is_not_made_up(store: Path) -> None:
     assert (found.runs, found.blocks, found.sound) == (None, 3, False)
     status, said = in_process("verify", str(store))
     assert status == 1
-    assert "of how many runs is not recorded; 3 blocks are whole" in said
+    assert "the number of runs is not recorded; 3 blocks are whole" in said
     assert "0 runs" not in said

@@ -40,7 +40,7 @@ def test_portable_numerics_are_the_same_on_another_machine(monkeypatch: pytest.M
 
 @pytest.mark.parametrize(
     ("name", "meaning"),
-    [("native", "mehvar's own C"), ("drawing", "what draws the values"), ("generated", "generated text of the model")],
+    [("native", "mehvar's own C"), ("drawing", "code that draws values"), ("generated", "generated text of the model")],
 )
 def test_a_store_is_not_continued_with_other_numerics(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, meaning: str

@@ -205,7 +205,9 @@ def test_a_worker_that_hangs_is_named(
                 process.send_signal(signal.SIGSTOP)
                 threading.Timer(12.0, process.send_signal, [signal.SIGCONT]).start()
 
-        with pytest.warns(UserWarning, match=rf"no block, and no word for 2 s from {address}: end a worker that hangs"):
+        with pytest.warns(
+            UserWarning, match=rf"no block and no message for 2 s from {address}: stop a worker that hangs"
+        ):
             run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8, report=report)
         assert verify(tmp_path / "runs.zarr").complete
     finally:

@@ -304,7 +304,7 @@ def test_a_request_out_of_turn_ends_the_session_with_a_reason(bench):
     link = bench.link()
     bench.start(link)
     link._number += 3
-    with pytest.raises(LinkError, match="neither the next request nor the last one again"):
+    with pytest.raises(LinkError, match="neither the next nor the last request number"):
         link.step(bench.numbers(0))
 
 

@@ -140,7 +140,7 @@ def test_a_self_test_that_was_cut_short_is_no_result() -> None:
     ("code", "words"),
     [
         (0, "reason 0"), (1, "does not know this type"), (2, "wrong size"), (3, "no memory"), (4, "has started since"),
-        (5, "neither the next request"), (6, "infinite or not a number"), (7, "another host"), (8, "has another value"),
+        (5, "neither the next"), (6, "infinite or not a number"), (7, "another host"), (8, "has another value"),
     ],
 )  # fmt: skip
 def test_a_refusal_says_why(code: int, words: str) -> None:

@@ -197,7 +197,7 @@ def test_a_name_is_no_path_below_generated(project: Path, name: str) -> None:
 
 def test_a_model_of_the_project_hides_the_one_of_its_name(project: Path) -> None:
     (project / "generated" / "pendulum").rename(project / "generated" / "triangle")
-    with pytest.warns(UserWarning, match="triangle is that in .*, not the one that comes with mehvar"):
+    with pytest.warns(UserWarning, match="triangle: using the model in .*, not mehvar's model of this name"):
         assert find_model("triangle").model == "pendulum"
 
 

@@ -129,7 +129,7 @@ def test_a_result_says_what_ran() -> None:
     assert 1.0 < run.attrs["t_stiff"] < 5.0
     again = simulate("slosh", "lyapunov-v2", t_end=5.0, dt_out=1.0, method="auto", **LOOSE)
     (text,) = again.stiffness()
-    assert f"stiff to dop853 at t = {again.t_stiff:.6g} s" in text
+    assert f"dop853 found the run stiff at t = {again.t_stiff:.6g} s" in text
     assert "t_stiff" not in to_dataset(simulate("slosh", "lyapunov-v2", t_end=1.0)).attrs
 
 

@@ -11,7 +11,7 @@ import sympy as sp
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import manifest_text
-from mehvar.codegen.code.files import printed, texts
+from mehvar.codegen.code.files import code_files, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
 from mehvar.models.check import check
@@ -66,9 +66,9 @@ def turning() -> System:
 
 def written(system, path):
     check(system)
-    functions = printed(generate_functions(with_clock(system)))
+    functions = printed_functions(generate_functions(with_clock(system)))
     manifest = manifest_of(with_clock(system), functions, {})
-    for name, text in {**texts(manifest, functions), "manifest.json": manifest_text(manifest)}.items():
+    for name, text in {**code_files(manifest, functions), "manifest.json": manifest_text(manifest)}.items():
         (path / name).write_text(text)
     return path
 
@@ -218,7 +218,7 @@ def test_what_is_refused(change, message):
 def test_a_unit_of_a_reset_is_checked():
     system = turning()
     event = dataclasses.replace(system.events[0], reset={system.states.ups: system.parameters.Ts})
-    with pytest.raises(ModelError, match=r"reset of event 'up'.* is in s, and must be in 1"):
+    with pytest.raises(ModelError, match=r"reset of event 'up'.* has the unit s: must be 1"):
         check(dataclasses.replace(system, events=(event, *system.events[1:])))
 
 

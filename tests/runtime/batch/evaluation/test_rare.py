@@ -68,7 +68,7 @@ def test_noise_that_decides_more_than_what_varies_leaves_it_undecided() -> None:
         vary={"I_x": "normal(2, 1e-6)"}, rare=True,
     )  # fmt: skip
     assert verdict.answer == "undecided"
-    assert "noise may decide more" in verdict.reason
+    assert "noise may matter more" in verdict.reason
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ def test_equal_numbers_and_chains_that_stand_still_prove_nothing() -> None:
     assert "same number" in stages.problem
     noise = np.random.default_rng(3)
     stages = pilot(lambda points: noise.standard_normal(len(points)) - 6, 1, 2000, 1e-6, rng)
-    assert "noise may decide more" in stages.problem
+    assert "noise may matter more" in stages.problem
 
 
 def test_repetitions_that_disagree_prove_nothing() -> None:
@@ -91,4 +91,4 @@ def test_repetitions_that_disagree_prove_nothing() -> None:
 
     stages = pilot(hidden, 2, FEWEST, 1e-6, rng)
     result = estimate(hidden, 2, FEWEST, stages, rng)
-    assert "more runs decide" in result.problem
+    assert "use more runs" in result.problem

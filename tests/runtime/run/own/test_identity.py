@@ -203,7 +203,7 @@ UNTOLD = {
     "loaded": "sys.modules is read",
     "environment": "os.environ is read",
     "lazily": "lazily imports os",
-    "vectorized": "laws.each is of numpy.frompyfunc",
+    "vectorized": "laws.each was made by numpy.frompyfunc",
     "queued": "laws.queue is of laws.Queue, whose state cannot be read",
 }
 TEXTS = {"gains": GAINS, "laws": LAWS, "package/__init__": "", "package/inner": "DEEP = 1.0\n"}

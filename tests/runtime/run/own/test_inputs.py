@@ -33,7 +33,7 @@ def test_a_sampled_run_from_its_own_inputs_is_the_same_to_the_bit(pendulum: runt
 
 def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Model) -> None:
     coarse = runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.1)
-    with pytest.raises(InputError, match=r"samples every 0.1 s.*run it again with dt_out=0.05"):
+    with pytest.raises(InputError, match=r"samples every 0.1 s.*repeat the run with dt_out=0.05"):
         run(pendulum, runtime.to_dataset(coarse))
     late = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.05))
     with pytest.raises(InputError, match=r"first sample is at 0.1 s'.*must be one from its start, 0 s"):
@@ -140,7 +140,7 @@ def test_a_short_pulse_is_not_stepped_over(pendulum: runtime.Model) -> None:
         ({"torque": ([0.1, 1], [0, 1])}, {}, "at most 0 for the first"),
         ({"torque": ([0, 1], [0, np.inf])}, {}, r"values of inputs\['torque'\] = inf.*finite"),
         ({"torque": ([0, 0.5], [0, 1])}, {"interpolation": "linear"}, "known until the end of the run, 1 s.*0.5 s"),
-        ({"torque": ([0, 0.123456789], [0, 1])}, {}, "the instants of inputs.*or period must say"),
+        ({"torque": ([0, 0.123456789], [0, 1])}, {}, "the instants of inputs.*or give a period"),
         ({"torque": 1.0}, {"memory": [0.0]}, "memory = .*left out without a law"),
         ([1.0], {}, "inputs = .*a mapping of names"),
     ],

@@ -98,7 +98,7 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Answer of a judge: equal, different or undecided (None), with its reason and a point of difference.
+    """Answer of a test of equality: equal, different or undecided (None), with the reason and a point of difference.
 
     `point` is in a cell in which both sides are different functions, or in which one of them has no value. `points`
     is the number of agreeing points if only points show equality; it is zero if equality is proved.
@@ -135,8 +135,8 @@ class Worlds:
         return None if target is None else (self[target[0]], target[1])
 
 
-class Judge:
-    """Judge of equality, which evaluates at a fixed sequence of points and caches the values.
+class EqualityTest:
+    """Test of equality, which evaluates at a fixed sequence of points and caches the values.
 
     Parameters
     ----------
@@ -320,7 +320,7 @@ class Judge:
         """Decide by cells, if needed with free numbers in place of common parts."""
         roots = self.written_out(old), self.written_out(new)
         if roots[0] == roots[1]:
-            return Verdict(True, "the same text with all names written out")
+            return Verdict(True, "the same expression with all definitions inserted")
         verdict = self._by_parts(*roots)
         if not verdict.points:
             return verdict
@@ -337,7 +337,7 @@ class Judge:
             return Verdict(outcome.equal, outcome.how, point=outcome.point)
         simple = self._shared.united(old, new)
         if simple[0] == simple[1]:
-            return Verdict(True, "the same text with shared parts as one")
+            return Verdict(True, "the same expression with equal parts merged")
         united = self._cells(*simple)
         if united.open_states() == []:
             outcome = united.settle([])
@@ -365,7 +365,7 @@ class Judge:
 
     def _by_cells(self, old: int, new: int) -> Verdict:
         if old == new:
-            return Verdict(True, "the same text with shared parts as one")
+            return Verdict(True, "the same expression with equal parts merged")
         cells = self._cells(old, new)
         if outcome := cells.walk():
             return Verdict(outcome.equal, outcome.how, point=outcome.point)
