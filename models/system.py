@@ -394,6 +394,8 @@ class System(Located):
     mass : sympy.Matrix, optional
         A row and a column for each state, a function of x and p: mass x' = `rhs`. A state whose column and row are zero
         is algebraic: its row of `rhs` is zero along a run, and determines it.
+    parts : mapping
+        The fields of each part of a `Spacecraft` as texts, for `mehvar diff`.
     """
 
     name: str
@@ -431,6 +433,7 @@ class System(Located):
     geometry: tuple[Shape, ...] = ()
     mass: sp.MatrixBase | None = None
     events: tuple[Event, ...] = ()
+    parts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -371,6 +371,8 @@ class Manifest:
         Conditions on parameters and on runs, in words; True if r does not depend on time.
     limits_of_state : bool
         True if limits do not depend on the input and continuous loops integrate the state itself.
+    parts : mapping
+        The fields of each part of a spacecraft as texts.
     versions : mapping of str to str
         Versions of the libraries that derived it.
     inputs_sha256, files_sha256 : mapping of str to str
@@ -412,6 +414,7 @@ class Manifest:
     geometry: tuple[Shape, ...] = ()
     events: tuple[Event, ...] = ()
     functions: Mapping[str, Function]
+    parts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     versions: Mapping[str, str]
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     files_sha256: Mapping[str, str] = field(default_factory=dict)

@@ -178,7 +178,7 @@ def _variant(model: str, old: Version, new: Version, structure: Mapping[str, str
     variant = _derived(model, old, new, structure)
     if not variant.is_refused:
         return variant
-    wider = _call(new, "accepted", model, structure)
+    wider = _call(new, "valid_structure", model, structure)
     return variant if wider in (None, structure) else _derived(model, old, new, wider)
 
 

@@ -357,7 +357,7 @@ class Results:
     def _manifest(self) -> Manifest:
         about = self._dataset.attrs
         folder = known_models().get(about["model"], Path(about["model"]))
-        return parse_manifest(about["manifest"], folder / FILE)
+        return parse_manifest(about["manifest"], folder / FILE, any_age=True)
 
     def _runs(self, success: str | None) -> Runs:
         from mehvar.pictures.spread import Runs

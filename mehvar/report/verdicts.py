@@ -24,7 +24,7 @@ from mehvar.runtime.batch.evaluation.requirements import (
     decide,
     stored_requirements,
 )
-from mehvar.runtime.batch.evaluation.statistics import column
+from mehvar.runtime.batch.evaluation.statistics import column, scalars
 from mehvar.runtime.batch.fill import used_threads
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import repetition
@@ -232,7 +232,8 @@ class Verdicts:
         if not number:
             return ""
         if math.isfinite(value):
-            return f", {number} = {value:.6g}"
+            unit = Number(number, "the requirements").unit(scalars(self._store)) or "1"
+            return f", {number} = {value:.6g}{'' if unit == '1' else f' {unit}'}"
         block = next(block for block in self._store.stored() if run in self._store.runs(block))
         row = run - self._store.runs(block).start
         status = int(self._store.read(STATUS, [block])[row])

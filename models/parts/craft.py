@@ -10,11 +10,11 @@ from typing import TypeVar
 
 import sympy as sp
 
-from mehvar.base.errors import value_text
 from mehvar.base.manifest import Metric, Scenario
+from mehvar.base.parts import part_changes
 
 from ..check.branches import no_branching
-from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
+from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations, contributions, mount
@@ -104,7 +104,7 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If its name is no identifier or already in use.
+            If its name is no identifier or already in use, or a number of it is out of bounds.
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
@@ -113,6 +113,7 @@ class Spacecraft:
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
+        part.values(Parameters())  # refuses its numbers here; they are declared when the craft is derived
         self.parts.append(part)
         return part
 
@@ -131,24 +132,18 @@ class Spacecraft:
         newer : Spacecraft
             Newer version of this craft.
         """
-        before, after = ({part.name: part for part in craft.parts} for craft in (self, newer))
-        lines = [f"{name}: removed" for name in before if name not in after]
-        for name, part in after.items():
-            if name not in before:
-                lines.append(f"{name}: added, a {type(part).__name__}")
-            elif type(part) is not type(before[name]):
-                lines.append(f"{name}: a {type(before[name]).__name__} -> a {type(part).__name__}")
-            else:
-                pairs = ((f.name, getattr(before[name], f.name), getattr(part, f.name)) for f in fields(part))
-                lines += (
-                    f"{name}: {field} {value_text(old)} -> {value_text(new)}" for field, old, new in pairs if old != new
-                )
-        for what, old, new in (
-            ("attitude", self.chart.name, newer.chart.name), ("motion", self.motion, newer.motion),
-            ("laws", ", ".join(self._laws) or "none", ", ".join(newer._laws) or "none"),
-        ):  # fmt: skip
-            lines += [f"{what}: {old} -> {new}"] if old != new else []
-        return tuple(lines)
+        return part_changes(self._described(), newer._described())
+
+    def _described(self) -> dict[str, dict[str, str]]:
+        """Return the fields of the parts as texts, without addresses, so that equal crafts have equal texts."""
+        laws = ", ".join(self._laws) or "none"
+        described = {"": {"attitude": self.chart.name, "motion": self.motion, "laws": laws}}
+        for part in self.parts:
+            texts = {
+                f.name: re.sub(r" at 0x\w+", "", repr(getattr(part, f.name))) for f in fields(part) if f.name != "name"
+            }
+            described[part.name] = {"": type(part).__name__, **texts}
+        return described
 
     def law(self, name: str, write: LawText, title: str = "", sampled: bool = True) -> None:
         """Give the craft a control law.
@@ -237,6 +232,7 @@ class Spacecraft:
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
             geometry=geometry, actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
+            parts=self._described(),
         )  # fmt: skip
 
     def _refuse_idle(self, used: set[sp.Symbol]) -> None:
@@ -336,15 +332,8 @@ def expressions(value: object) -> Iterator[Expr]:
 
 def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equation, ...]:
     """Return the steps of a derivation that the system uses, directly or indirectly."""
-    definitions = derivation.definitions
-    stack = [symbol for expr in expressions(users) for symbol in expr.free_symbols]
-    seen: set[sp.Basic] = set()
-    while stack:
-        symbol = stack.pop()
-        if symbol not in seen:
-            seen.add(symbol)
-            stack += definitions[symbol].free_symbols if symbol in definitions else ()
-    return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
+    used = used_definitions(expressions(users), derivation.definitions)
+    return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in used)
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
