@@ -27,9 +27,9 @@ APPROVED = Path(__file__).parent / "approved"
 SCALE, HEIGHT, LEVELS = 6, 2400, 16
 """A page's first 2400 pixels at a sixth of the size in 16 greys: 20 kB a sheet; a line of text is a grey row."""
 TOLERANCE = 0.0015
-"""Largest share of a picture's pixels that may differ by a fifth of the range. Two renderings differ by 0.0000; of planted
-faults a hidden heading differs by 0.002 to 0.004, hidden contents by 0.003, hidden legends by 0.001 to 0.003, letters that are a
-sixteenth larger by 0.02 to 0.08."""
+"""Largest share of a picture's pixels that may differ by a fifth of the range. Two renderings differ by 0.0000; of
+planted faults a hidden heading differs by 0.002 to 0.004, hidden contents by 0.003, hidden legends by 0.001 to 0.003,
+letters that are a sixteenth larger by 0.02 to 0.08."""
 QUICK = ("live page", "a model", "a run", "a batch", "requirements")
 """Kinds that take a second to make. The others take minutes, and belong to soak."""
 STILL = """(() => {
