@@ -14,7 +14,7 @@ from mehvar.base.errors import shown
 from mehvar.base.manifest import Metric, Scenario
 
 from ..check.branches import no_branching
-from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
+from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, reached
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations, contributions, mount
@@ -334,14 +334,7 @@ def expressions(value: object) -> Iterator[Expr]:
 
 def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equation, ...]:
     """Return the steps of a derivation that the system uses, directly or indirectly."""
-    definitions = derivation.definitions
-    stack = [symbol for expr in expressions(users) for symbol in expr.free_symbols]
-    seen: set[sp.Basic] = set()
-    while stack:
-        symbol = stack.pop()
-        if symbol not in seen:
-            seen.add(symbol)
-            stack += definitions[symbol].free_symbols if symbol in definitions else ()
+    seen = reached(expressions(users), derivation.definitions)
     return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
 
 

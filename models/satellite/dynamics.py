@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..derivation import matrix, vector
 from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
 from ..parts import Hub, Load
 from ..parts.assembly import mount, moved
 from ..parts.frame import Frame
 from ..parts.part import Craft
 from ..system import Derivation, Expr, Group, Quantity
-from .naming import matrix, vector
 from .orbit import circular_turning, from_inertial
 from .wheels import Wheels
 

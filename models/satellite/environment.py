@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import sympy as sp
 
+from ..derivation import vector
 from ..mechanics import quaternion_of_turns
 from ..system import Derivation, Expr, Group, Quantity, Sensor
 from .dynamics import ANGLES, RATES, angles, rates
-from .naming import vector
 from .orbit import magnetic_field, sun
 from .wheels import Wheels
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
 from ...system import Derivation, Expr, Group, Quantity
 from ..states import ATTITUDE, QUATERNION, rate
@@ -58,15 +59,9 @@ def by_quaternion(scenario: Group, d: Derivation) -> Attitude:
     turn = quaternion_rotation(q)
     pitch = sp.asin(sp.Max(-1, sp.Min(1, -turn[0, 2])))
     values = (sp.atan2(turn[1, 2], turn[2, 2]), pitch, sp.atan2(turn[0, 1], turn[0, 0]))
-    named = tuple(
-        d.define(f"angle{k}", value, title=f"3-2-1 attitude angle {k}", unit="rad", latex=f"a_{k}")
-        for k, value in enumerate(values, 1)
-    )
+    named = tuple(vector("angle*", values, "3-2-1 attitude angle *", "rad", "a_*", d, labels="123"))
     start = quaternion_of_turns(((2, scenario.att3_0), (1, scenario.att2_0), (0, scenario.att1_0)))
-    half = [
-        d.define(f"half_w{k}", w / 2, title="half the body rate", unit="rad/s", latex=rf"\Omega_{k}/2")
-        for k, w in enumerate(rate, 1)
-    ]
+    half = vector("half_w*", rate / 2, "half the body rate", "rad/s", r"\Omega_*/2", d, labels="123")
     length = sp.sqrt(sp.Add(*(e**2 for e in q)))
     return Attitude(
         QUATERNION,
