@@ -20,7 +20,7 @@ from time import perf_counter
 from benchmarks.machine import command_line, machine, table, write
 from mehvar.codegen.diff import Document, compare
 from mehvar.codegen.diff.changes import Change, replaced
-from mehvar.codegen.diff.report import Fate, Kind
+from mehvar.codegen.diff.report import EquationVerdict, Kind
 from mehvar.codegen.diff.report import Path as Place
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equations.formula import Printer
@@ -144,7 +144,7 @@ def _random(name: str, document: Document) -> list[str]:
             continue
         times.append(seconds)
         count["edits"] += 1
-        count["undecided"] += bool(result.of(Fate.UNDECIDED))
+        count["undecided"] += bool(result.of(EquationVerdict.UNDECIDED))
         if [source.name for source in result.sources] == [target]:
             count["source"] += 1
             edits = result[target].edits

@@ -16,7 +16,7 @@ from mehvar.base import cache
 from mehvar.base.errors import bad_value
 from mehvar.base.versions import installed
 
-from .generate import prepared, texts_of, write
+from .generate import generated_files, prepared, write
 from .workspace import installed_tree
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
     digest = cache.key(text, repr(sorted(versions.items())), repr(sorted(tool.items())))
 
     def fill(folder: Path) -> None:
-        write(folder, texts_of(ready, {"system": hashlib.sha256(text.encode()).hexdigest()}))
+        write(folder, generated_files(ready, {"system": hashlib.sha256(text.encode()).hexdigest()}))
 
     return cache.entry("built", f"{ready.name}-{digest}", fill)
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from mehvar.base.errors import InputError, shown
-from mehvar.base.manifest import FILE, Manifest, made_when_asked, manifest_text, parse_manifest, read_manifest
+from mehvar.base.errors import InputError, value_text
+from mehvar.base.manifest import FILE, Manifest, files_on_first_use, manifest_text, parse_manifest, read_manifest
 from mehvar.base.names import identifier
 from mehvar.base.versions import installed
 
@@ -108,7 +108,7 @@ def generate(
         Its name.
     out : Path, optional
         Folder to write instead of generated/MODEL. It gets every file; generated/MODEL lacks the files that mehvar
-        makes on first use (`mehvar.base.manifest.made_when_asked`).
+        makes on first use (`mehvar.base.manifest.files_on_first_use`).
     structure : mapping, optional
         Structural choices that differ from the defaults.
     casadi : bool
@@ -205,10 +205,10 @@ def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool,
         libraries, answers = loading.libraries(), loading.answers()
     sources = {**answers, **loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}
     tables = tree.root / "models" / model
-    return texts_of(system, sources, libraries, tables, casadi, whole)
+    return generated_files(system, sources, libraries, tables, casadi, whole)
 
 
-def texts_of(
+def generated_files(
     system: System,
     sources: Mapping[str, str],
     libraries: Mapping[str, str] | None = None,
@@ -233,7 +233,7 @@ def texts_of(
     whole : bool
         True to include the other files that mehvar makes on first use.
     """
-    from .code.files import printed, texts
+    from .code.files import code_files, printed_functions
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
     from .functions.graphs import generate_functions
@@ -244,12 +244,12 @@ def texts_of(
     check_counterparts(system)
     verify(system)
     graphs = generate_functions(system)
-    functions = printed(graphs)
+    functions = printed_functions(graphs)
     manifest = manifest_of(system, functions, sources)
     manifest = replace(manifest, versions=dict(sorted({**(libraries or {}), **manifest.versions}.items())))
     _check_constants(manifest, [f.name for f in functions])
-    left_out = frozenset() if whole else made_when_asked(system.name)
-    files = {name: text for name, text in texts(manifest, functions).items() if name not in left_out}
+    left_out = frozenset() if whole else files_on_first_use(system.name)
+    files = {name: text for name, text in code_files(manifest, functions).items() if name not in left_out}
     files["equations.json"] = equations_json(system)
     files["equations.md"] = equations_markdown(system)
     if casadi:
@@ -364,7 +364,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     defaults = {name: values[0] for name, values in choices.items()}
     chosen = defaults | dict(structure)
     if {**defaults, **system.structure} != chosen:  # what has its default may be left out
-        raise GenerateError(f"{folder}: structure = {shown(system.structure)} of the system: must be {chosen}")
+        raise GenerateError(f"{folder}: structure = {value_text(system.structure)} of the system: must be {chosen}")
     return system
 
 
@@ -376,8 +376,8 @@ def _structure(choices: object, folder: Path) -> Mapping[str, tuple[str, ...]]:
     )
     if not words:
         raise GenerateError(
-            f"{folder / '__init__.py'}: STRUCTURE = {shown(choices)}: must be a mapping of names to tuples of words, "
-            "{} for a model without structural choices"
+            f"{folder / '__init__.py'}: STRUCTURE = {value_text(choices)}: must be a mapping of names to tuples of "
+            "words, {} for a model without structural choices"
         )
     return cast(Mapping[str, tuple[str, ...]], choices)
 

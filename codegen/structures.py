@@ -85,7 +85,7 @@ def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[s
     return [each for each in others if each], complete
 
 
-def accepted(tree: Tree, model: str, structure: Mapping[str, str]) -> dict[str, str] | None:
+def valid_structure(tree: Tree, model: str, structure: Mapping[str, str]) -> dict[str, str] | None:
     """Return the structure with the fewest additional choices that make it valid, or None."""
     where = tree.plant(model) or (tree, model)
     package, choices = load_model(*where), choices_of(*where)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import gc
 import sys
 
-from mehvar.terminal import fail, interruptible, let_readers_leave, print_version, warn_in_a_line
+from mehvar.terminal import fail, ignore_closed_output, interruptible, print_version, shorten_warnings
 
 _PACKAGES = {"elftools": "pyelftools", "serial": "pyserial"}
 """Names of packages that differ from the name of their module."""
@@ -24,8 +24,8 @@ def main() -> None:
     gc.set_threshold(100_000, 20, 100)
     try:
         with interruptible():
-            let_readers_leave()
-            warn_in_a_line()
+            ignore_closed_output()
+            shorten_warnings()
             if sys.argv[1:] == ["--version"]:  # before anything of the commands is imported
                 print_version()
             else:

@@ -16,7 +16,7 @@ from mehvar.formats.ephemeris import MESSAGES, read_message
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.points import count, grid, listed, table
+from mehvar.runtime.batch.points import columns_of, count, grid, lists_as_distributions
 from mehvar.runtime.batch.repeat import SESSION_LAWS, keep_for_session
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.compiling.library import begin_native
@@ -444,10 +444,10 @@ def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) ->
     """Return all dispersions as texts: distributions, lists, grids of lists, and the user's own points."""
     if design is not None and not (isinstance(design, str) and design == "grid"):
         raise bad_value("design", design, '"grid"; for drawn points use sampling', "the call")
-    own = {} if points is None else table(points, "the call")
+    own = {} if points is None else columns_of(points, "the call")
     for name in own.keys() & vary.keys():
         raise InputError(f"{name} is given twice, in vary and in points (from the call)")
-    return listed({**(grid(vary, "the call") if design else vary), **own}, "the call")
+    return lists_as_distributions({**(grid(vary, "the call") if design else vary), **own}, "the call")
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:

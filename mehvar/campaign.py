@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from mehvar.base.errors import InputError, either, shown
+from mehvar.base.errors import InputError, either, value_text
 from mehvar.base.schema import parse_toml
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import DESIGNS, Design
@@ -136,4 +136,4 @@ def _sentence(item: dict[str, object]) -> str:
     if item["type"] == "extra_forbidden":
         return f"{field} is not known; known: {', '.join(CampaignFile.model_fields)}"
     allowed = _KINDS.get(str(item["type"]))
-    return f"{field} = {shown(item['input'])}: " + (f"must be {allowed}" if allowed else str(item["msg"]))
+    return f"{field} = {value_text(item['input'])}: " + (f"must be {allowed}" if allowed else str(item["msg"]))

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.base.errors import InputError, bad_value, either, together, unknown_name
+from mehvar.base.errors import InputError, bad_value, either, run_checks, unknown_name
 from mehvar.base.manifest import Manifest, Parameter, Quantity
 from mehvar.runtime.arguments import number
 from mehvar.runtime.model.catalogue import find_model, list_models
@@ -17,7 +17,7 @@ from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.units import read_value, setting_units
 
 
-def whole(text: str) -> int:
+def whole_number(text: str) -> int:
     """Return an integer from the command line; refuse Python's form `1_0`."""
     value = number(str(text))
     if not isinstance(value, int):
@@ -134,7 +134,7 @@ def check_names(names: Iterable[str], manifest: Manifest) -> None:
             raise unknown_name(f"parameter or option of {manifest.model}", name, known, "--set")
 
     known = (*setting_units(manifest), *manifest.choices)
-    together(*(functools.partial(check, name) for name in names))
+    run_checks(*(functools.partial(check, name) for name in names))
 
 
 def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
@@ -172,5 +172,5 @@ def read_values(texts: Iterable[str] | None, manifest: Manifest) -> dict[str, fl
     def read(name: str, text: str) -> None:
         values[name] = read_value(text, units.get(name), name, "--set")
 
-    together(*(functools.partial(read, name, text) for name, text in read_settings(texts).items()))
+    run_checks(*(functools.partial(read, name, text) for name, text in read_settings(texts).items()))
     return values

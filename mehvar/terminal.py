@@ -299,12 +299,12 @@ def interruptible() -> Iterator[None]:
         fail("interrupted", 130)
 
 
-def warn_in_a_line() -> None:
+def shorten_warnings() -> None:
     """Show only the message of a warning, without source lines."""
     warnings.formatwarning = lambda message, *_, **__: f"mehvar: {message}\n"
 
 
-def let_readers_leave() -> None:
+def ignore_closed_output() -> None:
     """Ignore output after the reader has closed it, as in `mehvar show slosh | head -3`."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout = _Output(sys.stdout)

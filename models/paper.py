@@ -5,7 +5,7 @@ The folder papers/MODEL, beside models/, has a module `ledger` (or a package) wi
 
     def paper(system: System) -> Paper
 
-which `mehvar diff --paper` judges. A ledger states two things separately:
+which `mehvar diff --paper` checks. A ledger states two things separately:
 
 * **what is printed**, misprints included, as SymPy expressions in the paper's own symbols (`Relation.left`, `.right`);
 * **what those symbols mean**, in one table of names for the whole paper (`Names`). A *free* name (a coordinate, a
@@ -50,7 +50,7 @@ An identity between names with meanings, here l_i^2 of a triangle and its rate, 
   about; that it is an error stays computed. The errata of a paper are one table, by the numbers of the entries::
 
     ERRATA = {"11": Erratum(Slip.SCAN, "The bar over the mean mass is lost.")}
-* *Readings*: one for each way to read what is printed, exactly one of them `used`. The machine judges each. When they
+* *Readings*: one for each way to read what is printed, exactly one of them `used`. mehvar checks each. When they
   disagree the entry is "illegible or ambiguous", and says which one the model follows::
 
     printed("34", "predicted output", "equation")
@@ -61,7 +61,7 @@ A module of a ledger is a list of entries in the order of the paper: functions t
 each with what it needs just above it.
 
 `Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
-judge one entry at a time: ``mehvar.ledger.judge_entry(entry, names)``; `judge(paper, "MODEL")` judges all.
+check one entry at a time: ``mehvar.ledger.check_entry(entry, names)``; `check_paper(paper, "MODEL")` checks all.
 `papers/triangle/ledger/` is a complete example.
 """
 

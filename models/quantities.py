@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mehvar.base.display import table
-from mehvar.base.errors import MehvarError, shown
+from mehvar.base.errors import MehvarError, value_text
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -39,7 +39,7 @@ def caller() -> str:
 
 def wrong(name: str, value: object, allowed: str) -> ModelError:
     """Return the error for an argument, with file and line of the model that passed it."""
-    return ModelError(f"{caller()}: {name} = {shown(value)}: must be {allowed}")
+    return ModelError(f"{caller()}: {name} = {value_text(value)}: must be {allowed}")
 
 
 def place(file: str, line: int) -> str:

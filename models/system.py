@@ -15,7 +15,7 @@ from itertools import chain
 
 import sympy as sp
 
-from mehvar.base.display import gathered, heading
+from mehvar.base.display import displayed_formulas, heading
 from mehvar.base.manifest import Choice, Metric, Scenario
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
@@ -103,7 +103,7 @@ class Function(Located):
 
     def _repr_latex_(self) -> str:
         names = {q.symbol: q.latex for q in (*chain(*self.arguments), *(q for q, _ in self.results)) if q.latex}
-        return gathered([f"{latex(q.symbol, names)} = {latex(expr, names)}" for q, expr in self.results])
+        return displayed_formulas([f"{latex(q.symbol, names)} = {latex(expr, names)}" for q, expr in self.results])
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ class Controller(Located):
 
     def _repr_latex_(self) -> str:
         names = {q.symbol: q.latex for group in (self.parameters, self.memory) for q in group if q.latex}
-        return gathered([rf"u_{{{i}}} = {latex(expr, names)}" for i, expr in enumerate(self.command, 1)])
+        return displayed_formulas([rf"u_{{{i}}} = {latex(expr, names)}" for i, expr in enumerate(self.command, 1)])
 
 
 @dataclass(frozen=True)
@@ -443,7 +443,7 @@ class System(Located):
         names = {step.symbol: step.latex for step in self.definitions_in_order}
         names |= {q.symbol: q.latex for group in self._groups for q in group if q.latex}
         sides = zip(self.states, self.rhs, strict=True)
-        return gathered([rf"\dot{{{latex(q.symbol, names)}}} = {latex(rate, names)}" for q, rate in sides])
+        return displayed_formulas([rf"\dot{{{latex(q.symbol, names)}}} = {latex(rate, names)}" for q, rate in sides])
 
     def _repr_html_(self) -> str:
         tables = (group._repr_html_() for group in self._groups)

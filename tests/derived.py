@@ -15,7 +15,7 @@ from mehvar.codegen.generate import installed_tree, system_of
 from mehvar.codegen.ledger.ledger import Ledger
 from mehvar.codegen.structures import structure_folder
 from mehvar.models.system import System
-from mehvar.reproduction.judging import judged
+from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import paper_models
 
 REPRODUCED = tuple(paper_models(installed_tree()))
@@ -42,5 +42,5 @@ def variant(model: str, /, **structure: str) -> dict[str, str]:
 @functools.cache
 def ledger(model: str) -> Ledger:
     """Return the ledger of a model's paper, judged once for the tests and for the pages that show it."""
-    (verdicts,) = judged(installed_tree(), model)
+    (verdicts,) = paper_ledgers(installed_tree(), model)
     return TypeAdapter(Ledger).validate_python(verdicts)

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mehvar.base.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, with_digest
 
 
 def write_manifest(folder: Path, data: Mapping[str, Any]) -> None:
     """Write a manifest as generation would: sealed."""
-    (folder / FILE).write_text(sealed(json.dumps(data, indent=1)))
+    (folder / FILE).write_text(with_digest(json.dumps(data, indent=1)))

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.codegen.code.files import PrintedFunction, printed
+from mehvar.codegen.code.files import PrintedFunction, printed_functions
 from mehvar.codegen.code.spelling import PYTHON, Language, statements
 from mehvar.codegen.code.tape import Tape
 from mehvar.codegen.functions.graphs import generate_functions
@@ -29,7 +29,7 @@ class Equations:
     """The tapes of a model with a structure, by function name."""
 
     def __init__(self, model: str, structure: Mapping[str, str]) -> None:
-        functions = printed(generate_functions(system_of(installed_tree(), model, structure)))
+        functions = printed_functions(generate_functions(system_of(installed_tree(), model, structure)))
         self._functions = {f.name: f for f in functions}
 
     def best(self, name: str) -> PrintedFunction:

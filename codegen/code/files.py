@@ -151,7 +151,7 @@ class PrintedFunction:
         return tuple(names.values[k] for k in values)
 
 
-def printed(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
+def printed_functions(functions: Sequence[FunctionGraph]) -> list[PrintedFunction]:
     """Print each graph as C and Python; a split function is also printed in two parts."""
     whole = [
         PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, _tape(f), _labels(f), f.families)
@@ -247,7 +247,7 @@ def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
     return digest.hexdigest()
 
 
-def texts(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str, str]:
+def code_files(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str, str]:
     """Return the filled templates.
 
     Returns

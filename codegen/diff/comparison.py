@@ -7,24 +7,24 @@ import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..equal.judge import Verdict
+from ..equal.equality import Verdict
 from ..equations.document import Document
 from .changes import Change
 from .explain import Explainer
+from .grouping.causes import MOTION, causes, solving, turns
+from .grouping.extension import Extended, extension
+from .grouping.groups import groups
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
 from .parameters import parameter_changes
 from .points.allowed import CONDITIONS, Allowed
 from .points.modes import Modes
-from .points.opinion import second_opinion
-from .report import EXTENDED, MEMBER, Comparison, EquationChange, Fate, Story, handle
-from .stories.causes import MOTION, causes, solving, turns
-from .stories.extension import Extended, extension
-from .stories.groups import groups
+from .points.opinion import check_in_double
+from .report import EXTENDED, MEMBER, Comparison, EquationChange, EquationGroup, EquationVerdict, handle
 from .versions import Item, Key, Versions
 
-_EQUAL = frozenset((Fate.SAME, Fate.REARRANGED, Fate.RENAMED, Fate.SCALED))
-_UNEQUAL = frozenset((Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED))
+_EQUAL = frozenset((EquationVerdict.SAME, EquationVerdict.REARRANGED, EquationVerdict.RENAMED, EquationVerdict.SCALED))
+_UNEQUAL = frozenset((EquationVerdict.CHANGED, EquationVerdict.INHERITED, EquationVerdict.UNDECIDED))
 
 _PROOFS = ("node identity", "same expression of equal names")
 """Reasons for equality that need no evaluation."""
@@ -67,14 +67,14 @@ class _Verdicts:
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
-        self.verdict: dict[Key, tuple[Fate, Verdict]] = {}
+        self.verdict: dict[Key, tuple[EquationVerdict, Verdict]] = {}
         self.sources: dict[Key, dict[Key, None]] = {}
         """For each row with a different value, the rows that cause the difference."""
         self.names = {item.key: item.name for item in versions.news}
         self._overruled: dict[Key, Verdict] = {}
         self._modes = Modes(versions)
         self._allowed = Allowed(versions)
-        self._judge_all()
+        self._decide_all()
         self._ask_again()
         self.lost: dict[Key, Lost] = {}
         self.extension = extension(versions.old, versions.new)
@@ -82,24 +82,26 @@ class _Verdicts:
         if any(judged[0] in _UNEQUAL for judged in self.verdict.values()):
             self._recombined()
             self._lost()
-        self.stories: list[Story] = []
+        self.stories: list[EquationGroup] = []
         self._cause = self._causes()
 
-    def _judge_all(self) -> None:
+    def _decide_all(self) -> None:
         for item in self.versions.news:
             partner = self.versions.partner.get(item.key)
             if partner is None:
-                self.verdict[item.key] = (Fate.ADDED, Verdict(None, "no such equation before"))
+                self.verdict[item.key] = (EquationVerdict.ADDED, Verdict(None, "no such equation before"))
             else:
-                self.verdict[item.key] = self._at_modes(partner, item, *self._judge(partner, item))
+                self.verdict[item.key] = self._at_modes(partner, item, *self._decide(partner, item))
 
-    def _at_modes(self, old: Item, new: Item, fate: Fate, verdict: Verdict) -> tuple[Fate, Verdict]:
+    def _at_modes(
+        self, old: Item, new: Item, fate: EquationVerdict, verdict: Verdict
+    ) -> tuple[EquationVerdict, Verdict]:
         """Return the verdict on a row; "different" if the sides differ for some value of a mode."""
         if fate not in _EQUAL or verdict.how in _PROOFS:
             return fate, verdict
         sides = (self.versions.before, old.root), (self.versions.after, new.root)
         other = self._modes.at_thresholds(*sides)
-        if other is None and fate is not Fate.SCALED:  # whose sides differ by a factor
+        if other is None and fate is not EquationVerdict.SCALED:  # whose sides differ by a factor
             other = self._modes.at_start(*sides)
         if other is None:
             return fate, verdict
@@ -108,21 +110,21 @@ class _Verdicts:
             new.key: None
         }
         if other.equal is None:
-            return Fate.UNDECIDED, other
-        return (Fate.INHERITED if causes else Fate.CHANGED), other
+            return EquationVerdict.UNDECIDED, other
+        return (EquationVerdict.INHERITED if causes else EquationVerdict.CHANGED), other
 
     def _ask_again(self) -> None:
-        """Check verdicts "equal" with a second method, and judge again if the methods disagree."""
+        """Check verdicts "equal" with a second method, and decide again if the methods disagree."""
         tested = [item for item in self.versions.news if self._is_tested(item)]
         if not tested:
             return
         before, after, partner = self.versions.before, self.versions.after, self.versions.partner
         pairs = [((before, partner[item.key].root), (after, item.root)) for item in tested]
-        verdicts, count = second_opinion(self.versions.judge, pairs)
+        verdicts, count = check_in_double(self.versions.equality, pairs)
         self._overruled = {tested[number].key: verdict for number, verdict in verdicts.items()}
         if self._overruled:
             self.sources.clear()
-            self._judge_all()
+            self._decide_all()
         for item in tested:
             fate, verdict = self.verdict[item.key]
             if fate in _EQUAL:
@@ -130,24 +132,24 @@ class _Verdicts:
 
     def _is_tested(self, item: Item) -> bool:
         fate, verdict = self.verdict[item.key]
-        return fate in _EQUAL - {Fate.SCALED} and verdict.how not in _PROOFS
+        return fate in _EQUAL - {EquationVerdict.SCALED} and verdict.how not in _PROOFS
 
     # One row
 
-    def _judge(self, old: Item, new: Item) -> tuple[Fate, Verdict]:
+    def _decide(self, old: Item, new: Item) -> tuple[EquationVerdict, Verdict]:
         versions = self.versions
         children = versions.children(new)
         unequal = [child for child in children if self._differs(child)]
         text = self._same_text(old, new)
         if text and not unequal:
             how = _PROOFS[not all(self._identical(child) for child in children)]
-            return self._equal(old, new, Fate.SAME), Verdict(True, how)
+            return self._equal(old, new, EquationVerdict.SAME), Verdict(True, how)
         local = Verdict(True, "node identity") if text else self._local(old, new)
         if local.equal and not unequal:
-            return self._equal(old, new, Fate.REARRANGED), local
+            return self._equal(old, new, EquationVerdict.REARRANGED), local
         whole = self._whole(old, new, local, unequal)
         if whole.equal:
-            return self._equal(old, new, Fate.SAME if text else Fate.REARRANGED), whole
+            return self._equal(old, new, EquationVerdict.SAME if text else EquationVerdict.REARRANGED), whole
         if local.equal:
             self.sources[new.key] = {key: None for child in unequal for key in self.sources.get(child.key, {})}
             return self._follower(unequal, whole)
@@ -156,10 +158,10 @@ class _Verdicts:
             scaled = scale(versions, old, new)
             if scaled:
                 del self.sources[new.key]
-                return Fate.SCALED, Verdict(True, scaled)
+                return EquationVerdict.SCALED, Verdict(True, scaled)
         if local.equal is False and new.row.kind not in CONDITIONS:
             local = self._allowed.where_allowed(local, (versions.before, old.root), (versions.across, new.root))
-        return (Fate.UNDECIDED if local.equal is None else Fate.CHANGED), local
+        return (EquationVerdict.UNDECIDED if local.equal is None else EquationVerdict.CHANGED), local
 
     def _local(self, old: Item, new: Item) -> Verdict:
         """Compare old and new text with equal values of their children."""
@@ -169,11 +171,11 @@ class _Verdicts:
         pair = (versions.before, old.root), (versions.across, new.root)
         free = (versions.free_old, old.root), (versions.free_new, new.root)
         for sides in (pair, free):
-            if versions.judge.same_in_field(*sides):
-                return versions.judge.where_defined(Verdict(True, versions.judge.how(*sides)), *pair)
-        decision = versions.judge.decide(*pair)
+            if versions.equality.same_in_field(*sides):
+                return versions.equality.where_defined(Verdict(True, versions.equality.how(*sides)), *pair)
+        decision = versions.equality.decide(*pair)
         if decision.equal is None:
-            by_text = versions.judge.decide(*free)
+            by_text = versions.equality.decide(*free)
             if by_text.equal is False:  # definitions may hide the difference, such as a root of a negative number
                 return replace(decision, how=f"{decision.how}; they differ if its names are free")
         return decision
@@ -182,17 +184,17 @@ class _Verdicts:
         """Compare two rows by their values if the rows that they use differ."""
         if not unequal:
             return local
-        judge, pair = self.versions.judge, ((self.versions.before, old.root), (self.versions.after, new.root))
+        equality, pair = self.versions.equality, ((self.versions.before, old.root), (self.versions.after, new.root))
         if local.equal:
-            return judge.where_defined(Verdict(bool(judge.same_in_field(*pair)), judge.how(*pair)), *pair)
-        return judge.decide(*pair)
+            return equality.where_defined(Verdict(bool(equality.same_in_field(*pair)), equality.how(*pair)), *pair)
+        return equality.decide(*pair)
 
-    def _follower(self, unequal: list[Item], whole: Verdict) -> tuple[Fate, Verdict]:
+    def _follower(self, unequal: list[Item], whole: Verdict) -> tuple[EquationVerdict, Verdict]:
         """Return the verdict on a row whose own text is equal and whose definitions differ."""
-        undecided = [child.name for child in unequal if self.verdict[child.key][0] is Fate.UNDECIDED]
+        undecided = [child.name for child in unequal if self.verdict[child.key][0] is EquationVerdict.UNDECIDED]
         if len(undecided) == len(unequal):
-            return Fate.UNDECIDED, Verdict(None, f"{', '.join(undecided)} may be equal")
-        return (Fate.UNDECIDED if undecided and whole.equal is None else Fate.INHERITED), whole
+            return EquationVerdict.UNDECIDED, Verdict(None, f"{', '.join(undecided)} may be equal")
+        return (EquationVerdict.UNDECIDED if undecided and whole.equal is None else EquationVerdict.INHERITED), whole
 
     def _same_text(self, old: Item, new: Item) -> bool:
         versions = self.versions
@@ -204,8 +206,8 @@ class _Verdicts:
             ) and not any(child.key not in versions.partner for child in versions.children(new))
         return False
 
-    def _equal(self, old: Item, new: Item, verdict: Fate) -> Fate:
-        return Fate.RENAMED if old.name != new.name and new.row.named else verdict
+    def _equal(self, old: Item, new: Item, verdict: EquationVerdict) -> EquationVerdict:
+        return EquationVerdict.RENAMED if old.name != new.name and new.row.named else verdict
 
     def _identical(self, item: Item) -> bool:
         return self.verdict[item.key][1].how == "node identity"
@@ -220,14 +222,17 @@ class _Verdicts:
             for item in motions:
                 if self._differs(item):
                     self.sources.pop(item.key, None)
-                    self.verdict[item.key] = (Fate.SCALED, Verdict(True, "recombined: the same accelerations"))
+                    self.verdict[item.key] = (
+                        EquationVerdict.SCALED,
+                        Verdict(True, "recombined: the same accelerations"),
+                    )
 
     def _extensions(self) -> set[Key]:
         """Return the rows that changed only by terms of added or removed equal parts, such as pendulums."""
         if self.extension is None:
             return set()
         extended, partner = Extended(self.versions, self.extension), self.versions.partner
-        changed = [item for item in self.versions.news if self.verdict[item.key][0] is Fate.CHANGED]
+        changed = [item for item in self.versions.news if self.verdict[item.key][0] is EquationVerdict.CHANGED]
         return {item.key for item in changed if extended(partner[item.key], item)}
 
     def _lost(self) -> None:
@@ -235,13 +240,13 @@ class _Verdicts:
         changed = [
             item
             for item in self.versions.news
-            if self.verdict[item.key][0] is Fate.CHANGED and item.key not in self._extended
+            if self.verdict[item.key][0] is EquationVerdict.CHANGED and item.key not in self._extended
         ]
         for lost in lost_definitions(self.versions, changed):
             self.lost[lost.item.key] = lost
             self.names[lost.item.key] = lost.item.name
             for user in lost.users:
-                self.verdict[user.key] = (Fate.INHERITED, self.verdict[user.key][1])
+                self.verdict[user.key] = (EquationVerdict.INHERITED, self.verdict[user.key][1])
                 self._blame(user.key, lost.item.key)
 
     def _causes(self) -> dict[Key, str]:
@@ -249,7 +254,7 @@ class _Verdicts:
         changed = [
             item
             for item in self.versions.news
-            if self.verdict[item.key][0] is Fate.CHANGED and item.key not in self._extended
+            if self.verdict[item.key][0] is EquationVerdict.CHANGED and item.key not in self._extended
         ]
         solved = solving(self.versions, changed)
         explained: dict[Key, str] = {}
@@ -294,7 +299,7 @@ class _Verdicts:
     def _users(self) -> dict[Key, list[str]]:
         users: dict[Key, list[str]] = {}
         for item in self.versions.news:
-            if self.verdict[item.key][0] in (Fate.INHERITED, Fate.UNDECIDED):
+            if self.verdict[item.key][0] in (EquationVerdict.INHERITED, EquationVerdict.UNDECIDED):
                 for source in self.sources.get(item.key, {}):
                     if source != item.key:
                         users.setdefault(source, []).append(item.name)
@@ -319,7 +324,9 @@ class _Verdicts:
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        explained = verdict is Fate.CHANGED and item.key not in self._extended and item.key not in self._cause
+        explained = (
+            verdict is EquationVerdict.CHANGED and item.key not in self._extended and item.key not in self._cause
+        )
         explanation = explainer.explain(partner, item, decision.point) if partner and explained else None
         return EquationChange(
             name=row.name,
@@ -332,7 +339,7 @@ class _Verdicts:
             latex=row.latex,
             verdict=verdict,
             how=EXTENDED if item.key in self._extended else self._of_member(item) or decision.how,
-            matters=item.key in mattering or (verdict is Fate.ADDED and not row.named),
+            matters=item.key in mattering or (verdict is EquationVerdict.ADDED and not row.named),
             edits=explanation.edits if explanation else (),
             replayed=explanation.replayed if explanation else False,
             counterexample=explanation.counterexample if explanation else None,
@@ -350,7 +357,7 @@ class _Verdicts:
             return removed
         return replace(
             removed,
-            verdict=Fate.CHANGED,
+            verdict=EquationVerdict.CHANGED,
             how="written out in its users, which this edit reproduces",
             matters=True,
             edits=(explainer.edit(lost.change, item.root),),
@@ -366,10 +373,11 @@ class _Verdicts:
     def _removed(self, item: Item) -> EquationChange:
         row = item.row
         return EquationChange(
-            row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex, Fate.REMOVED,
-            self._of_member(item) or "no such equation any more", matters=not row.named, old_node=row.node,
+            row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex,
+            EquationVerdict.REMOVED, self._of_member(item) or "no such equation any more",
+            matters=not row.named, old_node=row.node,
         )  # fmt: skip
 
 
-def _story(kind: str, says: str, items: list[Item]) -> Story:
-    return Story(kind, says, tuple(dict.fromkeys(handle(item.row) for item in items)))
+def _story(kind: str, says: str, items: list[Item]) -> EquationGroup:
+    return EquationGroup(kind, says, tuple(dict.fromkeys(handle(item.row) for item in items)))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 
-from ..equal.judge import VISIBLE, Counterexample, Worlds, shown, simplified
+from ..equal.equality import VISIBLE, Counterexample, Worlds, shown, simplified
 from ..equal.meaning import Expression
 from ..equal.reals import Point
 from ..equal.values import FieldWorld
@@ -50,7 +50,7 @@ class Explainer:
 
     def __init__(self, versions: Versions) -> None:
         self.versions = versions
-        self.judge = versions.judge
+        self.equality = versions.equality
         self._allowed = Allowed(versions)
         names = _names(versions)
         self._text = Printer(versions.pool.nodes, names)
@@ -84,7 +84,7 @@ class Explainer:
         olds, news = self._worlds(old, new)
         account = Account(pool, olds, news)
         changes = account.explain(old[1], new[1])
-        made = self.judge.decide((old[0], replaced(pool, old[1], changes)), new)
+        made = self.equality.decide((old[0], replaced(pool, old[1], changes)), new)
         if made.equal is False and len(changes) == 1:
             return [account.whole(old[1], new[1])], True
         return changes, bool(made.equal)
@@ -94,16 +94,16 @@ class Explainer:
         pairs = [(self.versions.before, self.versions.across), (self.versions.free_old, self.versions.free_new)]
         if old[0] is not self.versions.before:
             pairs = [(old[0], new[0])]
-        count = _ROOTED if self.judge.is_rooted(old, new) else _POINTS
+        count = _ROOTED if self.equality.is_rooted(old, new) else _POINTS
         for first, second in pairs:
             points = []
             for number in range(_TRIED):
-                worlds = self.judge.point(number)
+                worlds = self.equality.point(number)
                 if worlds[first].defined(old[1]) is not None and worlds[second].defined(new[1]) is not None:
                     points.append((worlds[first], worlds[second]))
                 if len(points) == count:
                     return [a for a, _ in points], [b for _, b in points]
-        worlds = self.judge.point(0)
+        worlds = self.equality.point(0)
         return [worlds[pairs[-1][0]]], [worlds[pairs[-1][1]]]
 
     # Words
@@ -159,11 +159,11 @@ class Explainer:
     ) -> Counterexample | None:
         """Return a simple point where both sides differ, which if possible fulfils the conditions of a version."""
         allowed = (lambda _: True) if anywhere else self._allowed.test(old, new)
-        mine = () if known is None else (self.judge.real(known),)
-        points = chain(self.judge.real_points([old, new], 40), mine, self.judge.extreme_points(old, new))
-        worlds, fails = _first(allowed, (w for w in points if self.judge.differ(w, old, new))), self._fails
+        mine = () if known is None else (self.equality.real(known),)
+        points = chain(self.equality.real_points([old, new], 40), mine, self.equality.extreme_points(old, new))
+        worlds, fails = _first(allowed, (w for w in points if self.equality.differ(w, old, new))), self._fails
         if worlds is None:
-            worlds = next((w for w in mine if self.judge.one_exists(w, old, new)), None)
+            worlds = next((w for w in mine if self.equality.one_exists(w, old, new)), None)
             fails = self._is_alone
         if worlds is None:
             return None
@@ -174,25 +174,25 @@ class Explainer:
             point = simplified(
                 point,
                 self._candidates,
-                lambda trial: fails(trial, old, new) and keep(self.judge.real(ChainMap({**trial}, base))),
+                lambda trial: fails(trial, old, new) and keep(self.equality.real(ChainMap({**trial}, base))),
             )
-            worlds = self.judge.real(point)
+            worlds = self.equality.real(point)
         named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
         return Counterexample(named, *shown(worlds, old, new))
 
     def _candidates(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        return (simple for simple in self.judge.sampler.simple(name, value) if self.versions.may_be(name, simple))
+        return (simple for simple in self.equality.sampler.simple(name, value) if self.versions.may_be(name, simple))
 
     def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
         """Return True if only one side has a value at a point. At coordinates of zero a domain may end."""
-        return 0 not in point.values() and self.judge.one_exists(self.judge.real(point), old, new)
+        return 0 not in point.values() and self.equality.one_exists(self.equality.real(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
-        worlds = self.judge.real(point)
+        worlds = self.equality.real(point)
         a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
         if a is None or b is None or isinstance(a, bool | tuple):
             return False
-        return bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)) and self.judge.differ(worlds, old, new))
+        return bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)) and self.equality.differ(worlds, old, new))
 
 
 def _first(allowed: Test, points: Iterator[Worlds]) -> Worlds | None:

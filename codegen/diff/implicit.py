@@ -6,15 +6,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..equal import field
+from ..equal.equality import Verdict
 from ..equal.field import Element, Undefined
-from ..equal.judge import Verdict
 from ..equal.meaning import Meaning
 from ..equal.pool import Pool
 from .changes import Values, rational
 from .versions import Item, Versions
 
 _POINTS = 3
-"""Number of field points, as in `codegen.equal.judge`."""
+"""Number of field points, as in `codegen.equal.equality`."""
 _PARTS = {"add": "sum", "exp": "factor", "cosh": "factor", "pow": "factor"}
 """Operations whose values are never zero, in words."""
 
@@ -26,13 +26,13 @@ def scale(versions: Versions, old: Item, new: Item) -> str:
     """
     words = _scale(versions, old, new)
     sides = (versions.before, old.root), (versions.across, new.root)
-    return words if words and versions.judge.where_defined(Verdict(True, words), *sides).equal else ""
+    return words if words and versions.equality.where_defined(Verdict(True, words), *sides).equal else ""
 
 
 def _scale(versions: Versions, old: Item, new: Item) -> str:
-    count = versions.judge.count((versions.before, old.root), (versions.across, new.root))
-    before = versions.judge.values(versions.before, old.root, count)
-    after = versions.judge.values(versions.across, new.root, count)
+    count = versions.equality.count((versions.before, old.root), (versions.across, new.root))
+    before = versions.equality.values(versions.before, old.root, count)
+    after = versions.equality.values(versions.across, new.root, count)
     if None in (*before, *after) or 0 in before:
         return ""
     ratio = tuple(field.mul(b, field.inverse(a)) for a, b in zip(before, after, strict=True))
@@ -40,9 +40,9 @@ def _scale(versions: Versions, old: Item, new: Item) -> str:
     if number:
         return f"multiplied by {number}"
     for name in versions.before.free(old.root):
-        if not versions.judge.positive(name):
+        if not versions.equality.positive(name):
             continue
-        values: Values = versions.judge.values(versions.before, versions.pool.intern("sym", name), count)
+        values: Values = versions.equality.values(versions.before, versions.pool.intern("sym", name), count)
         for exponent in (1, -1, 2, -2):
             power = tuple(field.power(v, exponent) for v in values)
             number = rational(tuple(field.mul(r, field.inverse(p)) for r, p in zip(ratio, power, strict=True)))
@@ -57,8 +57,8 @@ def _part(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
     for meaning, root in ((versions.before, old.root), (versions.across, new.root)):
         for node in meaning.cone(root):
             operation = versions.pool.nodes[node][0]
-            values = versions.judge.values(meaning, node, len(ratio)) if operation in _PARTS else (None,)
-            if None in values or 0 in values or not versions.judge.never_zero((meaning, node)):
+            values = versions.equality.values(meaning, node, len(ratio)) if operation in _PARTS else (None,)
+            if None in values or 0 in values or not versions.equality.never_zero((meaning, node)):
                 continue
             if values == ratio:
                 return f"multiplied by a {_PARTS[operation]} that is never zero"
@@ -71,8 +71,8 @@ def _factors(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
     """Return a note if an equation was multiplied by several factors that are never zero, else an empty text."""
     for meaning, root in ((versions.across, new.root), (versions.before, old.root)):
         for factor in _common(versions.pool, root):
-            values = versions.judge.values(meaning, factor, len(ratio))
-            if None not in values and 0 not in values and versions.judge.never_zero((meaning, factor)):
+            values = versions.equality.values(meaning, factor, len(ratio))
+            if None not in values and 0 not in values and versions.equality.never_zero((meaning, factor)):
                 inverse = tuple(map(field.inverse, values)) if meaning is versions.across else values
                 ratio = tuple(map(field.mul, ratio, inverse))
     return "multiplied by factors that are never zero" if rational(ratio) else ""
@@ -124,7 +124,7 @@ def _solution(
 def _residual(
     versions: Versions, meaning: Meaning, roots: Sequence[int], rates: Mapping[str, Element], number: int
 ) -> list[Element]:
-    world = versions.judge.at(number, fixed=rates)[meaning]
+    world = versions.equality.at(number, fixed=rates)[meaning]
     return [world.value(root) for root in roots]
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..equal import field
+from ..equal.equality import Worlds
 from ..equal.field import Undefined
-from ..equal.judge import Worlds
 from ..equal.meaning import Expression, Meaning
 from .changes import Change, Values, replaced
 from .terms import Account
@@ -49,7 +49,7 @@ def _edit(versions: Versions, removed: Item, users: Sequence[Item]) -> Change | 
     required = _required(versions, removed, users[0])
     if required is None:
         return None
-    worlds = [versions.judge.point(k)[versions.before] for k in range(_POINTS)]
+    worlds = [versions.equality.point(k)[versions.before] for k in range(_POINTS)]
     account = Account(pool, worlds, worlds)
     for change in account.single(removed.root, required):
         meaning = _with(versions, removed, replaced(pool, removed.root, [change]))
@@ -60,7 +60,7 @@ def _edit(versions: Versions, removed: Item, users: Sequence[Item]) -> Change | 
 
 def _explains(versions: Versions, meaning: Meaning, user: Item) -> bool:
     old = versions.partner[user.key]
-    return bool(versions.judge.decide((meaning, old.root), (versions.across, user.root)).equal)
+    return bool(versions.equality.decide((meaning, old.root), (versions.across, user.root)).equal)
 
 
 def _with(versions: Versions, removed: Item, root: int | None) -> Meaning:
@@ -83,7 +83,7 @@ def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
     try:
         return tuple(
             _solved(
-                versions.judge.point(k)[versions.across].value(user.root),
+                versions.equality.point(k)[versions.across].value(user.root),
                 [_at(versions, k, removed.name, number)[free].value(old.root) for number in range(3)],
             )
             for k in range(_POINTS)
@@ -93,7 +93,7 @@ def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
 
 
 def _at(versions: Versions, point: int, name: str, value: int) -> Worlds:
-    return versions.judge.at(point, fixed={name: value})
+    return versions.equality.at(point, fixed={name: value})
 
 
 def _solved(required: field.Element, values: Sequence[field.Element]) -> field.Element:

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
-from ..equal.judge import Counterexample
+from ..equal.equality import Counterexample
 from ..equations.document import Row
 
 SCHEMA = 1
@@ -32,7 +32,7 @@ class ModelStatus(StrEnum):
     REMOVED = "removed"
 
 
-class Fate(StrEnum):
+class EquationVerdict(StrEnum):
     """Verdict on an equation in two versions.
 
     `SAME`: the same text. `REARRANGED`: different text, equal value. `RENAMED`: equal value under another name.
@@ -120,7 +120,7 @@ class EquationChange:
         "definition", "equation", or the kind of a result: "rhs", "output", "law", ...
     section, number, title, unit, latex : str
         As in the model; `latex` is its left side.
-    verdict : Fate
+    verdict : EquationVerdict
         Its fate.
     how : str
         Reason for the verdict: "node identity", "3 points of a 154-bit field, seed 5", "64 points", "50 digits", ...
@@ -151,7 +151,7 @@ class EquationChange:
     title: str
     unit: str
     latex: str
-    verdict: Fate
+    verdict: EquationVerdict
     how: str
     matters: bool = False
     edits: tuple[Edit, ...] = ()
@@ -180,7 +180,7 @@ def handle(row: Row | EquationChange) -> str:
 
 
 @dataclass(frozen=True)
-class Story:
+class EquationGroup:
     """Group of related changes with a common description.
 
     Attributes
@@ -250,7 +250,7 @@ class Comparison:
     model: str
     equations: tuple[EquationChange, ...]
     parameters: tuple[ParameterChange, ...] = ()
-    groups: tuple[Story, ...] = ()
+    groups: tuple[EquationGroup, ...] = ()
     structure: tuple[tuple[str, str, str], ...] = ()
     old_nodes: tuple[tuple[Any, ...], ...] = ()
     new_nodes: tuple[tuple[Any, ...], ...] = ()
@@ -264,41 +264,41 @@ class Comparison:
     @property
     def sources(self) -> tuple[EquationChange, ...]:
         """Equations with a changed meaning of their own text: the causes of other changes."""
-        return self.of(Fate.CHANGED)
+        return self.of(EquationVerdict.CHANGED)
 
     @property
     def changed(self) -> tuple[EquationChange, ...]:
         """Equations whose value changed or is undecided, by their own text or through definitions."""
-        unequal = self.of(Fate.CHANGED, Fate.INHERITED, Fate.UNDECIDED)
+        unequal = self.of(EquationVerdict.CHANGED, EquationVerdict.INHERITED, EquationVerdict.UNDECIDED)
         return tuple(equation for equation in unequal if equation.matters)
 
     @property
     def added(self) -> tuple[EquationChange, ...]:
         """Equations of the new side only."""
-        return self.of(Fate.ADDED)
+        return self.of(EquationVerdict.ADDED)
 
     @property
     def removed(self) -> tuple[EquationChange, ...]:
         """Equations of the old side only."""
-        return self.of(Fate.REMOVED)
+        return self.of(EquationVerdict.REMOVED)
 
     @property
     def equivalent(self) -> tuple[EquationChange, ...]:
         """Equations with a different text or name but the same meaning."""
-        return self.of(Fate.REARRANGED, Fate.RENAMED, Fate.SCALED)
+        return self.of(EquationVerdict.REARRANGED, EquationVerdict.RENAMED, EquationVerdict.SCALED)
 
     @property
     def differs(self) -> bool:
         """True if the physics differs or is undecided, including parameters and structural choices."""
         return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
 
-    def of(self, *verdicts: Fate) -> tuple[EquationChange, ...]:
+    def of(self, *verdicts: EquationVerdict) -> tuple[EquationChange, ...]:
         """Return the equations with one of these verdicts."""
         return tuple(equation for equation in self if equation.verdict in verdicts)
 
     def counts(self) -> dict[str, int]:
         """Count the equations by verdict."""
-        return {verdict.value: len(self.of(verdict)) for verdict in Fate}
+        return {verdict.value: len(self.of(verdict)) for verdict in EquationVerdict}
 
     def __iter__(self) -> Iterator[EquationChange]:
         return iter(self.equations)

@@ -11,7 +11,7 @@ from typing import Any
 
 from mehvar.base.manifest import Manifest
 
-from ..equal.judge import Judge
+from ..equal.equality import EqualityTest
 from ..equal.meaning import Expression, Meaning
 from ..equal.pool import Pool
 from ..equal.reals import PointSampler
@@ -68,7 +68,7 @@ class Versions:
         self.across = Meaning(self.pool, self._partner_of)
         self.free_old = Meaning(self.pool, lambda _: None)
         self.free_new = Meaning(self.pool, self._free)
-        self.judge = Judge(self.pool, self._positive, _sampler(old, new, self.renamed))
+        self.equality = EqualityTest(self.pool, self._positive, _sampler(old, new, self.renamed))
         self._match()
 
     def _positive(self, name: str) -> bool:
@@ -146,7 +146,7 @@ class Versions:
     def _value(self, new: bool, item: Item) -> Any:
         key = (new, item.key)
         if key not in self._values:
-            self._values[key] = self.judge.values(self.after if new else self.before, item.root)
+            self._values[key] = self.equality.values(self.after if new else self.before, item.root)
         return self._values[key]
 
     def _match_values(self, left: dict[Key, Item]) -> None:
@@ -177,7 +177,7 @@ class Versions:
         for item in self.news:
             if item.key in self.partner or item.row.kind != "definition":
                 continue
-            value = self.judge.values(self.across, item.root)
+            value = self.equality.values(self.across, item.root)
             for old in left.values():
                 if (
                     old.row.kind == "definition"
@@ -204,8 +204,8 @@ class Versions:
             return False
         instead = (self.free_old, self.pool.intern("sym", old.name))
         meaning = Meaning(self.pool, lambda name: instead if name == new.name else self._free(name))
-        values = self.judge.values(meaning, user.root)
-        return _is_enough(values) and bool(values == self.judge.values(self.free_old, partner.root))
+        values = self.equality.values(meaning, user.root)
+        return _is_enough(values) and bool(values == self.equality.values(self.free_old, partner.root))
 
 
 def _is_enough(values: Sequence[Any]) -> bool:

@@ -103,7 +103,7 @@ _FAR = 1e9
 _WIDEST = 60
 """Largest number of characters of an expression in a message; two of them fit into three lines."""
 _TOLD = 64
-"""Number of agreeing points with 50 digits that decide a cell if the field cannot; see `_BRANCHED` in `judge`."""
+"""Number of agreeing points with 50 digits that decide a cell if the field cannot; see `_BRANCHED` in `equality`."""
 _OF_A_LINE = 4
 """Largest number of these points per line, so that they lie on at least sixteen lines."""
 _MOST_INSIDE = 12
@@ -420,7 +420,7 @@ class Cells:
         sizes = doubles.apart(old, new)[0]
         worst = np.argsort(sizes)[-8:]
         for k in map(int, worst[sizes[worst] > 0][::-1]):
-            if outcome := self._judge(_row(point, k)):
+            if outcome := self._decide_at(_row(point, k)):
                 return outcome
         return self._look_at(point, np.isfinite(old) & np.isfinite(new), self._table(found, count), inside)
 
@@ -436,12 +436,12 @@ class Cells:
     def _look_at(
         self, point: Mapping[str, Array], defined: NDArray[np.bool_], table: Array, inside: State | None
     ) -> Outcome | None:
-        """Judge points with a new branch combination, and some points inside joint states."""
+        """Compare points with a new branch combination, and some points inside joint states."""
         members = []
         for k in map(int, np.nonzero(defined)[0]):
             pattern = table[k].tobytes()
             is_new = pattern not in self._seen and self._is_wanted(pattern)
-            if is_new and (outcome := self._judge(_row(point, k), pattern)):
+            if is_new and (outcome := self._decide_at(_row(point, k), pattern)):
                 return outcome
             if inside is not None and self._cell.get(self._signs_of(pattern)) == inside:
                 members.append(k)
@@ -449,7 +449,7 @@ class Cells:
         for k in self._draw.sample(near, min(len(near), _OF_A_LINE)):
             here = _row(point, k)
             self._insides[inside].at = here  # type: ignore[index]
-            if outcome := self._judge(here):
+            if outcome := self._decide_at(here):
                 return outcome
         return None
 
@@ -467,7 +467,7 @@ class Cells:
         """Return a branch combination without the integers of steps, which joint states ignore."""
         return pattern[8 * len(self._steps) :]
 
-    def _judge(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
+    def _decide_at(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
         """Compare both sides at a point with 50 digits, and exactly in its cell."""
         point = {name: Fraction(value) for name, value in here.items()}
         world = self._world(point)
@@ -550,7 +550,7 @@ class Cells:
                 there, name = self._centre(centre, base, free)
                 if there is None or self._left < 0:
                     continue
-                if outcome := self._judge(there) or self._around(there):
+                if outcome := self._decide_at(there) or self._around(there):
                     return outcome
                 if base is here:
                     here, moved = there, moved | {name}

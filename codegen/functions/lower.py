@@ -13,7 +13,7 @@ import sympy as sp
 from sympy.core.relational import Relational
 from sympy.functions.elementary.piecewise import ExprCondPair
 
-from mehvar.base.errors import MehvarError, shown
+from mehvar.base.errors import MehvarError, value_text
 
 
 class LoweringError(MehvarError, ValueError):
@@ -77,7 +77,7 @@ def to_casadi(
     _check_table("symbols", symbols, ca.SX)
     _check_table("definitions", meanings, _EXPRESSION)
     if not isinstance(expressions, Iterable | sp.MatrixBase):  # a matrix has items, but no iterator
-        raise LoweringError(f"expressions = {shown(expressions)}: must be SymPy expressions, as in a list")
+        raise LoweringError(f"expressions = {value_text(expressions)}: must be SymPy expressions, as in a list")
     converter = _Converter(symbols, meanings)
     return [converter(_expression(value)) for value in expressions]
 
@@ -85,20 +85,22 @@ def to_casadi(
 def _check_table(name: str, table: object, kind: type | tuple[type, ...]) -> None:
     """Refuse anything but a mapping from symbols to values of a type."""
     if not isinstance(table, Mapping):
-        raise LoweringError(f"{name} = {shown(table)}: must be a mapping of SymPy symbols")
+        raise LoweringError(f"{name} = {value_text(table)}: must be a mapping of SymPy symbols")
     for symbol, value in table.items():
         if not isinstance(symbol, sp.Symbol) or not isinstance(value, kind):
             allowed = "a casadi.SX" if kind is ca.SX else "an expression"
-            raise LoweringError(f"{name}[{shown(symbol)}] = {shown(value)}: must be {allowed} for a SymPy symbol")
+            raise LoweringError(
+                f"{name}[{value_text(symbol)}] = {value_text(value)}: must be {allowed} for a SymPy symbol"
+            )
 
 
 def _expression(value: object) -> sp.Basic:
     if not isinstance(value, _EXPRESSION):
-        raise LoweringError(f"expressions hold {shown(value)}: must be SymPy expressions or numbers")
+        raise LoweringError(f"expressions hold {value_text(value)}: must be SymPy expressions or numbers")
     return sp.sympify(value)
 
 
-def lack(node: sp.Basic) -> str:
+def missing_counterpart(node: sp.Basic) -> str:
     """Return the reason why a node itself has no counterpart in CasADi, or an empty text."""
     if isinstance(node, sp.Piecewise) and node.args[-1].cond is not sp.true:
         return f"Piecewise without a last branch for all other cases: {node}"
@@ -172,7 +174,7 @@ class _Converter:
             return _BINARY[kind](*arguments)
         if kind in _FOLDED:
             return functools.reduce(_FOLDED[kind], arguments)
-        raise LoweringError(lack(node))
+        raise LoweringError(missing_counterpart(node))
 
     def _power(self, node: sp.Pow) -> ca.SX:
         base, exponent = self._memo[node.base], node.exp
@@ -186,7 +188,7 @@ class _Converter:
         return ca.power(base, float(exponent))
 
     def _piecewise(self, node: sp.Piecewise) -> ca.SX:
-        if problem := lack(node):
+        if problem := missing_counterpart(node):
             raise LoweringError(problem)
         result = self._memo[node.args[-1].expr]
         for pair in reversed(node.args[:-1]):

@@ -13,7 +13,7 @@ from mehvar.models.check.entries import graph
 from mehvar.models.check.vectors import vectors
 from mehvar.models.system import TIME, Group, Parameter, System
 
-from .lower import LoweringError, lack, to_casadi
+from .lower import LoweringError, missing_counterpart, to_casadi
 
 POINTS = 40
 """Number of points. A wrong term shows at each; forty also reach both branches of a switch."""
@@ -37,7 +37,7 @@ def check_counterparts(system: System) -> None:
     rows += [(vector.row(k), entry) for vector in vectors(system) for k, entry in enumerate(vector.entries)]
     for where, entry in rows:
         for node in graph(entry):
-            if problem := lack(node):
+            if problem := missing_counterpart(node):
                 raise LoweringError(f"{where}: {problem}")
 
 

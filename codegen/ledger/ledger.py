@@ -18,7 +18,7 @@ import sympy as sp
 
 from mehvar.models.paper import Erratum, Kind, Names, Paper, Printed, Reading, Relation, Side, Slip
 
-from ..equal.judge import Counterexample, Verdict
+from ..equal.equality import Counterexample, Verdict
 from .meanings import Meanings
 from .misprints import Edit, edits
 from .relations import compare, residuals
@@ -26,7 +26,7 @@ from .relations import compare, residuals
 _CHOSEN: tuple[Kind, ...] = ("definition", "condition", "data")
 
 
-class Standing(StrEnum):
+class EntryVerdict(StrEnum):
     """Verdict on a printed statement."""
 
     HOLDS = "holds"
@@ -38,7 +38,7 @@ class Standing(StrEnum):
 
 @dataclass(frozen=True)
 class Line:
-    """A judged relation, as text and LaTeX.
+    """A relation with its verdict, as text and LaTeX.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Line:
         As printed.
     corrected, corrected_latex : str
         Corrected form; empty if the relation holds, or if no correction passed.
-    verdict : Standing
+    verdict : EntryVerdict
         Verdict on this relation.
     how : str
         Evidence for the verdict.
@@ -62,7 +62,7 @@ class Line:
     printed_latex: str
     corrected: str
     corrected_latex: str
-    verdict: Standing
+    verdict: EntryVerdict
     how: str
     edits: tuple[str, ...]
     edits_latex: tuple[str, ...]
@@ -71,13 +71,13 @@ class Line:
 
 
 @dataclass(frozen=True)
-class JudgedReading:
-    """A judged reading of an entry."""
+class ReadingVerdict:
+    """A reading of an entry, with its verdict."""
 
     text: str
     used: bool
     why: str
-    verdict: Standing
+    verdict: EntryVerdict
     lines: tuple[Line, ...]
 
 
@@ -91,9 +91,9 @@ class Entry:
         "(22)", or its place in the paper.
     title, kind : str
         Its subject; equation, definition, condition, statement or data.
-    verdict : Standing
+    verdict : EntryVerdict
         Verdict on the entry: *illegible or ambiguous* if its readings disagree.
-    readings : tuple of JudgedReading
+    readings : tuple of ReadingVerdict
         Readings, each with its own verdict.
     erratum : Erratum or None
         Kind and cause of the error; None without an error, or if the paper's module gives none.
@@ -104,18 +104,18 @@ class Entry:
     number: str
     title: str
     kind: str
-    verdict: Standing
-    readings: tuple[JudgedReading, ...]
+    verdict: EntryVerdict
+    readings: tuple[ReadingVerdict, ...]
     erratum: Erratum | None
     note: str
 
     @property
     def wrong(self) -> bool:
         """True for an erratum: the entry is wrong, or its readings disagree."""
-        return self.verdict in (Standing.DIFFERS, Standing.AMBIGUOUS)
+        return self.verdict in (EntryVerdict.DIFFERS, EntryVerdict.AMBIGUOUS)
 
     @property
-    def used(self) -> JudgedReading:
+    def used(self) -> ReadingVerdict:
         """The reading that the model follows."""
         return next(reading for reading in self.readings if reading.used)
 
@@ -151,7 +151,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Judged entries of a paper in its order, with general remarks.
+    """Checked entries of a paper in its order, with general remarks.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ class Ledger:
 
     def counts(self) -> dict[str, int]:
         """Count the entries by verdict."""
-        return {verdict.value: sum(entry.verdict is verdict for entry in self.entries) for verdict in Standing}
+        return {verdict.value: sum(entry.verdict is verdict for entry in self.entries) for verdict in EntryVerdict}
 
     def slips(self) -> dict[str, int]:
         """Count the errata by kind."""
@@ -186,8 +186,8 @@ class Ledger:
         return {"schema": 1, "counts": self.counts(), "slips": self.slips(), **asdict(self)}
 
 
-def judge(paper: Paper, model: str) -> Ledger:
-    """Judge all entries of a paper.
+def check_paper(paper: Paper, model: str) -> Ledger:
+    """Check all entries of a paper.
 
     Parameters
     ----------
@@ -201,8 +201,8 @@ def judge(paper: Paper, model: str) -> Ledger:
     return Ledger(model, paper.title, entries, paper.note)
 
 
-def judge_entry(printed: Printed, names: Names) -> Entry:
-    """Judge one entry.
+def check_entry(printed: Printed, names: Names) -> Entry:
+    """Check one entry.
 
     Parameters
     ----------
@@ -217,37 +217,37 @@ def judge_entry(printed: Printed, names: Names) -> Entry:
 def _entry(printed: Printed, meanings: Meanings, erratum: Erratum | None = None) -> Entry:
     readings = tuple(_reading(reading, printed, meanings) for reading in printed.readings)
     verdicts = {reading.verdict for reading in readings}
-    verdict = verdicts.pop() if len(verdicts) == 1 else Standing.AMBIGUOUS
+    verdict = verdicts.pop() if len(verdicts) == 1 else EntryVerdict.AMBIGUOUS
     number = f"({printed.number})" if printed.number.isdecimal() else printed.number
     return Entry(number, printed.title, printed.kind, verdict, readings, erratum, printed.note)
 
 
-def _reading(reading: Reading, printed: Printed, meanings: Meanings) -> JudgedReading:
+def _reading(reading: Reading, printed: Printed, meanings: Meanings) -> ReadingVerdict:
     lines = tuple(_line(relation, meanings) for relation in reading.relations)
     verdicts = {line.verdict for line in lines}
-    if Standing.DIFFERS in verdicts:
-        verdict = Standing.DIFFERS
-    elif Standing.UNDECIDED in verdicts:
-        verdict = Standing.UNDECIDED
-    elif printed.kind in _CHOSEN or verdicts <= {Standing.DEFINITION}:
-        verdict = Standing.DEFINITION
+    if EntryVerdict.DIFFERS in verdicts:
+        verdict = EntryVerdict.DIFFERS
+    elif EntryVerdict.UNDECIDED in verdicts:
+        verdict = EntryVerdict.UNDECIDED
+    elif printed.kind in _CHOSEN or verdicts <= {EntryVerdict.DEFINITION}:
+        verdict = EntryVerdict.DEFINITION
     else:
-        verdict = Standing.HOLDS
-    return JudgedReading(reading.text, reading.used, reading.why, verdict, lines)
+        verdict = EntryVerdict.HOLDS
+    return ReadingVerdict(reading.text, reading.used, reading.why, verdict, lines)
 
 
 def _line(relation: Relation, meanings: Meanings) -> Line:
     if relation.given:
-        return _unchanged(relation, meanings, Standing.DEFINITION, "given: nothing to compare")
+        return _unchanged(relation, meanings, EntryVerdict.DEFINITION, "given: nothing to compare")
     verdict = compare(relation, meanings)
     if verdict.equal is None:
-        return _unchanged(relation, meanings, Standing.UNDECIDED, verdict.how)
+        return _unchanged(relation, meanings, EntryVerdict.UNDECIDED, verdict.how)
     if verdict.equal:
-        return _unchanged(relation, meanings, Standing.HOLDS, verdict.how)
+        return _unchanged(relation, meanings, EntryVerdict.HOLDS, verdict.how)
     return _differing(relation, meanings, verdict)
 
 
-def _unchanged(relation: Relation, meanings: Meanings, standing: Standing, how: str) -> Line:
+def _unchanged(relation: Relation, meanings: Meanings, standing: EntryVerdict, how: str) -> Line:
     printed = _shown(relation.left, relation.op, relation.right, meanings.names)
     return Line(*printed, "", "", standing, how, (), (), None, relation.says)
 
@@ -272,7 +272,7 @@ def _differing(relation: Relation, meanings: Meanings, verdict: Verdict) -> Line
     return Line(
         *_shown(relation.left, relation.op, relation.right, names),
         *corrected,
-        Standing.DIFFERS,
+        EntryVerdict.DIFFERS,
         how,
         tuple(dict.fromkeys(edit.spelled(names.as_text) for edit in changes)),
         tuple(dict.fromkeys(edit.spelled(lambda part: f"${names.as_latex(part)}$") for edit in changes)),

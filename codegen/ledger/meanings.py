@@ -12,7 +12,7 @@ from mehvar.models.derivation import Expr
 from mehvar.models.paper import Case, Names, Side, frozen, symbols_of
 
 from ..equal import field
-from ..equal.judge import Judge
+from ..equal.equality import EqualityTest
 from ..equal.meaning import Expression, Meaning
 from ..equal.pool import Pool
 from ..equal.reals import PointSampler
@@ -72,7 +72,7 @@ class Meanings:
         self.pool = Pool()
         self.symbols = {str(symbol): symbol for symbol in names.table}
         self.sides = Sides(self.pool)
-        self.judge = Judge(self.pool, lambda name: bool(self.symbols[name].is_positive), PaperSampler(names))
+        self.equality = EqualityTest(self.pool, lambda name: bool(self.symbols[name].is_positive), PaperSampler(names))
         self._reached: dict[Expr, frozenset[Expr]] = {}
         self.table = InCase(self, {})
         self._cases = {frozenset[tuple[Expr, Side]](): self.table}

@@ -20,7 +20,7 @@ from mehvar.models.derivation import Expr
 from mehvar.models.mechanics import reduce_sines
 from mehvar.models.paper import Case, Relation, Side, frozen, symbols_of
 
-from ..equal.judge import VISIBLE, Counterexample, Verdict, Worlds, inside, shown, simplified
+from ..equal.equality import VISIBLE, Counterexample, Verdict, Worlds, inside, shown, simplified
 from ..equal.meaning import Expression
 from ..equal.pool import ways
 from ..equal.reals import DIGITS, Point, holds
@@ -114,7 +114,7 @@ class _Test:
         self.op, self.within = relation.op, Fraction(str(relation.within))
         sides = (left, right) if relation.against is None else (left - right, relation.against)
         self.sides = tuple(self._carried_out(side) for side in sides)
-        self._judge, self._write = meanings.judge, meanings.names.as_text
+        self._equality, self._write = meanings.equality, meanings.names.as_text
         first, second = map(self.meanings.expressions, self.sides)
         self._pairs = list(zip(first, second, strict=False))
         """Pairs of entries of both sides; sides of different shape are not compared."""
@@ -134,7 +134,7 @@ class _Test:
         return self.meanings.written_out(side).doit() if side.has(*_UNEVALUATED) else side
 
     def _branches(self, meaning: Any, root: int) -> bool:
-        pool = self._judge.pool
+        pool = self._equality.pool
         return any(ways(pool, node) or pool.nodes[node][0] in _ANGLES for node in meaning.cone(root))
 
     def proof(self) -> str:
@@ -162,7 +162,7 @@ class _Test:
     def points(self) -> Iterator[Worlds]:
         """Yield reproducible points of the domain at which both sides exist."""
         places = list(chain(*self._pairs))
-        return self._judge.real_points(places, self.count, self._domain, _DRAWS, hopeless=self.count * _DRAWS)
+        return self._equality.real_points(places, self.count, self._domain, _DRAWS, hopeless=self.count * _DRAWS)
 
     def differ(self, worlds: Worlds, visible: bool = False) -> bool:
         """Return True if the relation fails at a point; with `visible`, only if printed digits show it."""
@@ -176,7 +176,7 @@ class _Test:
 
     def _fails(self, point: Point) -> bool:
         """Return True if the relation visibly fails at a point of the domain."""
-        worlds = self._judge.real(point)
+        worlds = self._equality.real(point)
         places = chain(*self._pairs)
         if not inside(worlds, self._domain) or any(worlds[m].defined(root) is None for m, root in places):
             return False
@@ -185,8 +185,8 @@ class _Test:
     def counterexample(self, worlds: Worlds) -> Counterexample:
         """Return a point of failure with simple numbers and many zeros."""
         drawn = next(iter(worlds)).point
-        point = simplified({name: drawn[name] for name in self.free}, self._judge.sampler.simple, self._fails)
-        worlds = self._judge.real(point)
+        point = simplified({name: drawn[name] for name in self.free}, self._equality.sampler.simple, self._fails)
+        worlds = self._equality.real(point)
         left, right = next(pair for pair in self._pairs if self._apart(worlds, *pair))
         values = shown(worlds, left, right)
         members = [(s, meaning) for s, meaning in self.meanings.overrides.items() if not meaning.args]

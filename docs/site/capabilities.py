@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mehvar.base.capabilities import EXCLUSIONS, FEATURES, Feature, Place
+from mehvar.base.capabilities import EXCLUSIONS, FEATURES, Feature, Operation
 
 PAGE = Path(__file__).parents[1] / "reference" / "capabilities.md"
 _HEAD = """# Capabilities
@@ -26,15 +26,15 @@ _BESIDE = """
 
 def page() -> str:
     """Return the text of the page."""
-    head = f"{_HEAD} {' | '.join(place.value[1] for place in Place)} |"
-    rule = "|" + "---|" * (2 + len(Place))
+    head = f"{_HEAD} {' | '.join(place.value[1] for place in Operation)} |"
+    rule = "|" + "---|" * (2 + len(Operation))
     rows = [_row(feature) for feature in FEATURES if feature.refused or feature.limited]
     beside = [f"| {one.name} | {other.name} | {reason} |" for one, other, reason in EXCLUSIONS]
     return "\n".join([head, rule, *rows, _BESIDE, *beside]) + "\n"
 
 
 def _row(feature: Feature) -> str:
-    cells = ["**no**" if place in feature.refused else feature.limited.get(place, "yes") for place in Place]
+    cells = ["**no**" if place in feature.refused else feature.limited.get(place, "yes") for place in Operation]
     return f"| {feature.name} | {', '.join(f'`{name}`' for name in feature.fields)} | {' | '.join(cells)} |"
 
 

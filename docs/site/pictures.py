@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import mehvar
 from mehvar.codegen.workspace import installed_tree
-from mehvar.reproduction.judging import judged
+from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.recorded import recorded_scene
 from papers.triangle.shapes import COLLINEAR, R, vertices
 
@@ -73,7 +73,7 @@ def _moved(attribute: str, values: Frames) -> str:
 
 def printed() -> str:
     """Draw two equations of a paper that its own physics refutes, as the ledger has them."""
-    ledger = judged(installed_tree(), "triangle")[0]
+    ledger = paper_ledgers(installed_tree(), "triangle")[0]
     lines, top = [], 26
     for number in _REFUTED:
         entry = next(entry for entry in ledger["entries"] if entry["number"] == number)

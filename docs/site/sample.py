@@ -77,7 +77,7 @@ def capitals(node: ast.AST) -> str:
     match node:
         case ast.Call(func=ast.Attribute(attr="join"), args=[joined, *_]):
             return f"{capitals(joined)}, ..."
-        case ast.Call(func=ast.Name(id="suggestion" | "whence" | "_origins")):
+        case ast.Call(func=ast.Name(id="suggestion" | "origin_text" | "_origins")):
             return ""
         case ast.Call(args=[first, *_]):
             return capitals(first)

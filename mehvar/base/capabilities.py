@@ -16,7 +16,7 @@ Names = Iterable[str] | bool
 """Names of the parts of a model that have the feature. For a feature without named parts: True or False."""
 
 
-class Place(Enum):
+class Operation(Enum):
     """Operation on a model, such as a batch or an export: its name in messages and in the page's table."""
 
     EXPLICIT = "an explicit method", "`dop853`, `dopri5`, `rk4`, `rock4`, `auto`"
@@ -53,36 +53,46 @@ class Feature:
     name: str
     fields: tuple[str, ...]
     names: Callable[[Manifest, Controller | None], Names] = lambda _manifest, _law: False
-    refused: tuple[Place, ...] = ()
-    limited: Mapping[Place, str] = field(default_factory=dict)
+    refused: tuple[Operation, ...] = ()
+    limited: Mapping[Operation, str] = field(default_factory=dict)
 
     def listed(self, names: Names) -> str:
         """Return the name of the feature and of the parts that have it, or an empty text."""
         texts = ", ".join(names) if not isinstance(names, bool) else ""
         return f"{self.name} ({texts})" if texts else self.name if names is True else ""
 
-    def refuse(self, manifest: Manifest, place: Place, law: Controller | None = None) -> None:
+    def refuse(self, manifest: Manifest, place: Operation, law: Controller | None = None) -> None:
         """Raise InputError if the model or its law has the feature and the operation refuses it."""
         if place in self.refused and (present := self.listed(self.names(manifest, law))):
             raise InputError(f"{manifest.model} has {present}, which {place.value[0]} cannot have")
 
 
-_ELSEWHERE = (Place.FMU, Place.PAGE)
-_LEFT_OUT = {Place.BOARD: "not in the self-test"} | dict.fromkeys((Place.LINEARIZE, Place.IVP, Place.NLSYS), "left out")
+_EXPORTS = (Operation.FMU, Operation.PAGE)
+_LEFT_OUT = {Operation.BOARD: "not in the self-test"} | dict.fromkeys(
+    (Operation.LINEARIZE, Operation.IVP, Operation.NLSYS), "left out"
+)
 
 MASS = Feature("a mass matrix", ("mass",))
 ALGEBRAIC = Feature(
     "algebraic states",
     ("mass",),
     lambda manifest, _: manifest.algebraic,
-    (Place.EXPLICIT, Place.STOCHASTIC, Place.BOARD, *_ELSEWHERE, Place.LINEARIZE, Place.IVP, Place.NLSYS),
+    (
+        Operation.EXPLICIT,
+        Operation.STOCHASTIC,
+        Operation.BOARD,
+        *_EXPORTS,
+        Operation.LINEARIZE,
+        Operation.IVP,
+        Operation.NLSYS,
+    ),
 )
 DERIVED_RATES = Feature("rates and residual", ("rates", "residual"))
 EVENTS = Feature(
     "events",
     ("events",),
     lambda manifest, _: (event.name for event in manifest.all_events),
-    (Place.PAGE,),
+    (Operation.PAGE,),
     _LEFT_OUT,
 )
 RESETS = Feature("events with resets", ("events",))
@@ -90,39 +100,41 @@ PROCESS_NOISE = Feature(
     "process noise",
     ("diffusion",),
     lambda manifest, _: (q.name for q in manifest.wiener),
-    (Place.EXPLICIT, Place.IMPLICIT, *_ELSEWHERE),
+    (Operation.EXPLICIT, Operation.IMPLICIT, *_EXPORTS),
     _LEFT_OUT,
 )
 RANDOM_STEPS = Feature(
     "random steps",
     ("random_step",),
     lambda manifest, _: (q.name for q in manifest.random_step),
-    (Place.CONTINUOUS, *_ELSEWHERE),
+    (Operation.CONTINUOUS, *_EXPORTS),
     _LEFT_OUT,
 )
 DELAYS = Feature(
     "delayed inputs",
     ("delays",),
     lambda manifest, _: manifest.delays,
-    (Place.CONTINUOUS, *_ELSEWHERE),
+    (Operation.CONTINUOUS, *_EXPORTS),
     _LEFT_OUT,
 )
 CHART = Feature("a regular chart", ("coordinates",))
 ACTUATOR = Feature("an actuator under a continuous law", ("actuator",))
-SEEN = Feature("measured quantities under a continuous law", ("sensor",))
+MEASURED = Feature("measured quantities under a continuous law", ("sensor",))
 CHOICES = Feature(
     "choices",
     ("choices", "variants"),
-    limited=dict.fromkeys((Place.IMPLICIT, *_ELSEWHERE, Place.LINEARIZE, Place.IVP, Place.NLSYS), "the default"),
+    limited=dict.fromkeys(
+        (Operation.IMPLICIT, *_EXPORTS, Operation.LINEARIZE, Operation.IVP, Operation.NLSYS), "the default"
+    ),
 )
 INTEGRATED = Feature(
     "a continuous law with states of its own",
     ("memory", "rates", "start"),
     lambda _, law: [law.name] if law and law.memory and law.period is None else False,
-    (Place.HELD, Place.BOARD, Place.FMU, Place.NLSYS),
+    (Operation.HELD, Operation.BOARD, Operation.FMU, Operation.NLSYS),
 )
 FEATURES = (
-    MASS, ALGEBRAIC, DERIVED_RATES, EVENTS, RESETS, PROCESS_NOISE, RANDOM_STEPS, DELAYS, CHART, ACTUATOR, SEEN,
+    MASS, ALGEBRAIC, DERIVED_RATES, EVENTS, RESETS, PROCESS_NOISE, RANDOM_STEPS, DELAYS, CHART, ACTUATOR, MEASURED,
     CHOICES, INTEGRATED,
 )  # fmt: skip
 """Features that some operation refuses, or that exclude another feature. All operations accept all other features."""
@@ -139,18 +151,18 @@ EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (RESETS, CHART, "the integrator uses the chart, in which nothing jumps"),
     (PROCESS_NOISE, CHART, "the integrator uses the chart, which has no noise"),
     (ACTUATOR, CHART, "such a law commands the inputs of the chart, behind the actuator"),
-    (SEEN, CHART, "such a law is a function of the chart, not of measurements"),
+    (MEASURED, CHART, "such a law is a function of the chart, not of measurements"),
 )
 """Groups of features with reasons. A system has at most one feature of each group."""
 
 
-def withheld(manifest: Manifest, place: Place, law: Controller | None = None) -> str:
+def refused_feature(manifest: Manifest, place: Operation, law: Controller | None = None) -> str:
     """Return the first feature of a model that an operation refuses, or an empty text."""
     present = (f.listed(f.names(manifest, law)) for f in FEATURES if place in f.refused)
     return next(filter(None, present), "")
 
 
-def refuse(manifest: Manifest, place: Place, law: Controller | None = None) -> None:
+def refuse(manifest: Manifest, place: Operation, law: Controller | None = None) -> None:
     """Raise InputError if a model has a feature that an operation refuses.
 
     Raises

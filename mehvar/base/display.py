@@ -39,7 +39,7 @@ def _row(tag: str, cells: Sequence[object]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(str(cell))}</{tag}>' for cell in cells)}</tr>"
 
 
-def gathered(formulas: Sequence[str]) -> str:
+def displayed_formulas(formulas: Sequence[str]) -> str:
     """Return formulas, one below the other, as displayed LaTeX; an empty text without formulas."""
     lines = r" \\ ".join(formulas)
     return rf"$$\begin{{gathered}} {lines} \end{{gathered}}$$" if formulas else ""

@@ -97,7 +97,7 @@ def bad_value(field: str, value: object, allowed: str, origin: str = "") -> Inpu
     origin : str, optional
         Where the value came from, as in "--set" or "scenario paper".
     """
-    return InputError(f"{field} = {shown(value)}{whence(origin, field)}: must be {allowed}")
+    return InputError(f"{field} = {value_text(value)}{origin_text(origin, field)}: must be {allowed}")
 
 
 def either(words: Iterable[str]) -> str:
@@ -121,14 +121,14 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
         Where the name came from.
     """
     names = list(dict.fromkeys(known))
-    close = difflib.get_close_matches(name if isinstance(name, str) else shown(name), names, n=3, cutoff=0.6)
+    close = difflib.get_close_matches(name if isinstance(name, str) else value_text(name), names, n=3, cutoff=0.6)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     listed = ", ".join(names) if names else "none"
     noun, place = re.fullmatch(r"(.*?)((?: of | in | under | \().*)?", kind).groups("")  # type: ignore[union-attr]
-    return InputError(f"unknown {noun} {shown(name)}{place}{whence(origin)}: {hint}known: {listed}")
+    return InputError(f"unknown {noun} {value_text(name)}{place}{origin_text(origin)}: {hint}known: {listed}")
 
 
-def together(*checks: Callable[[], object]) -> None:
+def run_checks(*checks: Callable[[], object]) -> None:
     """Run several checks and raise one error with all their messages, one per line.
 
     Raises
@@ -148,7 +148,7 @@ def together(*checks: Callable[[], object]) -> None:
         raise errors[0]
 
 
-def shown(value: object) -> str:
+def value_text(value: object) -> str:
     """Return a value as messages show it: on one line, shortened in the middle if it is long.
 
     The `repr` of a long list would fill the terminal, and Python refuses to print an integer of 5000 digits.
@@ -170,7 +170,7 @@ def printable(text: str) -> str:
     return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
-def whence(origin: str, name: str = "") -> str:
+def origin_text(origin: str, name: str = "") -> str:
     """Return the part of a message that names the origin of a value."""
     source = origin.names.get(name, origin) if isinstance(origin, Origin) else origin
     return f" (from {source})" if source else ""

@@ -506,7 +506,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
     schema = data.get("schema") if isinstance(data, dict) else None
     if schema != SCHEMA:
         raise InputError(f"{path}: schema = {schema!r}: must be {SCHEMA}; generate the model again")
-    if ("digest" in data or not any_age) and (sealed(text) != text or not _DIGEST.search(text)):
+    if ("digest" in data or not any_age) and (with_digest(text) != text or not _DIGEST.search(text)):
         raise InputError(
             f"{path} was changed after generation: its digest does not match. Change the sources and run mehvar "
             "generate, or restore the file"
@@ -548,7 +548,7 @@ def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
     return f"{model}_{part}.{kind}" if part else f"{model}.{kind}"
 
 
-def made_when_asked(model: str) -> frozenset[str]:
+def files_on_first_use(model: str) -> frozenset[str]:
     """Return the names of rarely used files, which a generated folder omits and mehvar makes at first use.
 
     They are CasADi's own C; derivatives by parameters, of laws and of closed loops; and all derivatives in Python
@@ -756,10 +756,10 @@ def _check_scenarios(manifest: Manifest) -> None:
 
 def manifest_text(manifest: Manifest) -> str:
     """Return the text of a manifest.json with its digest."""
-    return sealed(json_text({**plain(Manifest, manifest), "digest": ""}))
+    return with_digest(json_text({**plain(Manifest, manifest), "digest": ""}))
 
 
-def sealed(text: str) -> str:
+def with_digest(text: str) -> str:
     """Insert the digest of the rest of a manifest.json into its text.
 
     The digest protects data that neither code nor header confirms: the order of a law's outputs, bounds of

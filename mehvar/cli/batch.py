@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.base.errors import InputError, MehvarError, Origin, bad_value, together
+from mehvar.base.errors import InputError, MehvarError, Origin, bad_value, run_checks
 from mehvar.campaign import CampaignFile, Save, read_campaign
 from mehvar.cli.store.stats import print_statistics
 from mehvar.runtime.batch.dispersions import split
@@ -33,7 +33,7 @@ from mehvar.settings import (
     end_time,
     read_values,
     required_law,
-    whole,
+    whole_number,
 )
 from mehvar.terminal import BatchMeter, progress
 
@@ -51,12 +51,16 @@ def command(
     controller: Annotated[
         str | None, typer.Option(metavar="C", help="The control law.", autocompletion=complete_controllers)
     ] = None,
-    n: Annotated[int | None, typer.Option("-n", parser=whole, metavar="N", help=CAMPAIGN_OPTIONS["n"].help)] = None,
+    n: Annotated[
+        int | None, typer.Option("-n", parser=whole_number, metavar="N", help=CAMPAIGN_OPTIONS["n"].help)
+    ] = None,
     scenario: Annotated[
         str | None,
         typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
     ] = None,
-    seed: Annotated[int | None, typer.Option(parser=whole, metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)] = None,
+    seed: Annotated[
+        int | None, typer.Option(parser=whole_number, metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)
+    ] = None,
     settings: SettingTexts = None,
     vary: Annotated[
         list[str] | None,
@@ -85,7 +89,7 @@ def command(
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
     threads: Annotated[
         int | None,
-        typer.Option(parser=whole, metavar="N", help="Threads of this process; default: all processors."),
+        typer.Option(parser=whole_number, metavar="N", help="Threads of this process; default: all processors."),
     ] = None,
 ) -> int:
     """Run a batch and print its statistics; return the exit status.
@@ -147,7 +151,7 @@ def _campaign(model: str, **fields: Any) -> CampaignFile:
             CAMPAIGN_OPTIONS[name].check(flags[name], flag)
     if model.endswith(".toml"):
         return read_campaign(Path(model)).under(flags)
-    together(
+    run_checks(
         lambda: required_law(find_model(model), flags.get("controller")),
         lambda: _required(flags, "n", "-n N"),
         lambda: _required(flags, "out", "a store: --out STORE.zarr"),

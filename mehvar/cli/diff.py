@@ -23,7 +23,7 @@ from mehvar.runtime.files import check_file, write_atomic
 from mehvar.terminal import pages, plain_text, print_lines, working
 
 if TYPE_CHECKING:
-    from mehvar.reproduction.judging import Ledger
+    from mehvar.reproduction.ledgers import Ledger
 
 FORMATS = ("text", "json", "html", "markdown")
 _ENDINGS = {".txt": "text", ".json": "json", ".html": "html", ".md": "markdown"}
@@ -106,12 +106,12 @@ def _draw(diff: Diff, path: Path) -> None:
 
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
-    """Judge the printed equations of papers."""
-    from mehvar.reproduction.judging import judged
+    """Check the printed equations of papers."""
     from mehvar.reproduction.ledger_text import counted, holds, lines
+    from mehvar.reproduction.ledgers import paper_ledgers
 
     with working("checking the printed equations"):
-        ledgers = judged(find_tree(Path.cwd()) or installed_tree(), model)
+        ledgers = paper_ledgers(find_tree(Path.cwd()) or installed_tree(), model)
     if form == "text" and out is None:
         with pages():
             print_lines(lines(ledgers))

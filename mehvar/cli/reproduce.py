@@ -18,7 +18,7 @@ import typer
 from mehvar.base.versions import installed
 from mehvar.pictures.style import require_matplotlib
 from mehvar.reproduction.claims import ClaimVerdict, tally, tally_text
-from mehvar.reproduction.judging import judged
+from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import paper_models, papers_tree
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.files import check_folder, filling
@@ -87,7 +87,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
 
     started = time.perf_counter()
     with _in_background() as background:  # other processes derive while this one draws: both cores have work
-        ledgers = background.submit(lambda: {ledger["model"]: ledger for ledger in judged(tree)})
+        ledgers = background.submit(lambda: {ledger["model"]: ledger for ledger in paper_ledgers(tree)})
         folders = background.submit(beyond_folders, models)
         compiled = models if find_compiler() is not None else ()
         casadi = {name: background.submit(load, name, "casadi") for name in compiled}

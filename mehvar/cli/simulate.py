@@ -9,14 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
-from mehvar.base.errors import InputError, Origin, bad_value, together, unknown_name
+from mehvar.base.errors import InputError, Origin, bad_value, run_checks, unknown_name
 from mehvar.base.manifest import OPEN_LOOP, Manifest
 from mehvar.pictures.files import checked_suffix
 from mehvar.runtime.files import check_file
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
-from mehvar.runtime.run.metrics import grouped, metrics
+from mehvar.runtime.run.metrics import grouped_notes, metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.own.files import read_inputs
@@ -37,7 +37,7 @@ from mehvar.settings import (
     read_settings,
     read_values,
     required_law,
-    whole,
+    whole_number,
 )
 from mehvar.terminal import print_json, print_table, progress
 
@@ -81,7 +81,7 @@ def command(
         Path | None, typer.Option("--from", metavar="STORE", help="Repeat a run of this batch; needs --run.")
     ] = None,
     run: Annotated[
-        int | None, typer.Option(parser=whole, metavar="ID", help="Number of the run, counted from 0.")
+        int | None, typer.Option(parser=whole_number, metavar="ID", help="Number of the run, counted from 0.")
     ] = None,
     trust_model: Annotated[
         bool, typer.Option("--trust-model", help="With --from: compile and run the model that the store names.")
@@ -132,7 +132,7 @@ def _check(
         else:
             check_names(parameters, manifest)
 
-    together(
+    run_checks(
         lambda: controller == OPEN_LOOP or manifest.controller(required_law(manifest, controller)),
         lambda: manifest.scenario(scenario),
         check_settings,
@@ -257,7 +257,7 @@ def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False
         *run.advice,
         *run.stiffness(),
         *run.exceeded(),
-        *grouped(notes_of(run)),
+        *grouped_notes(notes_of(run)),
         *(_unexpected(run) if as_described else ()),
     ]
     if as_json:

@@ -15,7 +15,7 @@ from mehvar.base import cache
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.names import WORK
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Comparison, EquationChange, Fate, ModelStatus
+from mehvar.codegen.diff.report import Comparison, EquationChange, EquationVerdict, ModelStatus
 from mehvar.codegen.equations.formula import Printer
 from mehvar.codegen.processes import in_processes
 from mehvar.runtime.model.generated import check_unedited
@@ -245,7 +245,7 @@ def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
     equations = {
         (equation.name, equation.verdict.value, *_contents(comparison, equation))
         for equation in comparison
-        if equation.verdict not in (Fate.SAME, Fate.INHERITED) and equation.matters
+        if equation.verdict not in (EquationVerdict.SAME, EquationVerdict.INHERITED) and equation.matters
     }
     return equations | {tuple(map(str, astuple(change))) for change in comparison.parameters} | {*comparison.structure}
 
@@ -276,7 +276,7 @@ def _document(folder: Path) -> Document:
 
 def _status(comparison: Comparison) -> ModelStatus:
     material = [equation for equation in comparison if equation.matters]
-    if any(equation.verdict is not Fate.UNDECIDED for equation in material):
+    if any(equation.verdict is not EquationVerdict.UNDECIDED for equation in material):
         return ModelStatus.CHANGED
     if material:
         return ModelStatus.UNDECIDED

@@ -9,7 +9,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from mehvar.codegen.diff.report import Comparison, Edit, EquationChange, Fate, ModelStatus, ParameterChange, Story
+from mehvar.codegen.diff.report import (
+    Comparison,
+    Edit,
+    EquationChange,
+    EquationGroup,
+    EquationVerdict,
+    ModelStatus,
+    ParameterChange,
+)
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
@@ -47,13 +55,16 @@ from .text import (
 )
 
 _FOLDED = (
-    (Fate.CHANGED, "following from a change above, or the same but for the terms of a family's other members"),
-    (Fate.INHERITED, "inherited: other values, because of the changes above"),
-    (Fate.ADDED, "added, used by other equations or of a family's new members"),
-    (Fate.REMOVED, "removed, were used by other equations or of a family's former members"),
-    (Fate.REARRANGED, "rearranged: written differently, equal"),
-    (Fate.RENAMED, "renamed, equal"),
-    (Fate.SCALED, "scaled: the same equation, multiplied by something"),
+    (
+        EquationVerdict.CHANGED,
+        "following from a change above, or the same but for the terms of a family's other members",
+    ),
+    (EquationVerdict.INHERITED, "inherited: other values, because of the changes above"),
+    (EquationVerdict.ADDED, "added, used by other equations or of a family's new members"),
+    (EquationVerdict.REMOVED, "removed, were used by other equations or of a family's former members"),
+    (EquationVerdict.REARRANGED, "rearranged: written differently, equal"),
+    (EquationVerdict.RENAMED, "renamed, equal"),
+    (EquationVerdict.SCALED, "scaled: the same equation, multiplied by something"),
 )
 
 
@@ -153,7 +164,7 @@ class _Sheet:
 
     @cached_property
     def _alignment(self) -> Alignment:
-        renamed = {e.old_name: e.name for e in self._comparison.of(Fate.RENAMED)}
+        renamed = {e.old_name: e.name for e in self._comparison.of(EquationVerdict.RENAMED)}
         return Alignment(self._comparison.old_nodes, self._comparison.new_nodes, renamed)
 
     def section(self) -> _Section:
@@ -183,16 +194,16 @@ class _Sheet:
     def _is_folded(equation: EquationChange, apart: set[EquationChange]) -> bool:
         """Return True for an equation that shares the card of an equal part, such as another pendulum."""
         return equation not in apart and (
-            equation.verdict is not Fate.CHANGED or equation.extended or equation.cause != ""
+            equation.verdict is not EquationVerdict.CHANGED or equation.extended or equation.cause != ""
         )
 
-    def _card(self, equation: EquationChange, group: Story | None = None) -> _Card:
+    def _card(self, equation: EquationChange, group: EquationGroup | None = None) -> _Card:
         old, new = (None, None) if self._is_by_length(equation) else self._sides(equation)
         kind = "same" if not equation.matters else "changed"
         return _Card(
             title=title(equation, group.names if group else ()),
             anchor=f"{self._anchor}-{equation.name}",
-            kind="maybe" if equation.verdict is Fate.UNDECIDED else kind,
+            kind="maybe" if equation.verdict is EquationVerdict.UNDECIDED else kind,
             status=equation.verdict.value,
             path=" > ".join(part for part in (equation.kind, equation.section) if part),
             edits=[(self._part(equation, edit), edit_title(edit)) for edit in equation.edits],
@@ -204,7 +215,7 @@ class _Sheet:
     def _is_by_length(self, equation: EquationChange) -> bool:
         """Return True if only the number of equal parts changed; such formulas are too long to show twice."""
         longer = bool(self._comparison.extended())
-        return equation.extended or (longer and equation.verdict is Fate.INHERITED)
+        return equation.extended or (longer and equation.verdict is EquationVerdict.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
         """Print both forms with the edits marked or, without edits, the textual differences."""
@@ -231,7 +242,7 @@ class _Sheet:
         return "".join(term for term, _ in _terms(nodes, root, self._old_latex if old else self._new_latex))
 
     def _marks(self, equation: EquationChange) -> tuple[Marks, Marks]:
-        if equation.old_node is None or equation.new_node is None or equation.verdict is Fate.SAME:
+        if equation.old_node is None or equation.new_node is None or equation.verdict is EquationVerdict.SAME:
             return frozenset(), frozenset()
         old = frozenset(place for edit in equation.edits if edit.old for place in edit.old.places)
         new = frozenset(place for edit in equation.edits if edit.new for place in edit.new.places)
@@ -266,7 +277,7 @@ def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
     return element(MATHML.name(name, spelled) + "<mo>=</mo>")
 
 
-def _notes(comparison: Comparison, equation: EquationChange, group: Story | None) -> list[str]:
+def _notes(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> list[str]:
     notes = [group.says if group else "", example(equation), evidence(equation), following(comparison, equation)]
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
@@ -274,6 +285,6 @@ def _notes(comparison: Comparison, equation: EquationChange, group: Story | None
         notes.append(f"Follows from {equation.cause}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
-    if not equation.matters and equation.verdict is Fate.CHANGED:
+    if not equation.matters and equation.verdict is EquationVerdict.CHANGED:
         notes.append("What uses it compensates: no equation or result has another value because of it.")
     return [note for note in notes if note]

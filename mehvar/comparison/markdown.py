@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from mehvar.codegen.diff.report import Edit, EquationChange, Fate, Story
+from mehvar.codegen.diff.report import Edit, EquationChange, EquationGroup, EquationVerdict
 from mehvar.terminal import plain_text
 
 from .result import Diff, ModelDiff
@@ -70,7 +70,7 @@ def _model(model: ModelDiff) -> Iterator[str]:
         for line in refused_runs(model.consequences.runs):
             yield from ("", f"{_plain(line[0].upper() + line[1:])}.")
         yield from ("", *_folded("plant without a law, eigenvalues, operations", list(plant_lines(model.consequences))))
-    if any(equation.verdict is not Fate.SAME for equation in model.comparison) or model.differs:
+    if any(equation.verdict is not EquationVerdict.SAME for equation in model.comparison) or model.differs:
         yield from _folded("all of it as text", [plain_text(replace(model, structures=()).lines())])
 
 
@@ -82,9 +82,9 @@ def _sources(model: ModelDiff) -> Iterator[str]:
         yield from ("", f"... and {len(sources) - _WHOLE} more.")
 
 
-def _source(model: ModelDiff, equation: EquationChange, group: Story | None) -> Iterator[str]:
+def _source(model: ModelDiff, equation: EquationChange, group: EquationGroup | None) -> Iterator[str]:
     about = title(equation, group.names if group else ())
-    yield f"**{Fate(equation.verdict).value}** {_code(about)}"
+    yield f"**{EquationVerdict(equation.verdict).value}** {_code(about)}"
     if group:
         yield from ("", _plain(group.says))
     if equation.edits:

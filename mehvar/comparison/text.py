@@ -13,10 +13,10 @@ from mehvar.codegen.diff.report import (
     Comparison,
     Edit,
     EquationChange,
-    Fate,
+    EquationGroup,
+    EquationVerdict,
     ModelStatus,
     ParameterChange,
-    Story,
     handle,
     label,
 )
@@ -38,7 +38,7 @@ _PART = 1e-3
 _NAMED = 12
 """Number of equations that a shared report names: two lines of a terminal. A page lists all."""
 _STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
-_TOLD = (Fate.CHANGED, Fate.UNDECIDED, Fate.ADDED, Fate.REMOVED)
+_TOLD = (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED, EquationVerdict.ADDED, EquationVerdict.REMOVED)
 """Verdicts with separate reports, in this order."""
 _WHOLE = 8
 """Number of causes with counterexample and evidence; the other causes share a line, and a page has all."""
@@ -53,10 +53,16 @@ HEADLINES = {
     ModelStatus.REMOVED: "REMOVED",
 }
 _COUNTED = {
-    Fate.CHANGED: "changed", Fate.ADDED: "added", Fate.REMOVED: "removed", Fate.UNDECIDED: "undecided",
-    Fate.INHERITED: "inherited", Fate.REARRANGED: "rearranged", Fate.RENAMED: "renamed",
-    Fate.SCALED: "scaled", Fate.SAME: "unchanged",
-}  # fmt: skip
+    EquationVerdict.CHANGED: "changed",
+    EquationVerdict.ADDED: "added",
+    EquationVerdict.REMOVED: "removed",
+    EquationVerdict.UNDECIDED: "undecided",
+    EquationVerdict.INHERITED: "inherited",
+    EquationVerdict.REARRANGED: "rearranged",
+    EquationVerdict.RENAMED: "renamed",
+    EquationVerdict.SCALED: "scaled",
+    EquationVerdict.SAME: "unchanged",
+}
 
 
 def lines(
@@ -94,7 +100,7 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
     return "  ".join(part for part in (", ".join(names or [equation.name + was]), about) if part)
 
 
-def families(comparison: Comparison) -> dict[str, Story]:
+def families(comparison: Comparison) -> dict[str, EquationGroup]:
     """Return the group of equal parts for each equation whose parts have the same edit."""
     return {name: group for group in comparison.groups if group.kind in _ALIKE for name in group.names}
 
@@ -104,7 +110,7 @@ def stories(comparison: Comparison) -> list[str]:
     return [group.says for group in comparison.groups if group.kind not in _ALIKE + _CAUSAL]
 
 
-def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, Story | None]]:
+def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, EquationGroup | None]]:
     """Yield the equations with separate reports; the first stands for all equal parts."""
     family = families(comparison)
     for equation in (e for fate in _TOLD for e in comparison.of(fate)):
@@ -134,7 +140,7 @@ def _many(names: Sequence[str]) -> str:
 
 def is_quiet(equation: EquationChange) -> bool:
     """Return True for an added or removed definition that only names a value."""
-    return not equation.matters and equation.verdict in (Fate.ADDED, Fate.REMOVED)
+    return not equation.matters and equation.verdict in (EquationVerdict.ADDED, EquationVerdict.REMOVED)
 
 
 def evidence(equation: EquationChange) -> str:
@@ -191,27 +197,27 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
             yield 2, Text.assemble(head, f": {edits}" if edits else "")
     if follows := following(comparison):
         yield 2, Text(follows, "bold")
-    for verdict in (Fate.ADDED, Fate.REMOVED):
+    for verdict in (EquationVerdict.ADDED, EquationVerdict.REMOVED):
         quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
         if quiet:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
 
-def _head(equation: EquationChange, group: Story | None) -> Text:
-    style = "yellow" if equation.verdict is Fate.UNDECIDED else "red" if equation.matters else "cyan"
+def _head(equation: EquationChange, group: EquationGroup | None) -> Text:
+    style = "yellow" if equation.verdict is EquationVerdict.UNDECIDED else "red" if equation.matters else "cyan"
     harmless = "" if equation.matters else ": what uses it compensates"
     names = group.names if group else ()
     return Text.assemble((_COUNTED[equation.verdict], style), " ", (title(equation, names), "bold"), harmless)
 
 
-def _source(comparison: Comparison, equation: EquationChange, group: Story | None) -> Iterator[Line]:
+def _source(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Iterator[Line]:
     if group:
         yield 4, Text(group.says)
     for edit in equation.edits:
         yield from _edit(edit)
     if where := example(equation):
         yield 4, Text(where)
-    if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED):
+    if equation.verdict in (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED):
         yield 4, Text(evidence(equation), "dim")
     if equation.users:
         yield 4, Text(f"inherited by {labels(comparison, equation.users)}", "dim")
@@ -232,10 +238,10 @@ def _edit(edit: Edit) -> Iterator[Line]:
 
 
 def _equivalent(comparison: Comparison) -> Iterator[Line]:
-    groups: dict[tuple[Fate, str], list[str]] = {}
+    groups: dict[tuple[EquationVerdict, str], list[str]] = {}
     for equation in comparison.equivalent:
         name = label(equation)
-        if equation.verdict is Fate.RENAMED:
+        if equation.verdict is EquationVerdict.RENAMED:
             name = f"{equation.old_name} -> {name}"
         groups.setdefault((equation.verdict, equation.how), []).append(name)
     for (verdict, how), names in groups.items():

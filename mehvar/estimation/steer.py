@@ -18,7 +18,7 @@ from mehvar.api import simulate
 from mehvar.base.errors import InputError, MehvarError, bad_value, unknown_name
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.model.model import Model, load
-from mehvar.runtime.model.tools.rebound import library
+from mehvar.runtime.model.tools.replacement import library
 from mehvar.runtime.run.options import OPTIONS, Option
 from mehvar.runtime.run.problem import sampled_parameters
 

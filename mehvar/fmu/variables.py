@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from mehvar.base.capabilities import Place, refuse
+from mehvar.base.capabilities import Operation, refuse
 from mehvar.base.manifest import OPEN_LOOP, Controller, Event, Parameter, Quantity
 from mehvar.base.names import identifier
 from mehvar.runtime.model.functions import FloatArray
@@ -109,7 +109,7 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
     """
     manifest = model.manifest
     law = None if controller is None else manifest.controller(controller)
-    refuse(manifest, Place.FMU, law)
+    refuse(manifest, Operation.FMU, law)
     case = manifest.scenario(scenario)
     kind: Kind = "plant" if law is None else "loop" if law.period is None else "sampled"
     resolved = resolve(manifest, model.functions, law or NO_LAW, case, {}, "the call")

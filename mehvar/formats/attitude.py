@@ -26,9 +26,9 @@ from .messages import (
     check_named,
     columns,
     data,
+    message_text,
     mismatch,
     times,
-    written,
 )
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def message(attitude: Attitude) -> bytes:
         kind = {"ATTITUDE_TYPE": "QUATERNION/ANGVEL", "ANGVEL_FRAME": "REF_FRAME_B"}
         numbers = np.hstack([numbers, np.degrees(rates)])
     rows = data(about["epoch"], attitude.t, numbers)
-    return written("CCSDS_AEM_VERS = 2.0", about, frames, attitude.t, ["DATA_START", *rows, "DATA_STOP"], kind)
+    return message_text("CCSDS_AEM_VERS = 2.0", about, frames, attitude.t, ["DATA_START", *rows, "DATA_STOP"], kind)
 
 
 def kernel(attitude: Attitude) -> bytes:

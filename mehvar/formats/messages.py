@@ -112,7 +112,7 @@ def data(epoch: str, t: FloatArray, numbers: FloatArray) -> list[str]:
     return [" ".join([instant(epoch, when), *map(repr, row)]) for when, row in zip(t, numbers.tolist(), strict=True)]
 
 
-def written(
+def message_text(
     version: str,
     about: Mapping[str, str],
     frames: Mapping[str, str],

@@ -21,9 +21,9 @@ from .messages import (
     check_named,
     columns,
     data,
+    message_text,
     mismatch,
     times,
-    written,
 )
 
 if TYPE_CHECKING:
@@ -61,7 +61,9 @@ def orbit_message(run: xarray.Dataset, about: Mapping[str, str]) -> bytes:
     velocity = columns(run, "velocity", about["velocity"], 3, {"m/s": 1e-3, "km/s": 1.0})
     _check_velocity(t, position, velocity, about)
     frame = {"CENTER_NAME": about["center"], "REF_FRAME": about["frame"]}
-    return written("CCSDS_OEM_VERS = 2.0", about, frame, t, data(about["epoch"], t, np.hstack([position, velocity])))
+    return message_text(
+        "CCSDS_OEM_VERS = 2.0", about, frame, t, data(about["epoch"], t, np.hstack([position, velocity]))
+    )
 
 
 def _check_velocity(t: FloatArray, position: FloatArray, velocity: FloatArray, about: Mapping[str, str]) -> None:

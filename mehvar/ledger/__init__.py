@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Vocabulary of `papers/MODEL/ledger.py`: printed equations of a paper, and the derived meaning of its symbols.
 
-`mehvar diff --paper` and `judge` judge a ledger; `judge_entry` judges a single entry. `mehvar.models.paper` describes
-how to write entries.
+`mehvar diff --paper` and `check_paper` check a ledger; `check_entry` checks a single entry. `mehvar.models.paper`
+describes how to write entries.
 """
 
 from __future__ import annotations
 
-from mehvar.codegen.ledger.ledger import Ledger, Standing, judge, judge_entry
+from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger, check_entry, check_paper
 from mehvar.models.derivation import Definition, Equation
 from mehvar.models.paper import (
     Case,
@@ -29,6 +29,7 @@ __all__ = [
     "Case",
     "Cross",
     "Definition",
+    "EntryVerdict",
     "Equation",
     "Erratum",
     "Ledger",
@@ -39,10 +40,9 @@ __all__ = [
     "Relation",
     "Side",
     "Slip",
-    "Standing",
+    "check_entry",
+    "check_paper",
     "follow",
     "frozen",
-    "judge",
-    "judge_entry",
     "printed",
 ]

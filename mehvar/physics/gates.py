@@ -18,7 +18,7 @@ TOLERANCE = 1e-9
 """Relative tolerance. The shipped equations have errors up to 1.2e-12, mostly from differences along the motion.
 Terms below 1e-9 of their equation remain undetected.
 """
-Reading = Callable[[Points], Array]
+PointFunction = Callable[[Points], Array]
 Change = Callable[[Points], Points]
 
 
@@ -88,14 +88,16 @@ def gates(declared: list[Gate], subject: Machine, n: int = 12) -> dict[str, floa
     return {gate.name: gate.error(at) for gate in declared}
 
 
-def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", where: Change | None = None) -> Gate:
+def balance(
+    name: str, quantity: PointFunction, supply: PointFunction, flow: str = "rhs", where: Change | None = None
+) -> Gate:
     """Require that a quantity, such as energy, changes at the stated rate, such as power.
 
     Parameters
     ----------
     name : str
         Name of the gate.
-    reading, supply : callable
+    quantity, supply : callable
         Points -> values, shape (n,) or (n, size).
     flow : str
         Name of the right-hand side that moves the points.
@@ -105,16 +107,16 @@ def balance(name: str, reading: Reading, supply: Reading, flow: str = "rhs", whe
 
     def sides(at: Points) -> tuple[Array, Array]:
         here = at if where is None else where(at)
-        return here.along(lambda p: _columns(reading(p)), flow), _columns(supply(here))
+        return here.along(lambda p: _columns(quantity(p)), flow), _columns(supply(here))
 
     return Gate(name, sides)
 
 
-def never_rises(name: str, reading: Reading, where: Change) -> Gate:
+def never_rises(name: str, quantity: PointFunction, where: Change) -> Gate:
     """Require that a quantity does not grow at the chosen points, such as energy without inputs."""
 
     def sides(at: Points) -> tuple[Array, Array]:
-        rate = where(at).along(lambda p: _columns(reading(p)))
+        rate = where(at).along(lambda p: _columns(quantity(p)))
         return np.maximum(rate, 0), np.zeros_like(rate)
 
     return Gate(name, sides)
@@ -130,7 +132,9 @@ def symmetric(symmetry: Symmetry, flow: str = "rhs") -> Gate:
     return Gate(symmetry.name, sides)
 
 
-def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapping[str, float | Reading]) -> Gate:
+def smaller(
+    name: str, part: Machine, source: Callable[[str], str], values: Mapping[str, float | PointFunction]
+) -> Gate:
     """Require that a system moves like a smaller one.
 
     Parameters
@@ -158,7 +162,7 @@ def smaller(name: str, part: Machine, source: Callable[[str], str], values: Mapp
     return Gate(name, sides)
 
 
-def identity(name: str, left: Reading, right: Reading) -> Gate:
+def identity(name: str, left: PointFunction, right: PointFunction) -> Gate:
     """Require that two quantities agree."""
     return Gate(name, lambda at: (left(at), right(at)))
 
@@ -166,7 +170,7 @@ def identity(name: str, left: Reading, right: Reading) -> Gate:
 MEASUREMENTS = "measurements without noise"
 
 
-def measures(truth: Reading, of: Callable[[Array], Array] = np.asarray, where: Change | None = None) -> Gate:
+def measures(truth: PointFunction, of: Callable[[Array], Array] = np.asarray, where: Change | None = None) -> Gate:
     """Require that a sensor without noise measures the true value.
 
     Parameters

@@ -145,13 +145,13 @@ class Points:
         places = [self._result_names(function).index(name) for name in names]
         return values[:, places]
 
-    def along(self, reading: Callable[[Points], Array], flow: str = "rhs") -> Array:
+    def along(self, quantity: Callable[[Points], Array], flow: str = "rhs") -> Array:
         """Return the derivative of a quantity along the motion, by differences of sixth order."""
         rate = self.call(flow)
         step = _STEP / np.maximum(1, np.abs(rate).max(axis=1, keepdims=True))
         total: Array | float = 0.0
         for count, weight in _STENCIL:
-            ahead, behind = (reading(self.at(x=self.values["x"] + sign * count * step * rate)) for sign in (1, -1))
+            ahead, behind = (quantity(self.at(x=self.values["x"] + sign * count * step * rate)) for sign in (1, -1))
             total = total + weight * (ahead - behind)
         return np.asarray(total / step)
 

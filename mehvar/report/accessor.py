@@ -235,12 +235,12 @@ class Results:
         True
         """
         from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
-        from mehvar.runtime.batch.store.recorded import Recorded
+        from mehvar.runtime.batch.store.dataset import DatasetBatch
         from mehvar.runtime.run.results import to_dataset
 
         if not self._is_batch:
             raise bad_value("run", run, "left out: this result is a single run", "the call")
-        batch = Recorded(self._dataset)
+        batch = DatasetBatch(self._dataset)
         plan = plan_of(batch, model, controller=controller, inputs=inputs, interpolation=interpolation)
         repeated = repeat_run(plan, batch, run)
         if different := difference(repeated, plan, batch, run):

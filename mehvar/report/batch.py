@@ -25,7 +25,7 @@ from mehvar.runtime.batch.evaluation.statistics import (
     summary_names,
 )
 from mehvar.runtime.batch.repeat import repetition
-from mehvar.runtime.batch.store.recorded import Recorded
+from mehvar.runtime.batch.store.dataset import DatasetBatch
 
 from .content import picture
 from .page import Drawing, Section, Table, Text
@@ -81,7 +81,7 @@ def batch_metrics(runs: Runs) -> list[MetricStatistics]:
 
 def _store(runs: Runs) -> Any:
     """Return the batch as a store with one block, for the statistics; missing runs are NaN."""
-    return Recorded(runs.whole, chunk=runs.whole.sizes["run"])
+    return DatasetBatch(runs.whole, chunk=runs.whole.sizes["run"])
 
 
 def _varied(runs: Runs) -> Table:

@@ -17,10 +17,10 @@ from mehvar.pictures.style import style, text_figure
 from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import Deviation, by_run, deviations, table_claims
-from mehvar.reproduction.ledger_text import standing
+from mehvar.reproduction.ledger_text import evidence_verdict
 from mehvar.reproduction.paper import PaperFigure, Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
-from mehvar.reproduction.statements import Coverage, Statement, coverage, judge
+from mehvar.reproduction.statements import Coverage, Statement, coverage, statement_verdicts
 from mehvar.runtime.model.model import load
 
 from .backends import Agreement, agreement
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mehvar.base.manifest import Manifest
-    from mehvar.reproduction.judging import Ledger
+    from mehvar.reproduction.ledgers import Ledger
     from mehvar.runtime.model.model import Model
     from mehvar.terminal import Advance
 
@@ -182,8 +182,8 @@ def paper_report(
     clock.note("beyond the paper")
     advance(0.95, 1.0, f"{name}: the paper's equations")
     ledger = ledgers.result().get(name)
-    verdicts = {entry["number"]: standing(entry) for entry in ledger["entries"]} if ledger else {}
-    statements = judge(paper.statements, claims, verdicts) if ledger else []
+    verdicts = {entry["number"]: evidence_verdict(entry) for entry in ledger["entries"]} if ledger else {}
+    statements = statement_verdicts(paper.statements, claims, verdicts) if ledger else []
     covered = coverage(paper.statements, statements, verdicts, (figure.number for figure in paper.figures))
     clock.note("equations")
     if casadi is not None:

@@ -15,7 +15,13 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT
 from mehvar.runtime.batch.evaluation.conditions import Number
 from mehvar.runtime.batch.evaluation.rare import Progress, decide_rare
-from mehvar.runtime.batch.evaluation.requirements import DECIDED, Verdict, checked_confidence, decide, recorded
+from mehvar.runtime.batch.evaluation.requirements import (
+    DECIDED,
+    Verdict,
+    checked_confidence,
+    decide,
+    stored_requirements,
+)
 from mehvar.runtime.batch.evaluation.statistics import column
 from mehvar.runtime.batch.fill import used_threads
 from mehvar.runtime.batch.plan import Campaign
@@ -120,7 +126,7 @@ class Verdicts:
     def __init__(self, store: Store, requirements: Mapping[str, str] | None, confidence: float | None) -> None:
         self._store = store
         self._verdicts = decide(store, requirements, confidence)
-        self.confidence = recorded(store)[1] if confidence is None else confidence
+        self.confidence = stored_requirements(store)[1] if confidence is None else confidence
 
     def __iter__(self) -> Iterator[Verdict]:
         return iter(self._verdicts)

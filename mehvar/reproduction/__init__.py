@@ -4,7 +4,20 @@
 from __future__ import annotations
 
 from .beyond import Beyond, read_beyond
-from .claims import AMPLITUDES, TIMES, Check, Checks, Claim, Expected, Readings, about, above, below, beside, count
+from .claims import (
+    AMPLITUDES,
+    TIMES,
+    Check,
+    Checks,
+    Claim,
+    Expected,
+    Readings,
+    about,
+    above,
+    below,
+    count,
+    not_essential,
+)
 from .data import read_data
 from .paper import Reproduction, read_reproduction
 from .runs import Runs
@@ -23,8 +36,8 @@ __all__ = [
     "about",
     "above",
     "below",
-    "beside",
     "count",
+    "not_essential",
     "read_beyond",
     "read_data",
     "read_reproduction",

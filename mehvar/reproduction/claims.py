@@ -305,7 +305,7 @@ def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
     return Check(what, f"> {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured > bound)
 
 
-def beside(check: Check) -> Check:
+def not_essential(check: Check) -> Check:
     """Return a check that does not decide its claim.
 
     Parameters

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judged ledgers as an HTML page: printed and correct equations side by side."""
+"""Checked ledgers as an HTML page: printed and correct equations side by side."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from mehvar.html import page
 
-from .judging import Ledger
 from .ledger_text import correction, counted, example, slips
+from .ledgers import Ledger
 
 FILTERS = {"counted": counted, "example": example, "slips": slips, "correction": correction}
 """Template functions for ledgers."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judged ledgers as text: wrong printed equations in full, others by number."""
+"""Checked ledgers as text: wrong printed equations in full, others by number."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.text import Text
 
 from mehvar.terminal import Line
 
-from .judging import Ledger
+from .ledgers import Ledger
 
 _DIFFERS, _HOLDS, _DEFINITION = "differs", "holds", "definition"
 _AMBIGUOUS, _SCAN = "illegible or ambiguous", "damage of the scan"
@@ -39,7 +39,7 @@ def correction(entry: dict[str, Any]) -> str:
     return "assumption" if entry["erratum"] and entry["erratum"]["assumption"] else "correct"
 
 
-def standing(entry: dict[str, Any]) -> str:
+def evidence_verdict(entry: dict[str, Any]) -> str:
     """Return the verdict of an entry for statements that use it; errors of the scan do not count."""
     damaged = entry["erratum"] and entry["erratum"]["kind"] == _SCAN
     return _AMBIGUOUS if damaged else str(entry["verdict"])

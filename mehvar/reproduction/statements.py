@@ -124,7 +124,9 @@ class Coverage:
     shown: int
 
 
-def judge(statements: Statements, claims: Sequence[Claim], equations: Mapping[str, str]) -> list[Statement]:
+def statement_verdicts(
+    statements: Statements, claims: Sequence[Claim], equations: Mapping[str, str]
+) -> list[Statement]:
     """Return every statement with its verdict.
 
     Parameters

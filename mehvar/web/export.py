@@ -16,7 +16,7 @@ import numpy as np
 from markupsafe import Markup
 
 from mehvar import html
-from mehvar.base.capabilities import Place, refuse
+from mehvar.base.capabilities import Operation, refuse
 from mehvar.base.manifest import Controller, Manifest, Parameter, Quantity, Shape
 from mehvar.base.schema import plain
 from mehvar.runtime.arguments import check_arguments
@@ -77,7 +77,7 @@ def export_web(
     check_arguments("text", "the call", success=success, own_law=own_law)
     check_folder(out)
     loaded = model if isinstance(model, Model) else load(model)
-    refuse(loaded.manifest, Place.PAGE)
+    refuse(loaded.manifest, Operation.PAGE)
     zig_toolchain()  # before the runs, which take longer
     name, maker = f"{loaded.manifest.model}.html", f"mehvar export web {loaded.manifest.model}"
     check_folder(out, maker, [name])

@@ -15,7 +15,7 @@ from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.points import listed
+from mehvar.runtime.batch.points import lists_as_distributions
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
@@ -105,7 +105,10 @@ def _failed(
     values = case.run.parameters.values
     points = {name: [value if name == own else values[name] for own, value in changes] for name, _ in changes}
     campaign = Campaign(
-        case.run.controller.name, len(changes), case.run.scenario.name, vary=listed(points, "the page's run")
+        case.run.controller.name,
+        len(changes),
+        case.run.scenario.name,
+        vary=lists_as_distributions(points, "the page's run"),
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of drawn values that bounds or constraints refuse

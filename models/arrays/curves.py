@@ -19,7 +19,7 @@ Column = Sequence[sp.Expr]
 
 
 @dataclass(frozen=True)
-class Reading:
+class TableLookup:
     """A table of parameters, called with one expression per axis.
 
     Parameters

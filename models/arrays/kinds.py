@@ -17,7 +17,7 @@ from ..quantities import Group, ModelError, Parameter, ParameterArray
 if TYPE_CHECKING:  # tables of numbers are read without SymPy
     import sympy as sp
 
-    from .curves import Reading
+    from .curves import TableLookup
 
 SYMMETRIC = ("symmetric", "positive definite")
 INCREASING = "increasing"
@@ -75,12 +75,12 @@ class Table(ParameterArray):
     over: tuple[str, ...]
     outside: str
 
-    def of(self, group: Group) -> Reading:
+    def of(self, group: Group) -> TableLookup:
         """Return the interpolating function of a table."""
-        from .curves import Reading
+        from .curves import TableLookup
 
         columns = [list(group.elements(axis).values()) for axis in (*self.over, self.name)]
-        return Reading(self.name, self.over, tuple(columns[:-1]), columns[-1], self.form, self.outside)
+        return TableLookup(self.name, self.over, tuple(columns[:-1]), columns[-1], self.form, self.outside)
 
 
 def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outside: str, where: str) -> ParameterArray:

@@ -17,7 +17,7 @@ from mehvar.base.units import Dimension, dimension, product, unit_text
 from ..derivation import Definition, reached
 from ..quantities import LARGEST, TIME, ModelError
 from ..system import System
-from .vectors import Vector, known, own
+from .vectors import Vector, law_groups, system_groups
 
 NUMBER: Dimension = {}
 _SAME = (sp.Add, sp.Min, sp.Max, sp.Mod, sp.atan2, Relational)
@@ -113,8 +113,10 @@ class _ByScope:
 
     def __init__(self, system: System) -> None:
         self._definitions = {step.symbol: step for step in system.definitions_in_order}
-        self._common = {q.symbol: q.unit for _, group in known(system) for q in group} | {TIME.symbol: TIME.unit}
-        own_symbols = {q.symbol: q.unit for law in system.controllers for _, group in own(law) for q in group}
+        self._common = {q.symbol: q.unit for _, group in system_groups(system) for q in group} | {
+            TIME.symbol: TIME.unit
+        }
+        own_symbols = {q.symbol: q.unit for law in system.controllers for _, group in law_groups(law) for q in group}
         inside = {q.symbol: q.unit for f in system.functions for group in f.arguments for q in group}
         self.anywhere = Dimensions(self._definitions | inside | own_symbols | self._common | self._definitions)
         self._scopes: dict[frozenset[tuple[sp.Symbol, str]], Dimensions] = {}

@@ -85,7 +85,7 @@ def _features(system: System) -> Iterator[tuple[Feature, Located, Names]]:
     yield capabilities.PROCESS_NOISE, diffusion, system.diffusion is not None
     yield capabilities.CHART, system.coordinates or system, system.coordinates is not None
     yield capabilities.ACTUATOR, actuator, continuous if system.actuator is not None else False
-    yield capabilities.SEEN, sensor, continuous if system.seen is not system.states else False
+    yield capabilities.MEASURED, sensor, continuous if system.seen is not system.states else False
     yield capabilities.CHOICES, system, [choice.name for choice in system.choices]
     yield capabilities.INTEGRATED, integrated[0] if integrated else system, [law.name for law in integrated]
 

@@ -16,7 +16,7 @@ from mehvar.base.names import ARGUMENTS, RESULT_NAMES, WORK, identifier
 from ..clock import CLOCK, plant_of_time
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import System
-from .vectors import known, own
+from .vectors import law_groups, system_groups
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _OF_C = frozenset("""
@@ -57,7 +57,7 @@ def check_names(system: System) -> None:
     common = _common(system)
     taken = _unique(common, {}, system.origin)
     for law in system.controllers:
-        uses = (_Use(q.name, kind, q.symbol) for kind, group in own(law) for q in group)
+        uses = (_Use(q.name, kind, q.symbol) for kind, group in law_groups(law) for q in group)
         _unique(uses, dict(taken), law.origin)
     _check_outputs(system, taken)
     _check_variables(system)
@@ -99,7 +99,11 @@ def role(system: System, symbol: sp.Symbol) -> str:
 
 
 def _groups(system: System) -> list[tuple[str, Group]]:
-    return [*known(system), *(pair for law in system.controllers for pair in own(law)), ("output", system.outputs)]
+    return [
+        *system_groups(system),
+        *(pair for law in system.controllers for pair in law_groups(law)),
+        ("output", system.outputs),
+    ]
 
 
 def _common(system: System) -> Iterator[_Use]:
@@ -109,7 +113,7 @@ def _common(system: System) -> Iterator[_Use]:
         "measured quantity": set(system.states.quantities),  # a law without `seen` reads the measured state
     }
     yield _Use(TIME.name, "time", TIME.symbol)
-    for kind, group in known(system):
+    for kind, group in system_groups(system):
         yield from (_Use(q.name, kind, q.symbol) for q in group if q not in shared.get(kind, ()))
     if plant_of_time(system) and CLOCK not in system.states.quantities:
         yield _Use(CLOCK.name, "the state that is the time of this plant,", CLOCK.symbol)

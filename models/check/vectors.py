@@ -86,7 +86,7 @@ def vectors(system: System) -> list[Vector]:
     return result
 
 
-def known(system: System) -> list[tuple[str, Group]]:
+def system_groups(system: System) -> list[tuple[str, Group]]:
     """Return the groups whose symbols may occur in any expression, with their names in messages."""
     groups = [
         ("state", system.states),
@@ -108,7 +108,7 @@ def known(system: System) -> list[tuple[str, Group]]:
     return groups
 
 
-def own(law: Controller) -> list[tuple[str, Group]]:
+def law_groups(law: Controller) -> list[tuple[str, Group]]:
     """Return the groups of a law."""
     kinds = (("parameter", law.parameters), ("memory", law.memory), ("applied input", law.applied))
     return [(f"{kind} of law {law.name!r}", group) for kind, group in kinds]

@@ -63,9 +63,9 @@ def _held(system: System, law: Controller) -> Controller:
 
 
 def _whole(count: sp.Symbol, name: str, reason: str) -> Condition:
-    return Condition(whole(count), f"{name} = {{{name}:g}} must be a whole number: {reason}")
+    return Condition(whole_number_margin(count), f"{name} = {{{name}:g}} must be a whole number: {reason}")
 
 
-def whole(count: Expr) -> Expr:
+def whole_number_margin(count: Expr) -> Expr:
     """Return an expression that is positive if a value is a whole number."""
     return _WHOLE - sp.Abs(count - sp.floor(count + sp.Rational(1, 2)))

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import sympy as sp
 
-from mehvar.base.errors import shown
+from mehvar.base.errors import value_text
 from mehvar.base.manifest import Metric, Scenario
 
 from ..check.branches import no_branching
@@ -140,7 +140,9 @@ class Spacecraft:
                 lines.append(f"{name}: a {type(before[name]).__name__} -> a {type(part).__name__}")
             else:
                 pairs = ((f.name, getattr(before[name], f.name), getattr(part, f.name)) for f in fields(part))
-                lines += (f"{name}: {field} {shown(old)} -> {shown(new)}" for field, old, new in pairs if old != new)
+                lines += (
+                    f"{name}: {field} {value_text(old)} -> {value_text(new)}" for field, old, new in pairs if old != new
+                )
         for what, old, new in (
             ("attitude", self.chart.name, newer.chart.name), ("motion", self.motion, newer.motion),
             ("laws", ", ".join(self._laws) or "none", ", ".join(newer._laws) or "none"),

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mehvar.base.errors import shown
+from mehvar.base.errors import value_text
 from mehvar.base.schema import parse_toml
 from mehvar.base.units import dimension, has_radians
 
@@ -79,7 +79,9 @@ def _fields(file: Path, of: type, table: Mapping[str, Any], where: str = "") -> 
 
 def _entry(kind: Kind, row: object, where: str) -> Any:
     if not isinstance(row, dict):
-        raise ModelError(f"{where} = {shown(row)}: must be {{ unit = {kind.unit!r}, default = ..., source = ... }}")
+        raise ModelError(
+            f"{where} = {value_text(row)}: must be {{ unit = {kind.unit!r}, default = ..., source = ... }}"
+        )
     for key in row:
         if key not in KEYS:
             raise ModelError(f"{where}: unknown key {key!r}{suggestion(key, KEYS)}; must be one of {', '.join(KEYS)}")
@@ -89,7 +91,7 @@ def _entry(kind: Kind, row: object, where: str) -> Any:
     unit, source, bounds = row["unit"], row["source"], row.get("bounds", "")
     for key, text in (("unit", unit), ("source", source), ("bounds", bounds)):
         if not isinstance(text, str):
-            raise ModelError(f"{where}: {key} = {shown(text)}: must be a text")
+            raise ModelError(f"{where}: {key} = {value_text(text)}: must be a text")
     try:
         fits = dimension(unit) == dimension(kind.unit) and has_radians(unit) == has_radians(kind.unit)
     except ValueError as error:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.linalg import expm
 
-from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, below, beside
+from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, below, not_essential
 from mehvar.runtime import Status
 
 from .checks import each_above, each_below, ends, lost, rms_degrees, three
@@ -67,7 +67,7 @@ def _pd_does_not_track(runs: Runs, expected: Expected) -> Sequence[Check]:
         each_above("RMS error from 200 s on", expected("error"), error, "deg"),
         each_above("the same with the delay", expected("error"), late, "deg"),
         each_above("over that of the adaptive law", expected("ratio"), error / adaptive),
-        beside(
+        not_essential(
             each_above(
                 f"Kp {stiffness:g} and Kd {damping:g} times as large, after the reference model",
                 expected("error"),
@@ -98,9 +98,9 @@ def _printed_guess(runs: Runs, expected: Expected) -> Sequence[Check]:
         of = f"off from Ts²/I at the end, {what}"
         checks += [
             *(below(f"b0 + b1 of {a}, {of}", expected("gain"), float(g)) for a, g in zip(AXES[:2], gain, strict=False)),
-            beside(below(f"b0 + b1 of yaw, {of}", expected("gain"), float(gain[2]))),
-            beside(each_below(f"b0 alone, from half of it, {what}", expected("gain"), b0, "")),
-            beside(each_below(f"b1 alone, from half of it, {what}", expected("gain"), b1, "")),
+            not_essential(below(f"b0 + b1 of yaw, {of}", expected("gain"), float(gain[2]))),
+            not_essential(each_below(f"b0 alone, from half of it, {what}", expected("gain"), b0, "")),
+            not_essential(each_below(f"b1 alone, from half of it, {what}", expected("gain"), b1, "")),
         ]
     return checks
 
@@ -116,7 +116,7 @@ def _off(run: Run, *names: str) -> FloatArray:
 def _single_precision(runs: Runs, expected: Expected) -> Sequence[Check]:
     if runs.model.backend != "c":
         bound = f"< {expected('difference'):g} deg"
-        return (beside(Check("RMS difference of the angles", bound, "not run", False)),)
+        return (not_essential(Check("RMS difference of the angles", bound, "not run", False)),)
     double, single = runs("mrac", "paper", delay=1), runs("mrac", "paper", delay=1, real="float")
     late = double.t >= LATE
     off = [single.variables()[a][late] - double.variables()[a][late] for a in AXES]
@@ -130,7 +130,7 @@ def _delay_must_be_known(runs: Runs, expected: Expected) -> Sequence[Check]:
     fate, time = lost("learning from the commanded torque", expected("lost"), misled)
     return (
         fate,
-        beside(time),
+        not_essential(time),
         Check("learning from the applied torque", "lost", aware.reason, aware.status is Status.LIMIT),
     )
 
@@ -167,14 +167,14 @@ def _literal_is_lost(runs: Runs, expected: Expected) -> Sequence[Check]:
 
 def _literal_controls(runs: Runs, expected: Expected) -> Sequence[Check]:
     run, known = runs("mrac-literal", "printed"), runs("mrac-literal", "paper", adapt=0)
-    return (ends(run), _calm(run, expected), beside(ends(known, "plant known")))
+    return (ends(run), _calm(run, expected), not_essential(ends(known, "plant known")))
 
 
 def _literal_controls_late(runs: Runs, expected: Expected) -> Sequence[Check]:
     run = runs("mrac-literal", "printed", delay=1)
     root = _root_of_s(run.parameters.values["C2_pole"])
     stable = Check("root of S as designed for d = 2", "inside the unit circle", f"{root:.4g}", abs(root) < 1)
-    return (ends(run), _calm(run, expected), beside(stable))
+    return (ends(run), _calm(run, expected), not_essential(stable))
 
 
 def _root_of_s(pole: float) -> float:
@@ -204,7 +204,7 @@ def _linear_model(runs: Runs, expected: Expected) -> Sequence[Check]:
     checks += [
         about("dropped: torque about x per rate of yaw", -w0 * (x - y + z), float(damping[0, 2]), "N m s/rad", _EXACT),
         about("dropped: torque about z per rate of roll", w0 * (x - y + z), float(damping[2, 0]), "N m s/rad", _EXACT),
-        beside(
+        not_essential(
             below(
                 f"torque dropped at {rate:g} rad/s, where (8)-(10) keep at {angle:g} degrees at most",
                 float(kept),
@@ -260,7 +260,7 @@ def carried(runs: Runs, expected: Expected, momentum: float, **settings: Any) ->
     inertia = runs("mrac", "paper", **settings).parameters.values
     stored = max(speed * inertia[f"Iw_{i}"] for i, speed in zip("xyz", speeds / _RPM, strict=True))
     return (
-        beside(below("largest momentum of a wheel", momentum, float(stored), "N m s")),
+        not_essential(below("largest momentum of a wheel", momentum, float(stored), "N m s")),
         below("largest speed of a wheel", expected("speed"), float(speeds.max()), "rpm"),
         each_below(f"RMS error from 200 s on when they stop at {momentum:g} N m s", expected("error"), stopped),
     )
@@ -288,7 +288,7 @@ def _quick(runs: Runs, expected: Expected) -> Sequence[Check]:
         *(below(f"last time that {off.format(a)}", expected("time"), _learnt(plain, k, share), "s")
           for k, a in enumerate(AXES[:2])),
         each_below(f"largest error of the first {LATE:g} s", expected("error"), error),
-        *(beside(below(f"with the delay: last time that {off.format(a)}", expected("time"),
+        *(not_essential(below(f"with the delay: last time that {off.format(a)}", expected("time"),
                        _learnt(late, k, share), "s")) for k, a in enumerate(AXES[:2])),
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction import TIMES, Check, Checks, Expected, Runs, about, below, beside
+from mehvar.reproduction import TIMES, Check, Checks, Expected, Runs, about, below, not_essential
 
 from .positivity import positive
 from .rows import FULL, LAWS, REDUCED, axial
@@ -155,8 +155,8 @@ def _more_swing(runs: Runs, expected: Expected) -> Sequence[Check]:
                 f"{off.max():.1f} deg at {t[off.argmax()]:.1f} s",
                 bool(abs(off.max() / most - 1) < _ROUNDED and abs(t[off.argmax()] - most_at) < 1.5 * (t[1] - t[0])),
             ),
-            late if plant == "reduced" else beside(late),
-            beside(_little(expected, float(off.max()), plant)),
+            late if plant == "reduced" else not_essential(late),
+            not_essential(_little(expected, float(off.max()), plant)),
         ]
     return checks
 
@@ -196,7 +196,11 @@ def _speed(runs: Runs, expected: Expected) -> Sequence[Check]:
         f"{slowest[0]:.3f} / {slowest[1]:.3f} m/s^2",
         min(slowest) > (1 - TIMES) * constant_ax,
     )
-    return (_four(runs, "largest loss of v_x in 0.1 s", 0.0, "m/s", largest_loss), beside(constant), beside(gained))
+    return (
+        _four(runs, "largest loss of v_x in 0.1 s", 0.0, "m/s", largest_loss),
+        not_essential(constant),
+        not_essential(gained),
+    )
 
 
 def turns(values: FloatArray, swing: float) -> int:
@@ -270,7 +274,7 @@ def better_law(runs: Runs, expected: Expected) -> Sequence[Check]:
         checks += [
             Check(f"path of phi_1 in 20 s, V1 over V2, {plant}", "< 1", f"{1 / path:.2f}", path > 1),
             Check(f"settling of phi_1, V1 over V2, {plant}", "< 1", f"{1 / settling:.3f}", settling > 1),
-            beside(Check(f"largest |delta_1|, V1 over V2, {plant}", "< 1", f"{1 / gimbal:.2f}", gimbal > 1)),
+            not_essential(Check(f"largest |delta_1|, V1 over V2, {plant}", "< 1", f"{1 / gimbal:.2f}", gimbal > 1)),
         ]
     return checks
 
@@ -301,7 +305,7 @@ def values_fall(runs: Runs, expected: Expected) -> Sequence[Check]:
     falling_back = _along(runs, "lyapunov-v1", x, np.asarray(flow))
     return (
         _four(runs, "samples at which V does not fall", 1, "", rises),
-        beside(
+        not_essential(
             Check(
                 "V1' at the goal with pendulum 1 at 0.5 rad, swinging back at 0.1 rad/s",
                 "< 0",
@@ -349,7 +353,7 @@ def lengths(runs: Runs, expected: Expected) -> Sequence[Check]:
     printed = ", ".join(f"{name} = {value:g}" for name, value in LENGTHS.items())
     return (
         below(f"largest change of a settling time with {printed}, all but theta_1", most, max(moved.values()), "s"),
-        beside(below("change of the settling time of theta_1", most, azimuth, "s")),
+        not_essential(below("change of the settling time of theta_1", most, azimuth, "s")),
     )
 
 

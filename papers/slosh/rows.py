@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction import TIMES, Check, Claim, Runs, beside, read_data
+from mehvar.reproduction import TIMES, Check, Claim, Runs, not_essential, read_data
 
 if TYPE_CHECKING:
     from mehvar.runtime import Run
@@ -101,7 +101,7 @@ def _checks(runs: Runs, column: TableColumn, place: int) -> tuple[Check, ...]:
         expected = [numbers[place] for numbers in group.numbers.values()]
         measured = [values[name] for name in group.numbers]
         checks.append(Check(group.what, _line(expected, group), _line(measured, group), near(measured, expected)))
-    return (*checks, beside(_between(runs(column.law, "paper", **column.settings))))
+    return (*checks, not_essential(_between(runs(column.law, "paper", **column.settings))))
 
 
 def _between(run: Run) -> Check:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, below, beside, count
+from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, below, count, not_essential
 from mehvar.runtime import Status
 
 from .chart import law_direction
@@ -72,8 +72,8 @@ def _reaches_target(runs: Runs, expected: Expected) -> Sequence[Check]:
         checks += [
             below(f"{law}, paper's start, |θ| at 35 s", angle, own[0], "rad"),
             below(f"{law}, paper's start, ρ̃ at 35 s", distance, own[1]),
-            beside(below(f"{law}, worst of {_PAIRS} random pairs, |θ| at 35 s", angle, early[0], "rad")),
-            beside(below(f"{law}, worst of {_PAIRS} random pairs, ρ̃ at 35 s", distance, early[1])),
+            not_essential(below(f"{law}, worst of {_PAIRS} random pairs, |θ| at 35 s", angle, early[0], "rad")),
+            not_essential(below(f"{law}, worst of {_PAIRS} random pairs, ρ̃ at 35 s", distance, early[1])),
             Check(f"{law}, the same at 100 s", "closer", f"{late[0]:.2g} rad, {late[1]:.2g}", closer),
         ]
     return checks
@@ -104,7 +104,7 @@ def _times_agree(runs: Runs, expected: Expected) -> Sequence[Check]:
             f"{100 * (path / sliding - 1):+.1f} %",
             abs(path / sliding - 1) < ALIKE,
         ),
-        beside(about("path, gain 5 as printed: the same", round(sliding, 2), printed, "s", ALIKE)),
+        not_essential(about("path, gain 5 as printed: the same", round(sliding, 2), printed, "s", ALIKE)),
     )
 
 
@@ -125,7 +125,7 @@ def _path_is_calmer(runs: Runs, expected: Expected) -> Sequence[Check]:
             f"{coarse:.2g} and {fine:.2g} m/s",
             fine < 0.2 * coarse,  # a tenth of the step; a jump would not shrink at all
         ),
-        beside(below("path, gain 5 as printed: largest rod rate", expected("sliding_rate"), printed, "m/s")),
+        not_essential(below("path, gain 5 as printed: largest rod rate", expected("sliding_rate"), printed, "m/s")),
     )
 
 
@@ -213,7 +213,7 @@ def _sign_chatters(runs: Runs, expected: Expected) -> Sequence[Check]:
         Check(
             "plain, the same", f"more than {more:g} times as many", f"{plain / smooth:.0f} times", plain > more * smooth
         ),
-        beside(about("plain, the same: sign changes", expected("plain"), plain)),
+        not_essential(about("plain, the same: sign changes", expected("plain"), plain)),
     )
 
 
@@ -236,7 +236,7 @@ def _limit_cycle(runs: Runs, expected: Expected) -> Sequence[Check]:
         about("sliding: largest ρ̃", expected("sliding_most"), sliding["most"], "", AMPLITUDES),
         about("sliding: largest |θ|", expected("sliding_theta"), sliding["theta"], "rad", AMPLITUDES),
         about("sliding: largest rod rate", expected("sliding_rate"), sliding["rate"], "m/s", AMPLITUDES),
-        beside(about("sliding: mean φ̃′", expected("sliding_turn"), sliding["turn"], "rad/s")),
+        not_essential(about("sliding: mean φ̃′", expected("sliding_turn"), sliding["turn"], "rad/s")),
     )
 
 

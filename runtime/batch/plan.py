@@ -25,8 +25,8 @@ from ..run.own.law import OwnLaw
 from ..run.problem import (
     START_OFF,
     check_sampled_parts,
-    consistent,
     initial_corrections,
+    is_consistent,
     of_scenario,
     sampled_parameters,
     variant_suffix,
@@ -364,7 +364,7 @@ class Plan:
             good &= (functions["limits"](x0, inputs, p) > 0).all(axis=1)
         if manifest.algebraic and not self.sampled and self.law.name in manifest.controllers:
             corrections = initial_corrections(self.model, self.law, p, c, s, x0)
-            good &= consistent(corrections, x0, self.options).all(axis=1)
+            good &= is_consistent(corrections, x0, self.options).all(axis=1)
         return good
 
 

@@ -20,7 +20,7 @@ from .dispersions import read_dispersions
 GivenDesign = Literal["grid"]
 
 
-def listed(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
+def lists_as_distributions(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
     """Return lists of values as texts of dispersions, and other values unchanged for a later check.
 
     Parameters
@@ -55,7 +55,7 @@ def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
     return dict(zip(vary, map(list, zip(*rows, strict=True)), strict=True))
 
 
-def table(points: Any, origin: str) -> dict[str, list[float]]:
+def columns_of(points: Any, origin: str) -> dict[str, list[float]]:
     """Return the columns of a table of points with one row per run.
 
     Parameters

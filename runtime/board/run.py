@@ -36,7 +36,7 @@ from .line.packets import BareLaw
 from .session import RESTARTS, BoardLaw
 from .stack import StackBound, stack_bound
 from .targets import TARGETS, MachinePort, open_target
-from .tuning import Request, Requests, TunedLaw, tuned
+from .tuning import Request, Requests, TunedLaw, tuned_parameters
 
 _SELF_TEST = 200
 """Number of samples of the self-test. A wrong bit changes the checksum at once; more samples only show slower steps."""
@@ -224,7 +224,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
         journal,
         profiler.count if profiler else None,
         requests,
-        partial(tuned, image.program),
+        partial(tuned_parameters, image.program),
         request.restarts,
     )
     begin, complete = time.perf_counter(), False
@@ -424,7 +424,7 @@ def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
 
 
-def ended(outcome: BoardRun) -> bool:
+def is_complete(outcome: BoardRun) -> bool:
     """Return True if the board's run reached its end."""
     return outcome.board.status.complete
 
@@ -436,7 +436,7 @@ __all__ = [
     "Difference",
     "build_image",
     "difference",
-    "ended",
+    "is_complete",
     "run_on_board",
     "samples_of",
     "ulps",

@@ -166,7 +166,7 @@ def _value(manifest: Manifest, law: Controller, name: str, value: object) -> flo
     return result
 
 
-def tuned(firmware: Program, before: Resolved, values: Mapping[str, float]) -> Resolved:
+def tuned_parameters(firmware: Program, before: Resolved, values: Mapping[str, float]) -> Resolved:
     """Return parameters with some changed.
 
     Raises
@@ -207,7 +207,7 @@ class TunedLaw(HostLaw):
             self.begin(z)
         for tuning in self._tunings:
             if tuning.sample == self._k:
-                self._resolved = tuned(self._firmware, self._resolved, tuning.values)
+                self._resolved = tuned_parameters(self._firmware, self._resolved, tuning.values)
                 self.set(self._resolved)
         self._k += 1
         return super().__call__(x, r, v, z)

@@ -11,7 +11,7 @@ from mehvar.base.manifest import Function, Manifest
 from mehvar.base.names import identifier
 
 from ..compiling.library import load_library
-from .derived import holder
+from .derived import folder_with
 from .functions import BackendName, CBackend, Real
 from .generated import generated_text
 
@@ -25,7 +25,7 @@ def casadi_manifest(manifest: Manifest) -> Manifest:
         If the file is missing and cannot be made.
     """
     file = f"{manifest.model}_casadi.c"
-    holder(manifest, file)
+    folder_with(manifest, file)
     functions = {name: replace(f, file=file) for name, f in manifest.whole.functions.items()}
     return replace(manifest, functions=functions)
 

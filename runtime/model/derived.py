@@ -14,7 +14,7 @@ from pathlib import Path
 
 from mehvar.base import cache, errors
 from mehvar.base.errors import InputError
-from mehvar.base.manifest import Manifest, made_when_asked, read_manifest
+from mehvar.base.manifest import Manifest, files_on_first_use, read_manifest
 from mehvar.base.versions import installed
 
 from .catalogue import shipped_models
@@ -23,7 +23,7 @@ _HERE = Path(errors.__file__).resolve().parents[2]
 _NEEDED = ("sympy", "casadi")
 
 
-def holder(manifest: Manifest, name: str) -> Manifest:
+def folder_with(manifest: Manifest, name: str) -> Manifest:
     """Return the manifest of the folder that has a file, the model's or a cached one, derived if necessary.
 
     Parameters
@@ -39,7 +39,7 @@ def holder(manifest: Manifest, name: str) -> Manifest:
         If the file cannot be made, because its sources are missing or changed or a package is missing.
     """
     present = name in manifest.files_sha256 if manifest.files_sha256 else (manifest.folder / name).is_file()
-    if present or name not in made_when_asked(manifest.model):
+    if present or name not in files_on_first_use(manifest.model):
         return manifest
     what = f"{name} of {manifest.model} is made when it is first used"
     versions = sorted(installed(*_NEEDED, "mehvar", "python").items())

@@ -17,7 +17,7 @@ from mehvar.base.manifest import Array, Function, Manifest
 from mehvar.base.names import identifier
 
 from ..compiling.library import begin_native, load_library, load_native, native_headers
-from .derived import holder
+from .derived import folder_with
 from .generated import generated_text
 from .header import check_module
 from .point import Point
@@ -270,7 +270,7 @@ class PythonBackend:
         return function
 
     def _import(self, file: str) -> ModuleType:
-        manifest = holder(self._manifest, file)
+        manifest = folder_with(self._manifest, file)
         path = manifest.folder / file
         module = ModuleType(f"mehvar_generated_{identifier(path.stem)}")
         module.__file__ = str(path)

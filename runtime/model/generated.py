@@ -9,7 +9,7 @@ import warnings
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import Manifest
 
-from .derived import holder
+from .derived import folder_with
 
 
 def generated_text(manifest: Manifest, name: str) -> str:
@@ -27,7 +27,7 @@ def generated_text(manifest: Manifest, name: str) -> str:
     InputError
         If it cannot be read or made, or its SHA-256 differs from the manifest's.
     """
-    manifest = holder(manifest, name)
+    manifest = folder_with(manifest, name)
     path = manifest.folder / name
     try:
         content = path.read_bytes()
@@ -56,7 +56,7 @@ def check_unedited(manifest: Manifest) -> None:
             generated_text(manifest, name)
 
 
-def tell_stale(manifest: Manifest) -> None:
+def warn_if_stale(manifest: Manifest) -> None:
     """Warn if a model's sources have changed since generation.
 
     New sources and changes of mehvar are not reported; `mehvar generate --check` checks all inputs.

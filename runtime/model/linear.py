@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.base.capabilities import Place, refuse
+from mehvar.base.capabilities import Operation, refuse
 from mehvar.base.display import heading, table
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Controller, Manifest, Quantity
@@ -236,7 +236,7 @@ def _plant(
     outputs: Sequence[str] | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return A, B, C, D, and the outputs' derivatives by the reference."""
-    refuse(manifest, Place.LINEARIZE)
+    refuse(manifest, Operation.LINEARIZE)
     nx, nu, nr = len(manifest.states), len(manifest.inputs), len(manifest.references)
     A = functions["jac_x"](x, u, p)
     B = slope_of_inputs(functions, x, u, p, nu)

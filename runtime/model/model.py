@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mehvar.base.capabilities import Place, refuse
-from mehvar.base.display import gathered, heading, table
+from mehvar.base.capabilities import Operation, refuse
+from mehvar.base.display import displayed_formulas, heading, table
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Manifest, parameter_table
 
@@ -23,7 +23,7 @@ from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
 from .equations import rates
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
-from .generated import tell_stale
+from .generated import warn_if_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows, slope_of_inputs
 from .named import NamedVector, named
@@ -31,7 +31,7 @@ from .parameters import Setting, elements, law_vector, named_values, vector
 
 if TYPE_CHECKING:
     from .tools.ivp import InitialValueProblem
-    from .tools.rebound import Translation
+    from .tools.replacement import Translation
 
 
 class Model:
@@ -73,7 +73,7 @@ class Model:
         return f"<mehvar model {self.name!r}, {len(self.state_names)} states, backend {self.backend!r}>"
 
     def _repr_latex_(self) -> str:
-        return gathered(rates(self.manifest))
+        return displayed_formulas(rates(self.manifest))
 
     def _repr_html_(self) -> str:
         manifest, columns = self.manifest, ("name", "unit", "meaning")
@@ -338,7 +338,7 @@ class Model:
         """
         from .tools.ivp import initial_value_problem
 
-        refuse(self.manifest, Place.IVP)
+        refuse(self.manifest, Operation.IVP)
         case = self.manifest.scenario(scenario)
         settings = {name: Setting(value, f"scenario {case.name}") for name, value in case.values.items()}
         rhs = self.functions["rhs"]
@@ -455,7 +455,7 @@ def load(model: str | os.PathLike[str], backend: BackendName | None = None) -> M
     if backend not in (None, "c", "python", "casadi"):
         raise bad_value("backend", backend, "'c', 'python' or 'casadi'")
     manifest = find_model(model)
-    tell_stale(manifest)
+    warn_if_stale(manifest)
     if backend == "python":
         return Model(manifest.whole, PythonBackend(manifest))
     if backend is None and find_compiler() is None:

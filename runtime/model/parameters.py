@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mehvar.base.errors import InputError, bad_value, together, unknown_name
+from mehvar.base.errors import InputError, bad_value, run_checks, unknown_name
 from mehvar.base.manifest import Controller, Manifest, Parameter, Scenario
 from mehvar.base.names import identifier
 
@@ -242,7 +242,7 @@ def check_values(
         for q in parameters[name]:
             checked(q, Setting(value, origin))
 
-    together(*(partial(check, name, value) for name, value in values.items()))
+    run_checks(*(partial(check, name, value) for name, value in values.items()))
 
 
 def _settings(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mehvar.base.capabilities import Place, withheld
+from mehvar.base.capabilities import Operation, refused_feature
 from mehvar.base.errors import InputError, bad_value, either
 from mehvar.base.manifest import Controller, Event, Function, Manifest
 from mehvar.base.names import identifier
@@ -99,20 +99,26 @@ def check_loop(
     origin : str
         Origin of the options in error messages.
     """
-    if lacking := withheld(manifest, place_of(method)):
-        suitable = either(name for name in METHODS if not withheld(manifest, place_of(name)))
+    if lacking := refused_feature(manifest, place_of(method)):
+        suitable = either(name for name in METHODS if not refused_feature(manifest, place_of(name)))
         raise bad_value("method", method, f"{suitable}: {manifest.model} has {lacking}", f"{origin}, or the default")
     if method in STOCHASTIC and not manifest.wiener:
         raise bad_value("method", method, f"another one: {manifest.model} has no process noise", origin)
-    if not sampled and (lacking := withheld(manifest, Place.CONTINUOUS)):
+    if not sampled and (lacking := refused_feature(manifest, Operation.CONTINUOUS)):
         raise bad_value("hold", None, f"given, or a sampled law: {manifest.model} has {lacking}", origin)
-    if hold is not None and (lacking := withheld(manifest, Place.HELD, law)):
+    if hold is not None and (lacking := refused_feature(manifest, Operation.HELD, law)):
         raise bad_value("hold", hold, f"left out: {manifest.model} has {lacking}", origin)
 
 
-def place_of(method: Method) -> Place:
+def place_of(method: Method) -> Operation:
     """Return a method's column in the table of capabilities."""
-    return Place.IMPLICIT if method in IMPLICIT else Place.STOCHASTIC if method in STOCHASTIC else Place.EXPLICIT
+    return (
+        Operation.IMPLICIT
+        if method in IMPLICIT
+        else Operation.STOCHASTIC
+        if method in STOCHASTIC
+        else Operation.EXPLICIT
+    )
 
 
 def events_of(manifest: Manifest, controller: Controller, sampled: bool) -> tuple[Event, ...]:

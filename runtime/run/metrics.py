@@ -58,10 +58,10 @@ def metrics(run: Run | xarray.Dataset, manifest: Manifest) -> dict[str, float]:
     )
     counts = Counter(log)
     known = metrics_of(manifest, law, series)
-    return {name: evaluate(metric, t, series, counts, cut_of(run)) for name, metric in known.items()}
+    return {name: evaluate(metric, t, series, counts, early_end(run)) for name, metric in known.items()}
 
 
-def cut_of(run: Run | xarray.Dataset) -> float:
+def early_end(run: Run | xarray.Dataset) -> float:
     """Return the time of an early end, s; infinity without one."""
     if isinstance(run, Run):
         return math.inf if run.status is Status.DONE else run.t_stop
@@ -82,7 +82,7 @@ def metrics_of(manifest: Manifest, law: str | None, variables: Collection[str]) 
     }
 
 
-def is_open(metric: Metric, cut: float) -> bool:
+def is_cut_short(metric: Metric, cut: float) -> bool:
     """Return True for a metric that is undetermined after an early end.
 
     Extremes, sums, counts and final values are determined up to the end of a run. Settling and values at later
@@ -110,12 +110,12 @@ def undetermined(metrics: Mapping[str, Metric], end: float, dt: float, cut: floa
             reasons[name] = f"the window begins at {metric.since:g} s, after the end of the run at {end:g} s"
         elif min(math.ceil(metric.since / dt * (1 - _ROUNDING)) * dt, end) > metric.until * (1 + _ROUNDING):
             reasons[name] = f"no sample lies in the window, {metric.since:g} s to {metric.until:g} s"
-        elif is_open(metric, cut):
+        elif is_cut_short(metric, cut):
             reasons[name] = f"the run ended at {cut:g} s, before its time"
     return {name: f"undetermined: {reason}" for name, reason in reasons.items()}
 
 
-def grouped(notes: Mapping[str, str]) -> list[str]:
+def grouped_notes(notes: Mapping[str, str]) -> list[str]:
     """Return notes about metrics, one line per reason."""
     names: dict[str, list[str]] = {}
     for name, note in notes.items():
@@ -149,7 +149,7 @@ def evaluate(
         raise unknown_name(f"kind of metric {metric.name}", metric.kind, _KINDS)
     if not metric.of:
         raise InputError(f"metric {metric.name} names no variable")
-    if is_open(metric, cut):
+    if is_cut_short(metric, cut):
         return math.nan
     whole = t.size > 0 and metric.since <= t[0] and t[-1] <= metric.until
     window = slice(None) if whole else (t >= metric.since) & (t <= metric.until)

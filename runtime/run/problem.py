@@ -363,7 +363,7 @@ def initial_corrections(
     return corrections
 
 
-def consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
+def is_consistent(corrections: FloatArray, x0: FloatArray, options: RunOptions) -> NDArray[np.bool_]:
     """Return True for each state that fulfils its initial equation within tolerance."""
     allowed: NDArray[np.bool_] = np.abs(corrections) <= options.atol + options.rtol * np.abs(x0)
     return allowed
@@ -376,7 +376,7 @@ def _check_consistent(
     if law.name not in model.manifest.controllers:
         return
     corrections = initial_corrections(model, law, resolved.p, resolved.c, resolved.s, x0)
-    good = consistent(corrections, x0, options)
+    good = is_consistent(corrections, x0, options)
     if good.all():
         return
     start = _solved(model, law, resolved, x0, corrections, options)
@@ -404,7 +404,7 @@ def _solved(
         for _ in range(_NEWTON_STEPS):
             x = x + corrections
             corrections = initial_corrections(model, law, resolved.p, resolved.c, resolved.s, x)
-            if consistent(corrections, x, options).all():
+            if is_consistent(corrections, x, options).all():
                 return x + corrections
     return None
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from functools import partial
 
-from mehvar.base.errors import bad_value, together
+from mehvar.base.errors import bad_value, run_checks
 from mehvar.base.manifest import OPEN_LOOP, Controller, Manifest
 from mehvar.base.names import identifier
 
@@ -52,7 +52,7 @@ def check_read(
         if not reading.acts(name):
             raise bad_value(name, values[name], f"left out: {reading.reason(name)}", origin)
 
-    together(*(partial(check, name) for name in values))
+    run_checks(*(partial(check, name) for name in values))
 
 
 def _functions(manifest: Manifest, law: Controller, suffix: str, sampled: bool) -> set[str]:

@@ -18,7 +18,7 @@ from mehvar.base.errors import InputError
 from mehvar.base.manifest import Controller, Manifest, Metric
 from mehvar.base.versions import installed
 
-from .metrics import cut_of, evaluate, metrics_of, undetermined
+from .metrics import early_end, evaluate, metrics_of, undetermined
 from .options import AUTO
 from .simulate import Run
 
@@ -53,7 +53,7 @@ def to_dataset(run: Run) -> xarray.Dataset:
         raise InputError(f"a result cannot hold two variables called {twice[0]}: rename one in {manifest.model}")
     form = _form(run.t.tobytes(), _texts({name: about[name] for name in series}), _texts(numbers))
     counts = Counter(name for _, name in run.events)
-    values = {name: evaluate(metric, run.t, series, counts, cut_of(run)) for name, metric in known.items()}
+    values = {name: evaluate(metric, run.t, series, counts, early_end(run)) for name, metric in known.items()}
     dataset = form.copy(data={**series, **values})
     dataset.attrs = _attributes(run)
     return dataset
@@ -84,7 +84,7 @@ def notes_of(run: Run) -> dict[str, str]:
 
 
 def _notes(run: Run, known: Mapping[str, Metric]) -> dict[str, str]:
-    return undetermined(known, run.t_stop, float(run.options["dt_out"]), cut_of(run))
+    return undetermined(known, run.t_stop, float(run.options["dt_out"]), early_end(run))
 
 
 def attributes_of(metric: Metric, note: str | None) -> dict[str, str]:

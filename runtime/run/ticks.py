@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from mehvar.base.errors import InputError, bad_value, whence
+from mehvar.base.errors import InputError, bad_value, origin_text
 
 from ..model.functions import FloatArray
 
@@ -92,7 +92,7 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
     record_every, hold_every = times_in(dt, shortest), None if hold is None else times_in(hold, shortest)
     if record_every is None or (hold is not None and hold_every is None):
         raise InputError(
-            f"hold = {hold:g} s{whence(origin, 'hold')} and dt_out = {dt:g} s{whence(origin, 'dt_out')}: "
+            f"hold = {hold:g} s{origin_text(origin, 'hold')} and dt_out = {dt:g} s{origin_text(origin, 'dt_out')}: "
             "one must be an integer multiple of the other"
         )
     tick = fraction(dt) / record_every

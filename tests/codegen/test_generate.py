@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from mehvar.base.manifest import made_when_asked, manifest_text, read_manifest
+from mehvar.base.manifest import files_on_first_use, manifest_text, read_manifest
 from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import (
     GenerateError,
@@ -264,7 +264,7 @@ def test_what_is_committed_can_be_read():
     files = {path: lines for path, lines in files.items() if path.suffix != ".pyc"}
     assert sum(files.values()) <= 70_000
     assert max(files.values()) <= 8_000
-    assert not {path.name for path in files} & {name for model in MODELS for name in made_when_asked(model)}
+    assert not {path.name for path in files} & {name for model in MODELS for name in files_on_first_use(model)}
     attributes = ["git", "check-attr", "linguist-generated", "--", *map(str, files)]
     told = subprocess.run(attributes, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     assert [line for line in told if not line.endswith(": set")] == [
@@ -276,7 +276,7 @@ def test_what_is_committed_can_be_read():
 def test_a_variant_goes_where_it_is_told(tmp_path):
     generate(installed_tree(), "triangle", out=tmp_path / "mine", structure={"masses": "general"})
     manifest = read_manifest(tmp_path / "mine")
-    left = made_when_asked("triangle") - {path.name for path in (tmp_path / "mine").iterdir()}
+    left = files_on_first_use("triangle") - {path.name for path in (tmp_path / "mine").iterdir()}
     assert left == {"triangle_casadi.c", "triangle_casadi.h"}, "a folder elsewhere has all but what needs --emit"
     assert [p.name for p in manifest.parameters] == ["H", "disturbance", "m1", "m2", "m3"]
     assert manifest_text(manifest) == manifest.text

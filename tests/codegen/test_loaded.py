@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mehvar.base.manifest import manifest_text, read_manifest, sealed
+from mehvar.base.manifest import manifest_text, read_manifest, with_digest
 from mehvar.codegen.generate import Tree, check, installed_tree
 from mehvar.codegen.watch import is_written
 from tests import commands
@@ -83,7 +83,7 @@ def test_a_lost_helper_is_stale(tree):
 def test_another_version_of_a_library_is_stale(tree, library):
     path = tree.root / "generated" / "wheel" / "manifest.json"
     version = read_manifest(path.parent).versions[library]
-    path.write_text(sealed(path.read_text().replace(f'"{library}": "{version}"', f'"{library}": "0.1"')))
+    path.write_text(with_digest(path.read_text().replace(f'"{library}": "{version}"', f'"{library}": "0.1"')))
     assert check(tree, "wheel").reasons == (f"{library} is {version}, was 0.1",)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import mehvar
-from mehvar.codegen.diff.report import Fate
+from mehvar.codegen.diff.report import EquationVerdict
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.model.catalogue import shipped_models
 from mehvar.runtime.model.model import load
@@ -74,7 +74,7 @@ def test_a_derivative_costs_what_the_page_says() -> None:
 def test_verdicts_of_a_comparison_are_those_of_the_page() -> None:
     row = re.search(r"\| `verdict` \| ([^|]+)\|", text("diff-json.md"))
     assert row is not None
-    assert names(row[1]) == {str(fate) for fate in Fate}
+    assert names(row[1]) == {str(fate) for fate in EquationVerdict}
 
 
 def test_keys_of_verify_are_those_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

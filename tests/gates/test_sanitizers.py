@@ -14,7 +14,7 @@ import pytest
 
 from mehvar.base import cache
 from mehvar.runtime import load
-from mehvar.runtime.model.derived import holder
+from mehvar.runtime.model.derived import folder_with
 
 HERE = Path(__file__).parent
 UNDEFINED = "-fno-sanitize-recover=all -fsanitize=undefined,float-cast-overflow"
@@ -56,7 +56,7 @@ def test_no_sanitizer_finds_anything(compiler, model, tmp_path):
     optimise = "-O1" if model == "slosh" else "-O0"
     made = load(model).manifest  # files that are derived when first used, by a Python that bears no sanitizer
     for file in {function.file for function in made.functions.values()}:
-        holder(made, file)
+        folder_with(made, file)
     entries = cache.cache_folder() / "derived"
     shutil.copytree(entries, tmp_path / "cache" / "derived", ignore=shutil.ignore_patterns("build-*"))  # of others
     done = watched(tmp_path, compiler, [str(HERE / "exercise.py"), model], optimise)

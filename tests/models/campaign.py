@@ -11,7 +11,7 @@ from itertools import islice
 from pathlib import Path
 
 from mehvar.base.manifest import FILE, manifest_text
-from mehvar.codegen.code.files import printed, texts
+from mehvar.codegen.code.files import code_files, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.verify import VerificationError, check_counterparts, verify
 from mehvar.codegen.manifest import manifest_of
@@ -75,9 +75,9 @@ def _refusal(system: System) -> str:
 def _written(system: System, folder: Path) -> Path:
     check_counterparts(system)
     system = with_clock(with_mass(system))
-    functions = printed(generate_functions(system))
+    functions = printed_functions(generate_functions(system))
     manifest = manifest_of(system, functions, {})
     folder.mkdir()
-    for name, text in {**texts(manifest, functions), FILE: manifest_text(manifest)}.items():
+    for name, text in {**code_files(manifest, functions), FILE: manifest_text(manifest)}.items():
         (folder / name).write_text(text)
     return folder

@@ -10,7 +10,7 @@ import sympy as sp
 import mehvar
 from mehvar.base.manifest import manifest_text
 from mehvar.codegen.code.casadi_c import casadi_c
-from mehvar.codegen.code.files import printed, texts
+from mehvar.codegen.code.files import code_files, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
 from mehvar.models.check import check
@@ -83,10 +83,14 @@ def windy(tmp_path_factory):
 
 def written(system, path):
     check(system)
-    functions = printed(generate_functions(with_clock(system)))
+    functions = printed_functions(generate_functions(with_clock(system)))
     manifest = manifest_of(with_clock(system), functions, {})
     graphs = generate_functions(with_clock(system))
-    files = {**texts(manifest, functions), **casadi_c(system.name, graphs), "manifest.json": manifest_text(manifest)}
+    files = {
+        **code_files(manifest, functions),
+        **casadi_c(system.name, graphs),
+        "manifest.json": manifest_text(manifest),
+    }
     for name, text in files.items():
         (path / name).write_text(text)
     return path

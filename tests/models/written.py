@@ -5,7 +5,7 @@ from pathlib import Path
 
 from mehvar.base.manifest import manifest_text
 from mehvar.codegen.code.casadi_c import casadi_c
-from mehvar.codegen.code.files import printed, texts
+from mehvar.codegen.code.files import code_files, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
 from mehvar.models.check import check
@@ -19,9 +19,13 @@ def written(system: System, path: Path) -> Path:
     check(system)
     whole = with_clock(with_samples(system))
     graphs = generate_functions(whole)
-    functions = printed(graphs)
+    functions = printed_functions(graphs)
     manifest = manifest_of(whole, functions, {})
-    files = {**texts(manifest, functions), **casadi_c(system.name, graphs), "manifest.json": manifest_text(manifest)}
+    files = {
+        **code_files(manifest, functions),
+        **casadi_c(system.name, graphs),
+        "manifest.json": manifest_text(manifest),
+    }
     for name, text in files.items():
         (path / name).write_text(text)
     return path

@@ -6,7 +6,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from mehvar.codegen.ledger.ledger import Ledger, Standing
+from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger
 from mehvar.html import typeset_within
 from mehvar.models.paper import Slip
 from tests.docs.formulas import MATH, faults
@@ -19,7 +19,7 @@ def equations(ledger: Ledger) -> list[int]:
     return sorted(int(entry.number[1:-1]) for entry in ledger.entries if entry.number.startswith("("))
 
 
-def judged(ledger: Ledger, verdict: Standing) -> set[str]:
+def judged(ledger: Ledger, verdict: EntryVerdict) -> set[str]:
     """Return the numbers of the entries with a verdict."""
     return {entry.number for entry in ledger.entries if entry.verdict is verdict}
 

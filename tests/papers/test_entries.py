@@ -14,7 +14,7 @@ from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import deviations, table_claims
 from mehvar.reproduction.paper import Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
-from mehvar.reproduction.statements import judge, missing
+from mehvar.reproduction.statements import missing, statement_verdicts
 from tests.derived import REPRODUCED, system
 from tests.papers.shared import HEAVY, paper_claims, paper_runs
 from tests.papers.words import silent, wrong_words
@@ -63,7 +63,7 @@ def test_everything_printed_has_an_entry(paper: Reproduction, entries: list[str]
 
 def test_every_statement_names_what_exists(paper: Reproduction, entries: list[str], claims: list[Claim]) -> None:
     try:
-        judge(paper.statements, claims, dict.fromkeys(entries, "holds"))
+        statement_verdicts(paper.statements, claims, dict.fromkeys(entries, "holds"))
     except InputError as error:
         pytest.fail(str(error))
     drawn = {figure.number for figure in paper.figures}

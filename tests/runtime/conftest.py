@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mehvar import runtime
-from mehvar.base.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, with_digest
 
 PENDULUM = Path(__file__).parent / "pendulum"
 
@@ -41,7 +41,7 @@ def edited(tmp_path: Path) -> Callable[[str, str, str], Path]:
         text = (copy / file).read_text()
         assert old in text
         changed = text.replace(old, new)
-        (copy / file).write_text(sealed(changed) if file == FILE else changed)
+        (copy / file).write_text(with_digest(changed) if file == FILE else changed)
         return copy
 
     return edit

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from ...equal.judge import Judge, Verdict, Worlds, inside
+from ...equal.equality import EqualityTest, Verdict, Worlds, inside
 from ...equal.meaning import Expression, Meaning
 from ...equal.reals import Point
 from ..versions import Versions
@@ -31,7 +31,7 @@ class Allowed:
     """
 
     def __init__(self, versions: Versions) -> None:
-        self._judge: Judge = versions.judge
+        self._equality: EqualityTest = versions.equality
         self._free = Meaning(versions.pool, lambda _: None)
         self._conditions = [
             [self._margin(meaning, item.root) for item in items if item.row.kind in CONDITIONS]
@@ -39,7 +39,7 @@ class Allowed:
         ]
 
     def _margin(self, meaning: Meaning, root: int) -> Expression:
-        return self._free, self._judge.written_out((meaning, root))
+        return self._free, self._equality.written_out((meaning, root))
 
     def test(self, *sides: Expression) -> Test:
         """Return a function that tests if a version allows a point of the expressions' names."""
@@ -48,7 +48,7 @@ class Allowed:
 
     def _beside(self, sides: Sequence[Expression]) -> list[list[Expression]]:
         """Return the conditions of each version on the names in expressions."""
-        names = {name for side in sides for name in self._free.free(self._judge.written_out(side))}
+        names = {name for side in sides for name in self._free.free(self._equality.written_out(side))}
         return [[margin for margin in margins if names & {*self._free.free(margin[1])}] for margins in self._conditions]
 
     def where_allowed(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
@@ -58,17 +58,17 @@ class Allowed:
         test = self.test(old, new)
         count = 0
         for point in self._points(verdict.point):
-            worlds = self._judge.stepped(point)  # as a name may be equal to a threshold
+            worlds = self._equality.stepped(point)  # as a name may be equal to a threshold
             if test(worlds):
                 count += 1
-                if self._judge.differ(worlds, old, new) or self._judge.one_exists(worlds, old, new):
+                if self._equality.differ(worlds, old, new) or self._equality.one_exists(worlds, old, new):
                     return Verdict(False, verdict.how, point=point)
         if not count:
             return verdict
         return Verdict(None, f"they differ, but at none of {count} points that the constraints and limits allow")
 
     def _points(self, known: Point | None) -> Iterator[Point]:
-        sampler = self._judge.sampler
+        sampler = self._equality.sampler
         usual = {name: Fraction(row[2]) for name, row in sampler.names.items() if row[2] is not None}
         drawn = {} if known is None else {name: known[name] for name in known}
         yield from [{**sampler.point(0), **drawn}] * bool(drawn)

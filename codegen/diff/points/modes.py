@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from ...equal.branches import BRANCHING, COMPARISONS
-from ...equal.judge import Verdict
+from ...equal.equality import Verdict
 from ...equal.meaning import Expression, Meaning
 from ...equal.reals import vanishes
 from ...equations.document import Document, Symbol, reached
@@ -48,7 +48,7 @@ class Modes:
     """
 
     def __init__(self, versions: Versions) -> None:
-        self._judge = versions.judge
+        self._equality = versions.equality
         self._pool = versions.pool
         self._free = Meaning(self._pool, lambda _: None)
         self._symbols = _declared(versions)
@@ -78,7 +78,7 @@ class Modes:
         The test uses default parameters, and each finite bound in turn. A side without a value counts as different,
         such as (a^2 - b^2)/(a - b) at a = b.
         """
-        left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
+        left, right = ((self._free, self._equality.written_out(side)) for side in (old, new))
         names = sorted({*self._free.free(left[1]), *self._free.free(right[1])})
         for start, event in self._start_points:
             for fixed in ({}, *self._at_bounds(names)):
@@ -92,9 +92,9 @@ class Modes:
 
     def _unlike(self, point: Fixed, left: Expression, right: Expression) -> bool:
         """Return True if only one side is defined at a point, or if both sides have different values."""
-        world = self._judge.stepped(point)[self._free]
+        world = self._equality.stepped(point)[self._free]
         one, other = (world.defined(side[1]) is None for side in (left, right))
-        return one != other or self._judge.differ(self._judge.stepped(point), left, right)
+        return one != other or self._equality.differ(self._equality.stepped(point), left, right)
 
     def _at_bounds(self, names: list[str]) -> Iterator[Fixed]:
         """Yield each finite bound that a parameter may have."""
@@ -109,9 +109,9 @@ class Modes:
 
         Each point has the name of its event; a start has none.
         """
-        names = self._judge.sampler.names
+        names = self._equality.sampler.names
         usual = {name: Fraction(row[2]) for name, row in names.items() if row[2] is not None and row[2] == row[2]}
-        base = {**self._judge.sampler.point(0), **usual} | dict.fromkeys({"t", "clock"} & names.keys(), Fraction(0))
+        base = {**self._equality.sampler.point(0), **usual} | dict.fromkeys({"t", "clock"} & names.keys(), Fraction(0))
         points: list[tuple[dict[str, Fraction], str]] = []
         for items, meaning, renamed in (
             (versions.olds, versions.before, {}),
@@ -130,10 +130,10 @@ class Modes:
         self, point: dict[str, Fraction], items: list[Item], meaning: Meaning, renamed: Mapping[str, str]
     ) -> dict[str, Fraction]:
         """Return a point whose states have the values of starts or resets."""
-        world = self._judge.stepped(dict(point))[self._free]
+        world = self._equality.stepped(dict(point))[self._free]
         values = {}
         for item in items:
-            value = world.defined(self._judge.written_out((meaning, item.root)))
+            value = world.defined(self._equality.written_out((meaning, item.root)))
             if value is not None:
                 name = _state(item)
                 values[renamed.get(name, name)] = Fraction(str(value))
@@ -144,7 +144,7 @@ class Modes:
 
         The verdict is "undecided" if it is open whether the name can have the value.
         """
-        left, right = ((self._free, self._judge.written_out(side)) for side in (old, new))
+        left, right = ((self._free, self._equality.written_out(side)) for side in (old, new))
         jumps = self._jumps(left) ^ self._jumps(right)
         if not jumps:
             return None
@@ -166,13 +166,13 @@ class Modes:
             return Verdict(None, f"they differ at {name} = {value}, which a reset may set")
         if name in self._starts:
             return Verdict(None, f"they differ at {name} = {value}, its value at the start, where it may stay")
-        usual = self._judge.sampler.names[name][2] == value
+        usual = self._equality.sampler.names[name][2] == value
         return Verdict(None, f"they differ at {name} = {value}, {'its default' if usual else 'a possible value'}")
 
     def _default(self, root: int) -> set[Fraction]:
         """Return the default of an expression that is a single parameter, else None."""
         operation, *operands = self._pool.nodes[root]
-        default = self._judge.sampler.names.get(str(operands[0]), (None,) * 3)[2] if operation == "sym" else None
+        default = self._equality.sampler.names.get(str(operands[0]), (None,) * 3)[2] if operation == "sym" else None
         return set() if default is None else {Fraction(default)}
 
     def _joint(self, names: list[str]) -> Iterator[Fixed]:
@@ -189,8 +189,8 @@ class Modes:
 
     def _witness(self, old: Expression, new: Expression, fixed: Fixed, count: int) -> dict[str, Fraction] | None:
         """Return a point with given values at which two expressions differ."""
-        points = ({**self._judge.sampler.point(number), **fixed} for number in range(count))
-        return next((point for point in points if self._judge.differ(self._judge.stepped(point), old, new)), None)
+        points = ({**self._equality.sampler.point(number), **fixed} for number in range(count))
+        return next((point for point in points if self._equality.differ(self._equality.stepped(point), old, new)), None)
 
     def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
         """Return the values to try for a name that is not a mode: the thresholds in both texts."""
@@ -213,8 +213,8 @@ class Modes:
         moving = {other for other in self._free.free(node) if other != name and not self._is_parameter(other)}
         places = set()
         for number in range(3):
-            point: dict[str, Fraction] = {**self._judge.sampler.point(0), **fixed}
-            point |= {other: self._judge.sampler.value(other, number) for other in moving - fixed.keys()}
+            point: dict[str, Fraction] = {**self._equality.sampler.point(0), **fixed}
+            point |= {other: self._equality.sampler.value(other, number) for other in moving - fixed.keys()}
             places.add(self._root(name, operands, point))
         return places.pop() if len(places) == 1 else None
 
@@ -227,7 +227,7 @@ class Modes:
         return root if gap is not None and vanishes(gap, 0) else None
 
     def _gap(self, operands: list[Any], point: Fixed) -> Any:
-        world = self._judge.real(point)[self._free]
+        world = self._equality.real(point)[self._free]
         left, right = (world.defined(operand) for operand in operands)
         return None if left is None or right is None else left - right
 

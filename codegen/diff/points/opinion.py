@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Second test of expressions judged equal, at a hundred thousand points in double precision.
+"""Second test of expressions found equal, at a hundred thousand points in double precision.
 
 Double precision only finds candidates. Each is decided with 50 digits, so that rounding causes no difference.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...equal.judge import Judge, Verdict
+from ...equal.equality import EqualityTest, Verdict
 from ...equal.meaning import Expression
 from ...equal.reals import DIGITS
 from ...equations.document import reached
@@ -22,17 +22,19 @@ _LOOKS = 8
 """Number of points per pair that are examined with 50 digits. The largest differences come first, because rounding
 changes less than terms do."""
 _FEW = 16
-"""Number of points with values on both sides from which agreement counts, as in `judge`."""
+"""Number of points with values on both sides from which agreement counts, as in `equality`."""
 _SEED = 40_000
 
 
-def second_opinion(judge: Judge, pairs: Sequence[tuple[Expression, Expression]]) -> tuple[dict[int, Verdict], int]:
-    """Search for points at which expressions judged equal differ.
+def check_in_double(
+    equality: EqualityTest, pairs: Sequence[tuple[Expression, Expression]]
+) -> tuple[dict[int, Verdict], int]:
+    """Search for points at which expressions found equal differ.
 
     Parameters
     ----------
-    judge : Judge
-        The judge that called them equal.
+    equality : EqualityTest
+        The test that found them equal.
     pairs : sequence of pair of Expression
         The expressions.
 
@@ -45,14 +47,14 @@ def second_opinion(judge: Judge, pairs: Sequence[tuple[Expression, Expression]])
     """
     from ...equal.doubles import suspects  # imports numpy, which comparing equal texts does not need
 
-    flat = [(judge.written_out(old), judge.written_out(new)) for old, new in pairs]
-    nodes = reached(judge.pool.nodes, [node for pair in flat for node in pair])
+    flat = [(equality.written_out(old), equality.written_out(new)) for old, new in pairs]
+    nodes = reached(equality.pool.nodes, [node for pair in flat for node in pair])
     count = min(POINTS, _WORK // max(len(nodes), 1))
-    points, seen = suspects(judge.pool, flat, judge.sampler, count, _LOOKS, _SEED)
+    points, seen = suspects(equality.pool, flat, equality.sampler, count, _LOOKS, _SEED)
     verdicts = {}
     for number, (old, new) in enumerate(pairs):
-        if any(judge.differ(judge.real(point), old, new) for point in points.get(number, ())):
+        if any(equality.differ(equality.real(point), old, new) for point in points.get(number, ())):
             verdicts[number] = Verdict(False, f"a point of {count} in double, checked with {DIGITS} digits")
-        elif seen[number] < _FEW and judge.is_rooted(old, new):
+        elif seen[number] < _FEW and equality.is_rooted(old, new):
             verdicts[number] = Verdict(None, f"equal in the field, but both sides exist at {seen[number]} real points")
     return verdicts, count

@@ -18,7 +18,7 @@ from mehvar.runtime.board.evidence.linkmap import read_map
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder
 from mehvar.runtime.model.model import load
-from mehvar.settings import whole
+from mehvar.settings import whole_number
 from mehvar.terminal import working
 
 
@@ -31,7 +31,7 @@ def command(
     disturbed: Annotated[
         int,
         typer.Option(
-            parser=whole, metavar="N", help="Further steps, with random memories, parameters and measurements."
+            parser=whole_number, metavar="N", help="Further steps, with random memories, parameters and measurements."
         ),
     ] = 400,
     elf: Annotated[

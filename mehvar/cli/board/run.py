@@ -31,7 +31,7 @@ from mehvar.cli.board.loop import (
 from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import TARGETS, BoardRequest, BoardRun
 from mehvar.runtime.files import check_file
-from mehvar.settings import SettingTexts, whole
+from mehvar.settings import SettingTexts, whole_number
 from mehvar.terminal import print_table
 
 FORMATS = ("text", "json")
@@ -52,7 +52,9 @@ def command(
     tunable: Tunable = None,
     restarts: Annotated[
         int,
-        typer.Option(parser=whole, metavar="N", help="Number of restarts at one sample after which the run ends."),
+        typer.Option(
+            parser=whole_number, metavar="N", help="Number of restarts at one sample after which the run ends."
+        ),
     ] = BoardRequest.restarts,
     journal: Annotated[
         Path | None,

@@ -10,7 +10,7 @@ import typer
 
 from mehvar.cli.board.loop import Law, ModelName, compiled
 from mehvar.runtime.board.tuning import tune
-from mehvar.settings import SettingTexts, read_values, whole
+from mehvar.settings import SettingTexts, read_values, whole_number
 
 Journal = Annotated[Path, typer.Option(metavar="FILE", help="The journal of the run: `board run --journal FILE`.")]
 
@@ -23,7 +23,7 @@ def command(
     at: Annotated[
         int | None,
         typer.Option(
-            "--at", parser=whole, metavar="K", help="First sample with the new values; default: the next one."
+            "--at", parser=whole_number, metavar="K", help="First sample with the new values; default: the next one."
         ),
     ] = None,
 ) -> None:

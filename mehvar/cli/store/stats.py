@@ -19,7 +19,7 @@ from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, NO_METRICS, 
 from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.files import check_file
-from mehvar.runtime.run.metrics import grouped
+from mehvar.runtime.run.metrics import grouped_notes
 from mehvar.settings import AsJson
 from mehvar.terminal import print_folded, print_json, print_table
 
@@ -107,7 +107,7 @@ def _print_metrics(statistics: Statistics) -> None:
             for row in rows
         ],
     )
-    for text in grouped({row.name: row.note for row in rows if row.note}):
+    for text in grouped_notes({row.name: row.note for row in rows if row.note}):
         typer.echo(f"note: {text}")
     if statistics.design not in NO_INTERVAL:
         typer.echo("\n95 % intervals of the quantiles; - if a bound needs more runs")

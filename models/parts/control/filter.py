@@ -25,7 +25,7 @@ import sympy as sp
 
 from ...derivation import Expr
 from ...estimation.factors import Define, Factors, above
-from ...forms.samples import whole
+from ...forms.samples import whole_number_margin
 from ...mechanics import quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ...system import Condition, Output
@@ -124,7 +124,9 @@ class AttitudeFilter(Part):
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         message = f"{self.tracker.name}.sigma must be above zero for {self.name}"
         sigma = (Condition(entry, message) for entry in self.of(self.tracker, at).sigma)
-        counted = Condition(whole(at.values.every), f"{self.name}.every must be a whole number of samples")
+        counted = Condition(
+            whole_number_margin(at.values.every), f"{self.name}.every must be a whole number of samples"
+        )
         return (*super().constraints(at), counted, *sigma)
 
     def of(self, sensor: Part, at: Mounted) -> SimpleNamespace:

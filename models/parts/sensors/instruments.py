@@ -20,7 +20,7 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
-from ...forms.samples import whole
+from ...forms.samples import whole_number_margin
 from ...mechanics import quaternion_product
 from ...quantities import TIME, ModelError, Quantity
 from ...system import Condition
@@ -93,7 +93,7 @@ class Instrument(Part):
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         message = f"{self.name}.every must be a whole number of samples"
-        counted = () if at.values.every is None else (Condition(whole(at.values.every), message),)
+        counted = () if at.values.every is None else (Condition(whole_number_margin(at.values.every), message),)
         return (*super().constraints(at), *counted)
 
     def measures(self, at: Mounted) -> sp.Basic:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.base.errors import InputError, bad_value, shown, unknown_name
+from mehvar.base.errors import InputError, bad_value, unknown_name, value_text
 from mehvar.base.units import Dimension, dimension, has_radians, product, unit_text
 
 from ...arguments import literals_are_numbers
@@ -132,7 +132,7 @@ class Criterion:
         """Raise InputError for unknown names and names without a number; units are not checked."""
         for name in sorted(self.names - {_STATUS}):
             if name not in units:
-                raise unknown_name("number of a run", name, units, f"{self._origin} = {shown(self.text)}")
+                raise unknown_name("number of a run", name, units, f"{self._origin} = {value_text(self.text)}")
             if name in notes:
                 raise bad_value(
                     self._origin, self.text, f"a condition on numbers that the runs have: {name} is {notes[name]}"

@@ -309,7 +309,7 @@ class Verdict:
     failures: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
-def recorded(store: Store) -> tuple[dict[str, str], float]:
+def stored_requirements(store: Store) -> tuple[dict[str, str], float]:
     """Return the requirements of a store by name, and their confidence; none if the batch had none."""
     rules = json.loads(store.attributes.get("require") or "{}")
     return rules.get("requirements", {}), checked_confidence(rules.get("confidence"), "the store")
@@ -337,7 +337,7 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
     DamageError
         If a file of the store is missing or changed.
     """
-    own, usual = recorded(store)
+    own, usual = stored_requirements(store)
     texts = own if texts is None else texts
     confidence = usual if confidence is None else checked_confidence(confidence, "the call")
     if not texts:

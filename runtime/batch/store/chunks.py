@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .places import make_place
-from .records import CURE, STORE, DamageError, Proof, Record, Stray, block_record, digest, write_file
+from .paths import clear_path
+from .records import CURE, STORE, DamageError, Proof, Record, WrongRecord, block_record, digest, write_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -56,7 +56,7 @@ class Chunks:
         """
         if block not in self._blocks:
             record = self._proof.block(block)
-            if isinstance(record, Stray):
+            if isinstance(record, WrongRecord):
                 raise self._damage(f"{self._where(block)}{block_record(block)} is {record.what}")
             if record is None:
                 return None
@@ -94,7 +94,7 @@ class Chunks:
 
     def write(self, name: str, content: bytes) -> None:
         """Write a file and keep its digest."""
-        make_place(self.root, name)
+        clear_path(self.root, name)
         self.digests[name] = digest(content)
         write_file(self.root / name, content)
 

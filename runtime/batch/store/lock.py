@@ -11,7 +11,7 @@ from pathlib import Path
 from mehvar.base.errors import InputError
 
 from ...interrupts import deferred
-from .places import make_place
+from .paths import clear_path
 
 FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
@@ -67,7 +67,7 @@ class Lock:
         self._handle = -1
 
 
-def holder(folder: Path) -> str | None:
+def lock_owner(folder: Path) -> str | None:
     """Return the process that currently writes into a folder; None without one."""
     try:
         handle = os.open(folder / FILE, os.O_RDONLY | _PLAIN)
@@ -85,13 +85,13 @@ def is_abandoned(folder: Path) -> bool:
     A lock without a name may belong to a process that is about to lock it.
     """
     try:
-        return bool((folder / FILE).read_bytes()) and holder(folder) is None
+        return bool((folder / FILE).read_bytes()) and lock_owner(folder) is None
     except OSError:
         return False
 
 
 def _locked(place: Path, name: str) -> int:
-    make_place(place.parent, place.name)
+    clear_path(place.parent, place.name)
     while True:
         handle = os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND | _PLAIN, 0o666)
         if not _locks(handle):

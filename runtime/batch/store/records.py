@@ -19,7 +19,7 @@ from typing import Any
 
 from mehvar.base.errors import InputError
 
-from .places import is_plain, make_place
+from .paths import clear_path, is_plain
 
 FOLDER = "records"
 STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
@@ -58,7 +58,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class Stray:
+class WrongRecord:
     """A record that is invalid at its path, with the reason `what`, such as "of another batch"."""
 
     what: str
@@ -81,33 +81,35 @@ class Proof:
         self.end = self._read(END)
         self._seals = dict(self.end.digests) if isinstance(self.end, Record) else {}
 
-    def block(self, block: int) -> Record | Stray | None:
+    def block(self, block: int) -> Record | WrongRecord | None:
         """Return the record of a block; None if the block is not stored."""
         name = block_record(block)
         record = self._read(name)
         if record is None:
-            return Stray("missing") if name in self._seals else None
-        if isinstance(record, Stray):
+            return WrongRecord("missing") if name in self._seals else None
+        if isinstance(record, WrongRecord):
             return record
         if record.about.get("block") != block:
-            return Stray("of another block")
+            return WrongRecord("of another block")
         if name in self._seals and self._seals[name] != digest(record.content()):
-            return Stray("not the record that the end of the batch lists")
+            return WrongRecord("not the record that the end of the batch lists")
         return record
 
     def unseal(self, block: int) -> None:
         """Accept a block's record although the end record has the digest of an older one."""
         self._seals.pop(block_record(block), None)
 
-    def _read(self, name: str) -> Record | Stray | None:
+    def _read(self, name: str) -> Record | WrongRecord | None:
         place = self.folder / name
         if not place.exists() and not place.is_symlink():
             return None
         record = read_record(place)
         if record is None:
-            return Stray("changed") if place.exists() or place.is_symlink() else None  # a writer may have removed it
+            return (
+                WrongRecord("changed") if place.exists() or place.is_symlink() else None
+            )  # a writer may have removed it
         if self.store is not None and any(record.about[key] != self.store.about[key] for key in ("batch", "chunk")):
-            return Stray("of another batch")
+            return WrongRecord("of another batch")
         return record
 
 
@@ -182,7 +184,7 @@ def write_record(folder: Path, name: str, record: Record) -> None:
 
 def replace_file(folder: Path, name: str, content: bytes) -> None:
     """Write a file of a store by renaming. Its bytes are on the disk before its name."""
-    make_place(folder, name)
+    clear_path(folder, name)
     write_file(folder / name, content, forced=True)
 
 

@@ -31,8 +31,8 @@ from .arrays import ROOT, Array, Files, read_array
 from .attributes import NAMES, check_attributes, check_batch, check_variables
 from .chunks import Chunks, Memory, zarr_store
 from .layout import STATUS, Layout, Variable
-from .lock import Lock, holder, is_abandoned
-from .places import foreign, make_place, remove_foreign
+from .lock import Lock, is_abandoned, lock_owner
+from .paths import clear_path, remove_special_files, special_files
 from .records import (
     CURE,
     END,
@@ -185,7 +185,7 @@ class Store:
         try:
             if self._chunks is not None:
                 self._chunks.forget(block)
-                make_place(self._chunks.root, block_record(block))
+                clear_path(self._chunks.root, block_record(block))
                 (self._chunks.root / block_record(block)).unlink(missing_ok=True)
                 self._chunks.digests.clear()
             for name, array in values.items():
@@ -390,7 +390,7 @@ def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], No
     try:
         lock = Lock(path, str(path))
         try:
-            remove_foreign(path)
+            remove_special_files(path)
             for leftover in leftovers(path):
                 leftover.unlink()
             return _open_for_writing(path, _mended(path, layout, compare), lock)
@@ -417,7 +417,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
     opened = settled(folder, lambda _: _opened(folder), lambda result: isinstance(result, Store))
     if isinstance(opened, Store):
         return opened
-    if writer := holder(folder):
+    if writer := lock_owner(folder):
         raise InputError(
             f"{folder} is being written by {writer}: its metadata are incomplete; try again later"
         ) from opened
@@ -426,7 +426,7 @@ def open_store(path: str | os.PathLike[str]) -> Store:
 
 @deferred()
 def _opened(folder: Path) -> Store | DamageError:
-    if files := foreign(folder):
+    if files := special_files(folder):
         check_identified(folder)
         return DamageError(f"{folder} is damaged: {listed(files)}; {CURE}")
     check_format(folder / STORE)
@@ -485,7 +485,7 @@ def _created(path: Path, layout: Layout) -> Lock:
 def _refuse_existing(path: Path) -> None:
     if not path.exists() and not path.is_symlink():
         return
-    if writer := holder(path):
+    if writer := lock_owner(path):
         raise InputError(f"another process is writing {path}: {writer}")
     raise InputError(f"{path} exists already: continue it with --resume (resume=True) or choose another name")
 

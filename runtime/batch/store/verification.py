@@ -16,15 +16,15 @@ from mehvar.base.errors import InputError, bad_value
 from .arrays import ROOT
 from .attributes import check_attributes, check_batch
 from .lock import FILE as LOCK
-from .lock import holder
-from .places import foreign, is_plain
+from .lock import lock_owner
+from .paths import is_plain, special_files
 from .records import (
     END,
     FOLDER,
     STORE,
     Proof,
     Record,
-    Stray,
+    WrongRecord,
     block_record,
     check_format,
     file_digest,
@@ -164,9 +164,9 @@ def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T
         Called with the result of `look`.
     """
     for wait in (*(_LOOK,) * _LOOKS, 0.0):
-        before = holder(folder)
+        before = lock_owner(folder)
         result = look(before)
-        if is_sound(result) or (before or holder(folder)) is None:
+        if is_sound(result) or (before or lock_owner(folder)) is None:
             break
         time.sleep(wait)
     return result
@@ -174,7 +174,7 @@ def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T
 
 def _verification(folder: Path, writer: str | None) -> Verification:
     proof, files = own_files(folder)
-    if isinstance(proof.end, Stray):
+    if isinstance(proof.end, WrongRecord):
         files[END] = proof.end.what
     if proof.store is not None and ROOT not in files:
         checked_attributes(folder, proof.store)
@@ -211,7 +211,7 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
     proof = Proof(folder)
     check_identified(folder)
     files = {STORE: _state(folder, STORE)} if proof.store is None else _differences(folder, proof.store.digests)
-    return proof, files | foreign(folder)
+    return proof, files | special_files(folder)
 
 
 def check_identified(folder: Path) -> None:
@@ -264,7 +264,9 @@ def _blocks(proof: Proof, files: dict[str, str], writer: str | None) -> Verifica
             missing.append(block)
             continue
         state = (
-            {block_record(block): record.what} if isinstance(record, Stray) else _differences(folder, record.digests)
+            {block_record(block): record.what}
+            if isinstance(record, WrongRecord)
+            else _differences(folder, record.digests)
         )
         if state:
             last = (block + 1) * chunk - 1
@@ -298,7 +300,7 @@ def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int
     return None, known[0].about["chunk"] if known else 0, max((r.about.get("block", -1) + 1 for r in known), default=0)
 
 
-def _files(record: Record | Stray | None) -> Iterable[str]:
+def _files(record: Record | WrongRecord | None) -> Iterable[str]:
     return record.digests if isinstance(record, Record) else ()
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mehvar.base import cache
-from mehvar.base.capabilities import Place, refuse
+from mehvar.base.capabilities import Operation, refuse
 from mehvar.base.errors import BuildError, bad_value
 from mehvar.base.manifest import Controller, Scenario
 
@@ -133,7 +133,7 @@ def program(
         Parameters other than the scenario's.
     """
     controller, case = model.manifest.controller(law), model.manifest.scenario(scenario)
-    refuse(model.manifest, Place.BOARD, controller)
+    refuse(model.manifest, Operation.BOARD, controller)
     if raw and model.manifest.measured and controller.memory:
         allowed = f"left out: the memory of {law} starts from the state, and bare packets hold what is measured"
         raise bad_value("raw", raw, allowed)

@@ -10,7 +10,7 @@ from typing import Any
 
 from mehvar.base.manifest import Array, Function
 
-from .rebound import library, rebound
+from .replacement import library, with_globals
 
 _RENAMED = {
     "abs": "fabs", "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2", "arcsinh": "asinh",
@@ -60,7 +60,7 @@ def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
         **{name: getattr(casadi, name) for name in _SAME},
         **{ours: getattr(casadi, theirs) for ours, theirs in _RENAMED.items()},
     )
-    call = rebound(
+    call = with_globals(
         generated,
         np=numpy,
         _arrays=lambda *values: values,

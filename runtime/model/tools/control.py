@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.base.capabilities import INTEGRATED, Place, refuse
+from mehvar.base.capabilities import INTEGRATED, Operation, refuse
 from mehvar.base.errors import bad_value
 from mehvar.base.manifest import Controller, Manifest, Quantity
 from mehvar.base.names import identifier
 
 from ..functions import FloatArray, Functions
 from ..linear import LinearSystem
-from .rebound import library
+from .replacement import library
 
 
 def state_space(system: LinearSystem) -> Any:
@@ -41,7 +41,7 @@ def _distinct(outputs: tuple[str, ...], system: LinearSystem) -> tuple[str, ...]
 
 def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any:
     """Return the plant as a `control.NonlinearIOSystem` with inputs u and outputs x."""
-    refuse(manifest, Place.NLSYS)
+    refuse(manifest, Operation.NLSYS)
     rhs = functions["rhs"]
 
     def update(_t: float, x: FloatArray, u: FloatArray, _more: Mapping[str, object]) -> Any:
@@ -52,7 +52,7 @@ def plant_system(manifest: Manifest, functions: Functions, p: FloatArray) -> Any
 
 def law_system(manifest: Manifest, functions: Functions, law: Controller, p: FloatArray, c: FloatArray) -> Any:
     """Return a law with inputs x and r or, with memory, first the plant's input v of the previous sample."""
-    INTEGRATED.refuse(manifest, Place.NLSYS, law)
+    INTEGRATED.refuse(manifest, Operation.NLSYS, law)
     call, nx, nz = functions[identifier(law.name)], len(manifest.seen), len(law.memory)
     inputs = (*manifest.seen, *manifest.references)
     if not law.memory:
@@ -90,7 +90,7 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
         raise bad_value(
             "controller", law.name, "a continuous law; to_nlsys(part='law') has the sampled one, simulate runs the loop"
         )
-    refuse(manifest, Place.NLSYS, law)
+    refuse(manifest, Operation.NLSYS, law)
     rhs, call, actuate = functions["rhs"], functions[identifier(law.name)], functions.get("actuate")
     measure, quiet = functions["measure"] if manifest.measured else None, np.zeros(len(manifest.noise))
 

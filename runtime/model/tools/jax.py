@@ -9,7 +9,7 @@ from typing import Any
 
 from mehvar.base.manifest import Manifest
 
-from .rebound import Translation, library, rebound
+from .replacement import Translation, library, with_globals
 
 
 class _Numpy:
@@ -43,7 +43,7 @@ def jax_functions(manifest: Manifest) -> Translation:
 
     def translate(_: str, generated: Callable[..., Any]) -> Any:
         arrays = lambda *values: tuple(numpy.asarray(value, dtype=float_of(numpy)) for value in values)  # noqa: E731
-        return rebound(generated, np=_Numpy(numpy), _arrays=arrays, _vector=vector, _erf=erf)
+        return with_globals(generated, np=_Numpy(numpy), _arrays=arrays, _vector=vector, _erf=erf)
 
     return Translation(manifest, translate)
 

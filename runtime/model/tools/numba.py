@@ -17,7 +17,7 @@ import numpy as np
 
 from mehvar.base.manifest import Manifest
 
-from .rebound import Translation, library
+from .replacement import Translation, library
 
 
 def numba_functions(manifest: Manifest) -> Translation:

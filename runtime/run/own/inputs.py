@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
-from mehvar.base.errors import InputError, bad_value, either, shown, unknown_name
+from mehvar.base.errors import InputError, bad_value, either, unknown_name, value_text
 from mehvar.base.manifest import OPEN_LOOP, Manifest
 from mehvar.base.schema import parse
 
@@ -146,7 +146,7 @@ class _Inputs:
         try:
             return number(where, value)
         except InputError as error:
-            raise LawError(f"{where} is {shown(value)}: must be a finite number") from error
+            raise LawError(f"{where} is {value_text(value)}: must be a finite number") from error
 
 
 def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.base.errors import MehvarError, bad_value, shown
+from mehvar.base.errors import MehvarError, bad_value, value_text
 from mehvar.base.manifest import Controller, Manifest, Quantity
 
 from ...interrupts import is_of_handler
@@ -210,7 +210,7 @@ class _Caller:
             return self._checked(t, "u", result, (len(self._inputs), *runs)), z
         if not isinstance(result, tuple) or len(result) != 2:
             raise LawError(
-                f"{self._at(t)} returned {shown(result)}: must be the pair (u, z_next), since the law has a memory"
+                f"{self._at(t)} returned {value_text(result)}: must be the pair (u, z_next), since the law has a memory"
             )
         u, z_next = result
         return (
@@ -224,10 +224,10 @@ class _Caller:
         if array is None:
             size = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
             raise LawError(
-                f"{self._at(t)} returned {what} = {shown(value)}{size}: must be numbers of shape {shape}{names}"
+                f"{self._at(t)} returned {what} = {value_text(value)}{size}: must be numbers of shape {shape}{names}"
             )
         if len(shape) == 1 and not np.isfinite(array).all():
-            raise LawError(f"{self._at(t)} returned {what} = {shown(value)}: must be finite numbers{names}")
+            raise LawError(f"{self._at(t)} returned {what} = {value_text(value)}: must be finite numbers{names}")
         return array
 
     def _at(self, t: float) -> str:

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from mehvar.codegen.code.files import printed, texts
+from mehvar.codegen.code.files import code_files, printed_functions
 from mehvar.codegen.equations.graph import equations_json
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
@@ -72,8 +72,8 @@ def derived(text: str) -> dict[str, str]:
     names = {**vars(vocabulary), **vars(helpers)}
     exec(text, names)
     system = names["system"]
-    functions = printed(generate_functions(system))
-    return {**texts(manifest_of(system, functions, {}), functions), "equations.json": equations_json(system)}
+    functions = printed_functions(generate_functions(system))
+    return {**code_files(manifest_of(system, functions, {}), functions), "equations.json": equations_json(system)}
 
 
 def edited(old: str, new: str) -> dict[str, str]:

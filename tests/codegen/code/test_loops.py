@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mehvar.codegen.code.files import PrintedFunction, printed
+from mehvar.codegen.code.files import PrintedFunction, printed_functions
 from mehvar.codegen.code.members import LEAST
 from mehvar.codegen.functions.function import FunctionGraph
 from mehvar.runtime.compiling.library import load_library, native_headers
@@ -107,11 +107,11 @@ def assert_same_bits(functions: Sequence[PrintedFunction], real: str, lanes: int
 @pytest.mark.parametrize(("real", "lanes"), BUILDS)
 @pytest.mark.share(4)
 def test_loops_have_the_bits_of_statements(real, lanes, odd):
-    assert_same_bits(printed([bodies(odd=odd)]), real, lanes)
+    assert_same_bits(printed_functions([bodies(odd=odd)]), real, lanes)
 
 
 def test_statements_do_not_grow_with_the_members():
-    few, many = (printed([bodies(count)]) for count in (N, 4 * N))
+    few, many = (printed_functions([bodies(count)]) for count in (N, 4 * N))
     for short, long in zip(few, many, strict=True):
         assert len(long.c_lines) == len(short.c_lines)
         assert long.operations > 3 * short.operations
@@ -119,28 +119,28 @@ def test_statements_do_not_grow_with_the_members():
 
 def test_the_first_part_hands_members_on():
     """Values computed once per run for each member are read in a loop."""
-    rest = printed([bodies()])[-1]
+    rest = printed_functions([bodies()])[-1]
     assert {number for _, number in rest.families["h"]} >= set(range(1, N + 1))
     assert sum(line.startswith("for (") for line in rest.c_lines) == 2
 
 
 def test_a_member_unlike_the_others_has_statements():
-    alike, odd = ("\n".join(printed([bodies(odd=odd)])[0].c_lines) for odd in (False, True))
+    alike, odd = ("\n".join(printed_functions([bodies(odd=odd)])[0].c_lines) for odd in (False, True))
     assert "rate3]" not in alike
     assert "rate3]" in odd
 
 
 def test_few_members_have_statements_in_the_order_of_the_model():
     graph = bodies(LEAST - 1)
-    assert not any("for (" in line for f in printed([graph]) for line in f.c_lines)
-    plain = printed([replace(graph, families={})])
-    assert [f.c_lines for f in printed([graph])] == [f.c_lines for f in plain]
+    assert not any("for (" in line for f in printed_functions([graph]) for line in f.c_lines)
+    plain = printed_functions([replace(graph, families={})])
+    assert [f.c_lines for f in printed_functions([graph])] == [f.c_lines for f in plain]
 
 
 def test_sums_in_another_order_are_the_same_sums():
     graph, rng = bodies(), np.random.default_rng(2)
     x, p = rng.uniform(0.5, 1, 2 * N + 1), rng.uniform(0.5, 1, 2 * N + 1)
-    whole = printed([graph])[:1]
+    whole = printed_functions([graph])[:1]
     inputs = [aligned((2 * N + 1, 1), np.float64) for _ in range(2)]
     inputs[0][:, 0], inputs[1][:, 0] = x, p
     result = called(library(whole, "double", 1).f, inputs, 2 * N + 1)[:, 0]

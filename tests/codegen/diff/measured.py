@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Comparison, Fate
+from mehvar.codegen.diff.report import Comparison, EquationVerdict
 
 from .pairs import SEED, pairs
 
@@ -33,7 +33,7 @@ def answer(comparison: Comparison) -> str:
     if not comparison.differs:
         return "same"
     telling = [equation for equation in comparison if equation.matters]
-    decided = comparison.parameters or any(equation.verdict is not Fate.UNDECIDED for equation in telling)
+    decided = comparison.parameters or any(equation.verdict is not EquationVerdict.UNDECIDED for equation in telling)
     return "different" if decided else "undecided"
 
 

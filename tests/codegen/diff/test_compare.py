@@ -10,7 +10,7 @@ import pytest
 
 from mehvar.base.manifest import read_manifest
 from mehvar.codegen.diff import Document, DocumentError, compare
-from mehvar.codegen.diff.report import Fate, Kind, handle, label
+from mehvar.codegen.diff.report import EquationVerdict, Kind, handle, label
 from tests.codegen.diff.documents import document
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
@@ -23,7 +23,9 @@ def verdicts(comparison):
 def test_a_definition_used_in_ten_equations_is_reported_once():
     uses = "\n".join(f"f{k}: s*x**{k}" for k in range(1, 11))
     comparison = compare(document(f"s = m*x + k*y\n{uses}"), document(f"s = m*x - k*y\n{uses}"))
-    assert verdicts(comparison) == {"s": Fate.CHANGED} | {f"f{k}": Fate.INHERITED for k in range(1, 11)}
+    assert verdicts(comparison) == {"s": EquationVerdict.CHANGED} | {
+        f"f{k}": EquationVerdict.INHERITED for k in range(1, 11)
+    }
     assert comparison["s"].users == tuple(f"f{k}" for k in range(1, 11))
     assert all(comparison[f"f{k}"].via == ("s",) for k in range(1, 11))
     assert len(comparison.changed) == 11
@@ -32,19 +34,19 @@ def test_a_definition_used_in_ten_equations_is_reported_once():
 def test_two_sources_are_told_apart():
     comparison = compare(document("s = x + y\nf: s*z\ng: m*w"), document("s = x - y\nf: s*z\ng: l*w"))
     assert {equation.name for equation in comparison.sources} == {"s", "g"}
-    assert comparison["f"].verdict is Fate.INHERITED
+    assert comparison["f"].verdict is EquationVerdict.INHERITED
     assert comparison["f"].via == ("s",)
 
 
 def test_a_user_may_change_beside_what_it_inherits():
     comparison = compare(document("s = x + y\nf: s*z + w"), document("s = x - y\nf: s*z - w"))
-    assert verdicts(comparison) == {"s": Fate.CHANGED, "f": Fate.CHANGED}
+    assert verdicts(comparison) == {"s": EquationVerdict.CHANGED, "f": EquationVerdict.CHANGED}
     assert [edit.says for edit in comparison["f"].edits] == ["sign flipped: + became -"]
 
 
 def test_a_renamed_definition_is_found_by_its_value():
     comparison = compare(document("s = x*y + z\nf: s*w"), document("sigma = x*y + z\nf: sigma*w"))
-    assert comparison["sigma"].verdict is Fate.RENAMED
+    assert comparison["sigma"].verdict is EquationVerdict.RENAMED
     assert comparison["sigma"].old_name == "s"
     assert not comparison.differs
 
@@ -52,7 +54,7 @@ def test_a_renamed_definition_is_found_by_its_value():
 def test_a_renamed_definition_that_inherits_is_found_by_its_text():
     comparison = compare(document("s = x - y\nt = s*z\nf: t*w"), document("s = x + y\nu = s*z\nf: u*w"))
     assert comparison["u"].old_name == "t"
-    assert comparison["u"].verdict is Fate.INHERITED
+    assert comparison["u"].verdict is EquationVerdict.INHERITED
     assert [equation.name for equation in comparison.sources] == ["s"]
 
 
@@ -60,7 +62,7 @@ def test_a_definition_that_changed_and_was_written_out_is_reported_once():
     old = "s = m*x + k*y\nf: s*z + w\ng: 2*s - v\nh: x*s + s*y"
     new = "f: (m*x - k*y)*z + w\ng: 2*m*x - 2*k*y - v\nh: (x + y)*(m*x - k*y)"
     comparison = compare(document(old), document(new))
-    assert verdicts(comparison) == {"s": Fate.CHANGED} | dict.fromkeys("fgh", Fate.INHERITED)
+    assert verdicts(comparison) == {"s": EquationVerdict.CHANGED} | dict.fromkeys("fgh", EquationVerdict.INHERITED)
     assert comparison["s"].users == ("f", "g", "h")
     assert [edit.says for edit in comparison["s"].edits] == ["sign flipped: + became -"]
 
@@ -86,7 +88,7 @@ def test_a_new_result_is_a_difference():
 
 def test_a_convention_that_its_users_compensate_is_no_physics():
     comparison = compare(document("s = x - y\nf: s*z + w\ng: s**2"), document("s = y - x\nf: w - s*z\ng: s**2"))
-    assert comparison["s"].verdict is Fate.CHANGED
+    assert comparison["s"].verdict is EquationVerdict.CHANGED
     assert not comparison.differs
     (group,) = comparison.groups
     assert group.kind == "convention"
@@ -97,7 +99,7 @@ def test_a_convention_that_its_users_compensate_is_no_physics():
 def test_a_convention_that_one_user_forgot_is_physics():
     comparison = compare(document("s = x - y\nf: s*z + w\ng: s*v"), document("s = y - x\nf: w - s*z\ng: s*v"))
     assert comparison.differs
-    assert comparison["f"].verdict is Fate.REARRANGED
+    assert comparison["f"].verdict is EquationVerdict.REARRANGED
     assert comparison["g"].via == ("s",)
 
 
@@ -118,7 +120,7 @@ def test_a_symbol_that_is_renamed_is_a_change_of_names_only():
     new = document("f: stiffness*x", stiffness={"role": "parameter", **come})
     comparison = compare(old, new)
     assert [(p.what, p.old, p.new) for p in comparison.parameters] == [("renamed", "spring", "stiffness")]
-    assert comparison["f"].verdict in (Fate.SAME, Fate.REARRANGED)
+    assert comparison["f"].verdict in (EquationVerdict.SAME, EquationVerdict.REARRANGED)
     assert comparison.differs
 
 
@@ -203,7 +205,7 @@ def test_a_saturation_that_no_point_reaches_is_undecided(operand, where):
     """Said with the condition, or the beginning of a long one."""
     old, new = (document(f"f: Piecewise(({value}, erf({operand}) > 2), (z, True))") for value in ("y", "w"))
     comparison = compare(old, new)
-    assert comparison["f"].verdict is Fate.UNDECIDED
+    assert comparison["f"].verdict is EquationVerdict.UNDECIDED
     assert comparison["f"].matters
     assert comparison.differs
     assert re.search(f"a branch of {where} was neither reached nor excluded", comparison["f"].how)
@@ -214,7 +216,7 @@ def test_what_has_a_value_where_an_undecided_definition_has_one_is_undecided_too
     comparison = compare(
         document(f"s = ({root} + y)*({root} - y) + z\nf: s*w"), document("s = 2 - erf(x) - y**2 + z\nf: s*w")
     )
-    assert verdicts(comparison) == {"s": Fate.UNDECIDED, "f": Fate.UNDECIDED}
+    assert verdicts(comparison) == {"s": EquationVerdict.UNDECIDED, "f": EquationVerdict.UNDECIDED}
 
 
 @pytest.mark.parametrize("user", ["s*w", "w*s + s*z - z*s"])
@@ -222,9 +224,9 @@ def test_what_an_undecided_definition_is_used_for_is_undecided(user):
     """And changed where another definition is."""
     old, new = (f"s = Piecewise(({value}, erf(x) > 2), (z, True))\nq = s + 1\n" for value in ("y", "w"))
     comparison = compare(document(f"{old}f: q*w + s"), document(f"{new}f: q*w + {user} - s*w + s"))
-    assert set(verdicts(comparison).values()) == {Fate.UNDECIDED}
+    assert set(verdicts(comparison).values()) == {EquationVerdict.UNDECIDED}
     changed = compare(document(f"{old}r = y*z\nf: q*w + r"), document(f"{new}r = 2*y*z\nf: q*w + r"))
-    assert verdicts(changed)["f"] is Fate.INHERITED
+    assert verdicts(changed)["f"] is EquationVerdict.INHERITED
 
 
 @pytest.mark.parametrize(
@@ -251,7 +253,7 @@ def test_a_branch_behind_many_conditions_is_not_called_the_same():
         for shift in (1, 2)
     )
     comparison = compare(old, new)
-    assert comparison["f"].verdict is Fate.CHANGED
+    assert comparison["f"].verdict is EquationVerdict.CHANGED
     assert comparison.differs
 
 
@@ -259,7 +261,7 @@ def test_strict_and_other_comparisons_are_not_mixed_up():
     comparison = compare(
         document("f: Piecewise((x, x > 0), (0, True))"), document("f: Piecewise((x, x >= 0), (0, True))")
     )
-    assert not comparison.of(Fate.CHANGED)
+    assert not comparison.of(EquationVerdict.CHANGED)
 
 
 def motion(first, second):
@@ -377,7 +379,7 @@ def test_values_that_differ_are_shown_with_digits_that_differ():
 def test_a_branch_that_was_not_met_is_named_by_its_expression():
     smaller = "1 - x*y/(x**2 + y**2)"
     undecided = compare(document(f"f: m*Abs({smaller})"), document(f"f: m*({smaller})"))["f"]
-    assert undecided.verdict is Fate.UNDECIDED
+    assert undecided.verdict is EquationVerdict.UNDECIDED
     assert "abs(1 - x y/(x^2 + y^2))" in undecided.how or "abs(x y/(x^2 + y^2) - 1)" in undecided.how
 
 
@@ -391,7 +393,7 @@ def test_a_branch_that_was_not_met_is_named_by_its_expression():
 )
 def test_a_component_of_a_unit_vector_is_known_to_be_within_one(old, new):
     old, new = (text if ":" in text else f"f: {text}" for text in (old, new))
-    assert compare(document(old), document(new))["f"].verdict is Fate.REARRANGED
+    assert compare(document(old), document(new))["f"].verdict is EquationVerdict.REARRANGED
 
 
 WIDENED = {
@@ -414,25 +416,25 @@ def test_a_guard_counts_where_either_side_allows_what_it_guards_from(what, narro
     narrow, wide = WIDENED[what]
     guarded, bare = declaring("f: x*Abs(k)", narrow), declaring("f: x*k", wide)
     comparison = compare(guarded, bare) if narrow_is == "old" else compare(bare, guarded)
-    assert comparison["f"].verdict is Fate.CHANGED
-    assert compare(guarded, declaring("f: x*k", narrow))["f"].verdict is Fate.REARRANGED
+    assert comparison["f"].verdict is EquationVerdict.CHANGED
+    assert compare(guarded, declaring("f: x*k", narrow))["f"].verdict is EquationVerdict.REARRANGED
 
 
 def test_a_guard_counts_where_a_widened_parameter_got_another_name():
     narrow, wide = ({"bounds": bounds, "sign": "real", "latex": "s"} for bounds in ("[0, inf)", "(-inf, inf)"))
     comparison = compare(document("f: x*Abs(spring)", spring=narrow), document("f: x*stiff", stiff=wide))
-    assert comparison["f"].verdict is Fate.CHANGED
+    assert comparison["f"].verdict is EquationVerdict.CHANGED
 
 
 def test_a_guard_counts_where_one_of_two_laws_has_a_wider_parameter_of_the_name():
     laws = {"role": "law a", "bounds": "(-inf, inf)"}, {"role": "law b", "bounds": "[0, inf)"}
     comparison = compare(declaring("f: x*Abs(k)", *laws), declaring("f: x*k", *laws))
-    assert comparison["f"].verdict is Fate.CHANGED
+    assert comparison["f"].verdict is EquationVerdict.CHANGED
 
 
 def test_an_angle_that_became_a_number_is_drawn_beyond_a_turn():
     old = document("f: atan2(sin(a), cos(a))", a={"unit": "rad"})
-    assert compare(old, document("f: a", a={"unit": "1"}))["f"].verdict is Fate.CHANGED
+    assert compare(old, document("f: a", a={"unit": "1"}))["f"].verdict is EquationVerdict.CHANGED
 
 
 @pytest.mark.parametrize(
@@ -456,6 +458,6 @@ def test_a_definition_that_got_another_name_and_another_value_is_told_by_its_edi
 
 def test_another_definition_in_the_place_of_one_that_stays_is_not_called_renamed():
     comparison = compare(document("s = x*y\nf: s*w\ng: s"), document("s = x*y\nt = x + z\nf: t*w\ng: s"))
-    assert comparison["s"].verdict is Fate.SAME
+    assert comparison["s"].verdict is EquationVerdict.SAME
     assert "t" in {equation.name for equation in comparison.added}
-    assert comparison["f"].verdict is Fate.CHANGED
+    assert comparison["f"].verdict is EquationVerdict.CHANGED

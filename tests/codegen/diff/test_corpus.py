@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Fate, Kind
-from mehvar.codegen.equal.judge import Judge
+from mehvar.codegen.diff.report import EquationVerdict, Kind
+from mehvar.codegen.equal.equality import EqualityTest
 from mehvar.codegen.equal.meaning import Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
@@ -30,7 +30,7 @@ def test_what_is_only_written_differently_is_the_same(name):
     old, new = (document(text) for text in SAME[name])
     for comparison in (compare(old, new), compare(new, old)):
         assert not comparison.differs, [(e.name, e.verdict, e.how) for e in comparison if e.matters]
-        assert not comparison.of(Fate.UNDECIDED)
+        assert not comparison.of(EquationVerdict.UNDECIDED)
 
 
 @pytest.mark.parametrize("name", EDITED)
@@ -66,7 +66,7 @@ def test_the_root_of_a_square_is_not_its_base(number):
     pool = Pool()
     meaning = Meaning(pool, lambda _: None)
     sides = [(meaning, Sides(pool).entries(side)[0]) for side in (sp.sqrt(sp.expand((a + b) ** 2)), a + b)]
-    assert Judge(pool, lambda _: False, PointSampler({}, frozenset())).decide(*sides).equal is False
+    assert EqualityTest(pool, lambda _: False, PointSampler({}, frozenset())).decide(*sides).equal is False
 
 
 @pytest.mark.parametrize("number", range(24))
@@ -76,7 +76,7 @@ def test_the_quadrant_of_an_arc_counts(number):
     pool = Pool()
     meaning = Meaning(pool, lambda _: None)
     sides = [(meaning, Sides(pool).entries(side)[0]) for side in (sp.atan2(b, a), sp.atan(b / a))]
-    assert not Judge(pool, lambda _: False, PointSampler({}, frozenset())).same_in_field(*sides)
+    assert not EqualityTest(pool, lambda _: False, PointSampler({}, frozenset())).same_in_field(*sides)
 
 
 def test_what_the_field_cannot_tell_says_at_how_many_points_it_was_compared():
@@ -112,7 +112,7 @@ NARROW = {
 def test_a_bump_that_no_ordinary_point_meets_is_a_change(name):
     old, new = (document(f"f: {text}") for text in NARROW[name])
     for comparison in (compare(old, new), compare(new, old)):
-        assert comparison["f"].verdict is Fate.CHANGED, comparison["f"].how
+        assert comparison["f"].verdict is EquationVerdict.CHANGED, comparison["f"].how
 
 
 ANEW = {
@@ -179,7 +179,7 @@ def test_a_limit_that_is_written_anew_is_the_same_and_another_limit_is_not(first
     moved = (
         other.replace("1", "Rational(10001, 10000)", 1) if "1" in other else other.replace("k", "k*(1 + m/10**5)", 1)
     )
-    assert compare(document(f"f: {first}"), document(f"f: {moved}"))["f"].verdict is Fate.CHANGED
+    assert compare(document(f"f: {first}"), document(f"f: {moved}"))["f"].verdict is EquationVerdict.CHANGED
 
 
 @pytest.mark.parametrize(("guard", "what", "values"), [

@@ -10,7 +10,7 @@ import pytest
 
 from mehvar.codegen.diff import Document, compare
 from mehvar.codegen.diff.changes import Change
-from mehvar.codegen.diff.report import Fate, Kind
+from mehvar.codegen.diff.report import EquationVerdict, Kind
 from mehvar.codegen.equations.formula import Printer
 from mehvar.codegen.generate import installed_tree
 from tests.codegen.diff.documents import at, edited, flipped, summands
@@ -26,7 +26,7 @@ def model(request):
 
 def test_a_model_is_the_same_as_itself(model):
     comparison = compare(model, model)
-    assert {equation.verdict for equation in comparison} == {Fate.SAME}
+    assert {equation.verdict for equation in comparison} == {EquationVerdict.SAME}
     assert {equation.how for equation in comparison} == {"node identity"}
     assert not comparison.differs
 
@@ -42,9 +42,9 @@ def test_an_edit_of_any_term_is_found_where_it_was_made(model):
         assert [equation.name for equation in comparison.sources] == [row.name], Printer(model.nodes).text(node)
         assert len(comparison[row.name].edits) == 1
         assert comparison[row.name].replayed
-        assert not comparison.of(Fate.UNDECIDED)
+        assert not comparison.of(EquationVerdict.UNDECIDED)
         users = set(comparison[row.name].users)
-        assert {equation.name for equation in comparison if equation.verdict is Fate.INHERITED} == users
+        assert {equation.name for equation in comparison if equation.verdict is EquationVerdict.INHERITED} == users
 
 
 def test_a_flipped_coriolis_sign_of_the_slosh_model_is_what_it_points_at():

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Fate
+from mehvar.codegen.diff.report import EquationVerdict
 from tests.codegen.diff.documents import document, flipped, summands
 from tests.codegen.diff.pairs import PARTIAL
 
@@ -102,7 +102,7 @@ def test_a_rewriting_is_no_change(name, text):
 def test_a_rewriting_with_branches_is_never_called_a_change(name, text):
     expr = written(text)
     comparison = compare(document(f"f: {expr}"), document(REWRITINGS[name](expr)))
-    assert not comparison.of(Fate.CHANGED), comparison["f"].how
+    assert not comparison.of(EquationVerdict.CHANGED), comparison["f"].how
 
 
 @pytest.mark.parametrize("strategy", [smooth, branching], ids=["smooth", "branching"])
@@ -121,7 +121,7 @@ def test_a_flipped_term_is_never_called_equal(strategy, data):
     new = flipped(old, row, path)
     assume(numbers_differ(old, new))
     comparison = compare(old, new)
-    assert comparison["f"].verdict is Fate.CHANGED, comparison["f"].how
+    assert comparison["f"].verdict is EquationVerdict.CHANGED, comparison["f"].how
     assert comparison["f"].edits
 
 
@@ -214,7 +214,10 @@ def is_seen(pairs_, data):
     old, new = data.draw(st.sampled_from(list(pairs_)))
     outer = data.draw(st.sampled_from(OUTER))
     comparison = compare(document(f"f: {outer.format(old)}"), document(f"f: {outer.format(new)}"))
-    assert comparison["f"].verdict in (Fate.CHANGED, Fate.UNDECIDED), (outer.format(old), outer.format(new))
+    assert comparison["f"].verdict in (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED), (
+        outer.format(old),
+        outer.format(new),
+    )
 
 
 @given(inner=st.sampled_from(INNER), number=NUMBERS, shift=SHIFTS, data=st.data())
@@ -256,7 +259,7 @@ def test_a_lost_limit_of_a_domain_is_never_called_the_same(inner, pair, number, 
     old, new = f"f: {outer.format('(' + back.format('d') + ')')}", f"f: {outer.format(f'({inner} - {number})')}"
     for texts in ((part + old, new), (new, part + old)):
         verdict = compare(*map(document, texts))["f"].verdict
-        assert verdict in (Fate.CHANGED, Fate.UNDECIDED), texts
+        assert verdict in (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED), texts
 
 
 @given(x=st.sampled_from(("x", "m*x", "x + y", "x/y")), number=st.integers(2, 99), data=st.data())
@@ -272,7 +275,7 @@ def test_equal_steps_are_never_called_a_change(x, number, data):
         f"{x} - {number}*Mod({x}/{number}, 1)",
     )
     old, new = data.draw(st.permutations(forms))[:2]
-    assert not compare(document(f"f: {old}"), document(f"f: {new}")).of(Fate.CHANGED), (old, new)
+    assert not compare(document(f"f: {old}"), document(f"f: {new}")).of(EquationVerdict.CHANGED), (old, new)
 
 
 @pytest.mark.parametrize(("there", "back"), [("atanh(tanh(x))", "x"), ("log(exp(x))", "x"), ("asinh(sinh(x))", "x"),

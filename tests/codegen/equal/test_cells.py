@@ -7,7 +7,7 @@ import sympy as sp
 
 from mehvar.codegen.equal import cells
 from mehvar.codegen.equal.cells import Cells
-from mehvar.codegen.equal.judge import Judge, Meaning
+from mehvar.codegen.equal.equality import EqualityTest, Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
@@ -21,12 +21,12 @@ def judged(old, new):
     left, right = Sides(pool).entries(sp.Matrix([old, new]))
     sampler = PointSampler({name.name: (None, None, None) for name in NAMES}, frozenset())
     free = Meaning(pool, lambda _: None)
-    return Judge(pool, lambda _: False, sampler).decide((free, left), (free, right))
+    return EqualityTest(pool, lambda _: False, sampler).decide((free, left), (free, right))
 
 
 @pytest.fixture
 def made(monkeypatch):
-    """The cells that a judge has made."""
+    """Return the cells of a test of equality."""
     seen = []
     real = Cells.walk
     monkeypatch.setattr(Cells, "walk", lambda self: (seen.append(self), real(self))[1])

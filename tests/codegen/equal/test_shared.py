@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.equal import field
-from mehvar.codegen.equal.judge import Judge
+from mehvar.codegen.equal.equality import EqualityTest
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
@@ -15,8 +15,8 @@ a, x, y = sp.symbols("a x y", real=True)
 
 def judge_of(*sides):
     pool = Pool()
-    judge = Judge(pool, lambda _: False, PointSampler({}, frozenset()))
-    return judge, [Sides(pool).entries(side)[0] for side in sides]
+    equality = EqualityTest(pool, lambda _: False, PointSampler({}, frozenset()))
+    return equality, [Sides(pool).entries(side)[0] for side in sides]
 
 
 @pytest.mark.parametrize(("old", "new"), [
@@ -26,14 +26,14 @@ def judge_of(*sides):
     (sp.sqrt(3 + 2 * sp.sqrt(2)), 1 + sp.sqrt(2)),
 ])  # fmt: skip
 def test_what_a_sign_of_a_root_makes_equal_is_not_told_apart(old, new):
-    judge, sides = judge_of(old, new)
-    assert not judge._are_apart(*sides)
+    equality, sides = judge_of(old, new)
+    assert not equality._are_apart(*sides)
 
 
 @pytest.mark.parametrize("root", [sp.sqrt(1 - sp.cos(a) ** 2), sp.sqrt(x) * sp.sqrt(y) + sp.sqrt(1 + x**2)])
 def test_what_no_sign_of_a_root_makes_equal_is_told_apart(root):
-    judge, sides = judge_of(root, root + sp.exp(-(10**8) * (a - 1) ** 2))
-    assert judge._are_apart(*sides)
+    equality, sides = judge_of(root, root + sp.exp(-(10**8) * (a - 1) ** 2))
+    assert equality._are_apart(*sides)
 
 
 def test_all_signs_of_roots_come_once():

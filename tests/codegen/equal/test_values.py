@@ -4,7 +4,7 @@
 import pytest
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Fate
+from mehvar.codegen.diff.report import EquationVerdict
 from tests.codegen.diff.documents import document
 
 SAME = [
@@ -20,6 +20,6 @@ SAME = [
 @pytest.mark.parametrize(("one", "other"), SAME)
 def test_an_identity_is_a_rearrangement_and_a_term_beside_it_is_none(one, other):
     same = compare(document(f"f: {one}"), document(f"f: {other}"))["f"]
-    assert same.verdict is Fate.REARRANGED
+    assert same.verdict is EquationVerdict.REARRANGED
     assert "of a 154-bit field" in same.how, "the field knows it, and no other engine is asked"
-    assert compare(document(f"f: {one}"), document(f"f: {other} + x*sin(y)"))["f"].verdict is Fate.CHANGED
+    assert compare(document(f"f: {one}"), document(f"f: {other} + x*sin(y)"))["f"].verdict is EquationVerdict.CHANGED

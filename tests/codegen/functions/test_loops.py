@@ -12,7 +12,7 @@ import sympy as sp
 
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import manifest_text
-from mehvar.codegen.code.files import printed, texts
+from mehvar.codegen.code.files import code_files, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.verify import VerificationError, verify
 from mehvar.codegen.manifest import manifest_of
@@ -91,9 +91,9 @@ def spinner() -> System:
 def folder(tmp_path_factory) -> Path:
     system, path = spinner(), tmp_path_factory.mktemp("spinner")
     check(system)
-    functions = printed(generate_functions(system))
+    functions = printed_functions(generate_functions(system))
     manifest = manifest_of(system, functions, {})
-    for name, text in texts(manifest, functions).items():
+    for name, text in code_files(manifest, functions).items():
         (path / name).write_text(text)
     (path / "manifest.json").write_text(manifest_text(manifest))
     return path

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.ledger.ledger import Entry, Standing, judge, judge_entry
+from mehvar.codegen.ledger.ledger import Entry, EntryVerdict, check_entry, check_paper
 from mehvar.codegen.ledger.misprints import edits
 from mehvar.codegen.ledger.sides import Sides, UnknownFunctionError
 from mehvar.html import typeset_within
@@ -31,7 +31,7 @@ count = names.free("n", 1, 9, integer=True)
 
 
 def entry(*relations: Relation) -> Entry:
-    return judge_entry(printed("1", "a relation", "equation", *relations), names)
+    return check_entry(printed("1", "a relation", "equation", *relations), names)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def entry(*relations: Relation) -> Entry:
 )
 def test_what_is_true_holds(relation: Relation, how: str) -> None:
     judged = entry(relation)
-    assert judged.verdict is Standing.HOLDS
+    assert judged.verdict is EntryVerdict.HOLDS
     assert judged.how.startswith(how)
 
 
@@ -84,7 +84,7 @@ def test_what_is_true_holds(relation: Relation, how: str) -> None:
     ids=lambda value: f"{value.left} {value.op} {value.right}",
 )
 def test_what_is_false_differs(relation: Relation) -> None:
-    assert entry(relation).verdict is Standing.DIFFERS
+    assert entry(relation).verdict is EntryVerdict.DIFFERS
 
 
 def test_a_counterexample_is_simple_and_fails_there() -> None:
@@ -104,16 +104,16 @@ def test_a_counterexample_says_which_member_it_is_about() -> None:
 
 def test_sides_of_different_shape_differ() -> None:
     judged = entry(Relation(x, A, corrected_left=A))
-    assert judged.verdict is Standing.DIFFERS
+    assert judged.verdict is EntryVerdict.DIFFERS
     assert "a number cannot equal a 2 x 2 matrix" in judged.how
     assert judged.corrected_latex == ("A = A",)
 
 
 def test_nothing_is_said_without_points() -> None:
     judged = entry(Relation(x, x + 1, domain=(-(x**2),)))
-    assert judged.verdict is Standing.UNDECIDED
+    assert judged.verdict is EntryVerdict.UNDECIDED
     assert "0 of 16 points" in judged.how
-    assert entry(Relation(sp.log(-(r**2)), x)).verdict is Standing.UNDECIDED
+    assert entry(Relation(sp.log(-(r**2)), x)).verdict is EntryVerdict.UNDECIDED
 
 
 def test_a_correction_is_shown_only_if_it_passes() -> None:
@@ -128,9 +128,9 @@ def test_a_correction_is_shown_only_if_it_passes() -> None:
 def test_an_equation_of_motion_is_compared_with_its_residual() -> None:
     acceleration, force = sp.cos(x) * y, r**2
     residual = 2 * y * sp.cos(x) - r**2
-    assert entry(Relation(2 * acceleration, force, against=residual)).verdict is Standing.HOLDS
+    assert entry(Relation(2 * acceleration, force, against=residual)).verdict is EntryVerdict.HOLDS
     judged = entry(Relation(acceleration + x, force, against=residual))
-    assert judged.verdict is Standing.DIFFERS
+    assert judged.verdict is EntryVerdict.DIFFERS
     assert judged.edits == ("number before y*cos(x): printed 1, correct 2", "term x does not belong there")
     corrected = entry(Relation(acceleration, force, corrected_left=2 * acceleration, against=residual))
     assert corrected.edits == ("number before y*cos(x): printed 1, correct 2",)
@@ -195,7 +195,7 @@ def test_changes_are_typeset() -> None:
 
 def test_an_erratum_is_of_an_entry_and_has_one_sentence() -> None:
     row = printed("1", "twice", "equation", Relation(double, 3 * x, corrected=2 * x))
-    ledger = judge(Paper("", 1, names, (row,), errata={"1": Erratum(Slip.MISPRINT, "A 3 is printed.")}), "model")
+    ledger = check_paper(Paper("", 1, names, (row,), errata={"1": Erratum(Slip.MISPRINT, "A 3 is printed.")}), "model")
     assert ledger["(1)"].erratum == Erratum(Slip.MISPRINT, "A 3 is printed.")
     assert ledger.slips() == {**dict.fromkeys(Slip, 0), Slip.MISPRINT: 1}
     with pytest.raises(ModelError, match=r"errata of unknown entries: \['2'\]"):
@@ -211,25 +211,25 @@ def readings(first: Relation, second: Relation) -> Printed:
 
 def test_readings_that_disagree_are_ambiguous() -> None:
     holds, differs = Relation(double, 2 * x), Relation(double, 3 * x)
-    judged = judge_entry(readings(holds, differs), names)
-    assert judged.verdict is Standing.AMBIGUOUS
-    assert [reading.verdict for reading in judged.readings] == [Standing.HOLDS, Standing.DIFFERS]
+    judged = check_entry(readings(holds, differs), names)
+    assert judged.verdict is EntryVerdict.AMBIGUOUS
+    assert [reading.verdict for reading in judged.readings] == [EntryVerdict.HOLDS, EntryVerdict.DIFFERS]
     assert judged.used.text == "one"
-    assert judge_entry(readings(holds, holds), names).verdict is Standing.HOLDS
-    assert judge_entry(readings(differs, differs), names).verdict is Standing.DIFFERS
+    assert check_entry(readings(holds, holds), names).verdict is EntryVerdict.HOLDS
+    assert check_entry(readings(differs, differs), names).verdict is EntryVerdict.DIFFERS
 
 
 def test_a_definition_that_contradicts_the_derivation_differs() -> None:
     agreed, introduced = Relation(double, 2 * x), Relation(double, y, given=True)
-    for relations, verdict in (((agreed,), Standing.DEFINITION), ((introduced,), Standing.DEFINITION)):
-        assert judge_entry(printed("1", "", "definition", *relations), names).verdict is verdict
-    assert judge_entry(printed("1", "", "definition", Relation(double, y)), names).verdict is Standing.DIFFERS
-    assert entry(introduced).verdict is Standing.DEFINITION
+    for relations, verdict in (((agreed,), EntryVerdict.DEFINITION), ((introduced,), EntryVerdict.DEFINITION)):
+        assert check_entry(printed("1", "", "definition", *relations), names).verdict is verdict
+    assert check_entry(printed("1", "", "definition", Relation(double, y)), names).verdict is EntryVerdict.DIFFERS
+    assert entry(introduced).verdict is EntryVerdict.DEFINITION
 
 
 def test_a_ledger_is_plain_data() -> None:
     paper = Paper("a paper", 1, names, (printed("1", "twice", "equation", Relation(double, 3 * x, corrected=2 * x)),))
-    document = json.loads(json.dumps(judge(paper, "model").to_json()))
+    document = json.loads(json.dumps(check_paper(paper, "model").to_json()))
     assert document["counts"]["differs"] == 1
     (row,) = document["entries"]
     assert (row["number"], row["verdict"]) == ("(1)", "differs")

@@ -10,7 +10,7 @@ import sympy as sp
 
 import mehvar
 from mehvar.base import capabilities as table
-from mehvar.base.capabilities import FEATURES, Feature, Place
+from mehvar.base.capabilities import FEATURES, Feature, Operation
 from mehvar.models.system import TIME, Controller, Diffusion, Event, Group, Parameter, Quantity, RandomStep, System
 from mehvar.runtime import load, simulate
 from mehvar.runtime.board.image.build import program
@@ -59,23 +59,23 @@ SYSTEMS: dict[Feature, Callable[[], System]] = {
         ))
     ),
 }  # fmt: skip
-PLACES: dict[Place, Callable[[Path, Path], object]] = {
-    Place.EXPLICIT: lambda folder, _: simulate(folder, "steps", method="dop853", t_end=1.0),
-    Place.IMPLICIT: lambda folder, _: simulate(folder, "steps", method="rodas5p", t_end=1.0),
-    Place.STOCHASTIC: lambda folder, _: simulate(folder, "steps", method="platen", t_end=1.0),
-    Place.CONTINUOUS: lambda folder, _: simulate(folder, "smooth", method=method_of(folder), t_end=1.0),
-    Place.HELD: lambda folder, _: simulate(folder, "smooth", hold=0.1, method=method_of(folder), t_end=1.0),
-    Place.BOARD: lambda folder, _: program(load(folder), "smooth"),
-    Place.FMU: lambda folder, out: mehvar.export_fmu(folder, out / "block.fmu", controller="smooth"),
-    Place.PAGE: lambda folder, out: export_web(folder, out / "page"),
-    Place.LINEARIZE: lambda folder, _: (model := load(folder)).linearize(
+PLACES: dict[Operation, Callable[[Path, Path], object]] = {
+    Operation.EXPLICIT: lambda folder, _: simulate(folder, "steps", method="dop853", t_end=1.0),
+    Operation.IMPLICIT: lambda folder, _: simulate(folder, "steps", method="rodas5p", t_end=1.0),
+    Operation.STOCHASTIC: lambda folder, _: simulate(folder, "steps", method="platen", t_end=1.0),
+    Operation.CONTINUOUS: lambda folder, _: simulate(folder, "smooth", method=method_of(folder), t_end=1.0),
+    Operation.HELD: lambda folder, _: simulate(folder, "smooth", hold=0.1, method=method_of(folder), t_end=1.0),
+    Operation.BOARD: lambda folder, _: program(load(folder), "smooth"),
+    Operation.FMU: lambda folder, out: mehvar.export_fmu(folder, out / "block.fmu", controller="smooth"),
+    Operation.PAGE: lambda folder, out: export_web(folder, out / "page"),
+    Operation.LINEARIZE: lambda folder, _: (model := load(folder)).linearize(
         [0.0] * len(model.state_names), [0.0], model.parameters()
     ),
-    Place.IVP: lambda folder, _: load(folder).as_solve_ivp(u=[0.0]),
-    Place.NLSYS: lambda folder, _: nonlinear(load(folder)),
+    Operation.IVP: lambda folder, _: load(folder).as_solve_ivp(u=[0.0]),
+    Operation.NLSYS: lambda folder, _: nonlinear(load(folder)),
 }
-RUNS = (Place.EXPLICIT, Place.IMPLICIT, Place.STOCHASTIC, Place.CONTINUOUS, Place.HELD)
-CELLS = [(feature, place) for feature in FEATURES for place in Place if feature in SYSTEMS]
+RUNS = (Operation.EXPLICIT, Operation.IMPLICIT, Operation.STOCHASTIC, Operation.CONTINUOUS, Operation.HELD)
+CELLS = [(feature, place) for feature in FEATURES for place in Operation if feature in SYSTEMS]
 
 
 def method_of(folder: Path) -> str:
@@ -111,7 +111,7 @@ def test_a_place_refuses_a_feature_by_name(folders, tmp_path, feature, place):
         (feature, place)
         for feature, place in CELLS
         if place in RUNS and place not in feature.refused
-        if (place is Place.STOCHASTIC) == (feature is table.PROCESS_NOISE) or place not in RUNS[:3]
+        if (place is Operation.STOCHASTIC) == (feature is table.PROCESS_NOISE) or place not in RUNS[:3]
     ],
     ids=lambda part: part.name,
 )

@@ -23,7 +23,7 @@ from mehvar.report.page import typeset
 from mehvar.reproduction.beyond import Beyond, BeyondWords, load_beyond
 from mehvar.reproduction.claims import OWN, PAPERS, Check, Claim, ClaimText, ClaimVerdict, tally, tally_text
 from mehvar.reproduction.deviations import deviations, table_claims
-from mehvar.reproduction.judging import judged
+from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import PrintedCounts, Statements
@@ -115,7 +115,9 @@ def small(monkeypatch, shown):
 
 def without_others(monkeypatch, ledgers):
     """Leave out pages on which models run, which tests/mehvar/web has, and the ledgers of other papers."""
-    monkeypatch.setattr(module, "judged", lambda tree: [part for name in ledgers for part in judged(tree, name)])
+    monkeypatch.setattr(
+        module, "paper_ledgers", lambda tree: [part for name in ledgers for part in paper_ledgers(tree, name)]
+    )
     monkeypatch.setattr(module, "export_web", lambda model, out, **_: written(out / f"{model}.html"))
 
 

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 import mehvar
 from mehvar import Group, Parameter, Quantity, System
-from mehvar.base.manifest import sealed
+from mehvar.base.manifest import with_digest
 from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
 from tests import commands
@@ -222,7 +222,7 @@ def test_a_manifest_of_another_version_is_compared(project):
     """Its numbers and what follows from them, with a field that is missing and one that is not known."""
     project.edit('"delay": null,', '"lag": null,', "generated/cart/manifest.json")
     path = project.root / "generated" / "cart" / "manifest.json"
-    path.write_text(sealed(path.read_text()))
+    path.write_text(with_digest(path.read_text()))
     project.commit("as another version wrote it")
     assert project.json("HEAD", "HEAD", status=0)["status"] == "same"
     project.edit("default = 8.0", "default = 18.0", "models/cart/parameters.toml")

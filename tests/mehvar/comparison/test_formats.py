@@ -9,7 +9,7 @@ import re
 import pytest
 
 from mehvar.base.manifest import read_manifest
-from mehvar.codegen.diff.report import Fate, label
+from mehvar.codegen.diff.report import EquationVerdict, label
 from mehvar.comparison.compare import compare_documents
 from mehvar.comparison.consequences import Consequences, Rate
 from mehvar.comparison.html import html_page
@@ -70,13 +70,18 @@ def facts(model: ModelDiff) -> list[str]:
     said += [text for p in comparison.parameters for text in (p.name, p.role, p.what, p.old, p.new)]
     said += [group.says for group in comparison.groups if group.kind not in ("family", "symmetric")]
     for equation in comparison:
-        if equation.verdict is not Fate.SAME:
+        if equation.verdict is not EquationVerdict.SAME:
             said += [label(equation), equation.verdict.value]
-        if equation.verdict is Fate.RENAMED:
+        if equation.verdict is EquationVerdict.RENAMED:
             said.append(equation.old_name)
-        if equation.verdict in (Fate.REARRANGED, Fate.RENAMED, Fate.SCALED, Fate.UNDECIDED):
+        if equation.verdict in (
+            EquationVerdict.REARRANGED,
+            EquationVerdict.RENAMED,
+            EquationVerdict.SCALED,
+            EquationVerdict.UNDECIDED,
+        ):
             said.append(equation.how)
-        if equation.verdict in (Fate.CHANGED, Fate.UNDECIDED) and not equation.cause:
+        if equation.verdict in (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED) and not equation.cause:
             said += [*(edit.says for edit in equation.edits), example(equation), *equation.users]
     if follows:
         said += [text for rate in follows.rates for text in (rate.name, f"{rate.largest:.3g}", f"{rate.typical:.3g}")]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mehvar.base.errors import InputError
-from mehvar.base.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, with_digest
 from mehvar.cli.diff import command
 from mehvar.comparison.runs import runs
 from mehvar.comparison.text import run_lines
@@ -19,7 +19,7 @@ def test_what_both_versions_refuse_is_told_as_not_run(tmp_path: Path) -> None:
     folder = tmp_path / "pendulum"
     shutil.copytree(PENDULUM, folder)
     text = (folder / FILE).read_text().replace('"angle_0": 0.8', '"angle_0": 3.5')
-    (folder / FILE).write_text(sealed(text))
+    (folder / FILE).write_text(with_digest(text))
     result, overlay = runs(folder, folder)
     assert overlay is None
     assert {(law, scenario) for law, scenario, _ in result.refused} == {("pd", "stiff"), ("p-sum", "stiff")}

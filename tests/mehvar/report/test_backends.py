@@ -6,11 +6,11 @@ import shutil
 
 import pytest
 
-from mehvar.base.manifest import FILE, sealed
+from mehvar.base.manifest import FILE, with_digest
 from mehvar.report.backends import POINTS, TOLERANCE, compare
 from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.catalogue import find_model, known_models
-from mehvar.runtime.model.derived import holder
+from mehvar.runtime.model.derived import folder_with
 from mehvar.runtime.model.model import load
 from tests.papers.shared import LIGHT, paper_agreement
 
@@ -31,14 +31,14 @@ def test_every_function_is_the_same_at_random_points(model):
 
 def test_a_wrong_sign_in_casadis_text_is_found(tmp_path):
     folder = tmp_path / "triangle"
-    shutil.copytree(holder(find_model("triangle"), "triangle_casadi.c").folder, folder)
+    shutil.copytree(folder_with(find_model("triangle"), "triangle_casadi.c").folder, folder)
     text = (folder / "triangle_casadi.c").read_text()
     start = text.index("/* triangle_rhs:")
     broken = text[:start] + text[start:].replace("a1=(a1+a2);", "a1=(a1-a2);", 1)
     assert broken != text
     (folder / "triangle_casadi.c").write_text(broken)
     old, new = (hashlib.sha256(content.encode()).hexdigest() for content in (text, broken))
-    (folder / FILE).write_text(sealed((folder / FILE).read_text().replace(old, new)))
+    (folder / FILE).write_text(with_digest((folder / FILE).read_text().replace(old, new)))
     ours, theirs = load(folder, "c"), load(folder, "casadi")
     run = Runs(ours)("path", "paper")
     rhs = compare(ours, theirs, "rhs", run)

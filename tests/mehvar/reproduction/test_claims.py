@@ -15,9 +15,9 @@ from mehvar.reproduction.claims import (
     TriedReading,
     about,
     below,
-    beside,
     count,
     decide,
+    not_essential,
     tally,
     tally_text,
 )
@@ -31,9 +31,9 @@ def test_a_claim_fails_by_an_essential_check_and_gets_a_note_by_another():
     good, bad = Check("a", "1", "1", True), Check("b", "1", "2", False)
     assert Claim("1", "t", (good,), "why").verdict is ClaimVerdict.HOLDS
     assert Claim("1", "t", (good,), "why").note == ""
-    assert Claim("1", "t", (good, beside(bad)), "why").verdict is ClaimVerdict.NOTE
-    assert Claim("1", "t", (good, beside(bad)), "why").note == "why"
-    assert Claim("1", "t", (good, bad, beside(bad))).verdict is ClaimVerdict.FAILS
+    assert Claim("1", "t", (good, not_essential(bad)), "why").verdict is ClaimVerdict.NOTE
+    assert Claim("1", "t", (good, not_essential(bad)), "why").note == "why"
+    assert Claim("1", "t", (good, bad, not_essential(bad))).verdict is ClaimVerdict.FAILS
     assert not about("a", 1.0, 1.011).holds
     assert not about("a", 1.0, math.nan).holds
     assert not below("a", 1.0, 1.0).holds

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from mehvar.codegen.code.files import PrintedFunction, printed
+from mehvar.codegen.code.files import PrintedFunction, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.parts import Bob, Hub, Mode, Modes, Part, Spacecraft, SprungMass, Tank, Wheel
 
@@ -18,7 +18,7 @@ def rhs(*parts: Part) -> PrintedFunction:
     for part in parts:
         craft.add(part)
     functions = [f for f in generate_functions(craft.system()) if f.name == "rhs"]
-    return next(f for f in printed(functions) if f.name == "rhs_prepared")
+    return next(f for f in printed_functions(functions) if f.name == "rhs_prepared")
 
 
 def test_a_craft_of_sixteen_degrees_of_freedom_takes_740_operations():

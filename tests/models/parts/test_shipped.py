@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from mehvar.codegen.code.files import printed
-from mehvar.codegen.equal.judge import Judge
+from mehvar.codegen.code.files import printed_functions
+from mehvar.codegen.equal.equality import EqualityTest
 from mehvar.codegen.equal.meaning import Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
@@ -40,7 +40,7 @@ def rhs(of: System, name: str = "rhs") -> ca.Function:
 
 def operations(of: System, name: str = "rhs") -> int:
     """Return the operations of a call that depend on state or input, and those on the input alone."""
-    functions = {f.name: f for f in printed([f for f in generate_functions(of) if f.name == name])}
+    functions = {f.name: f for f in printed_functions([f for f in generate_functions(of) if f.name == name])}
     return sum(functions[n].operations for n in (f"{name}_prepared", f"{name}_hold") if n in functions)
 
 
@@ -152,6 +152,6 @@ def test_the_accelerations_of_slosh_are_the_assembled_ones_exactly():
     pool, assembled, shipped = Pool(), slosh(), system("slosh")
     (new, ours), (old, theirs) = meaning(pool, assembled), meaning(pool, shipped)
     positive = {q.name for q in shipped.parameters if q.positive}
-    judge = Judge(pool, positive.__contains__, PointSampler({}, frozenset()))
+    judge = EqualityTest(pool, positive.__contains__, PointSampler({}, frozenset()))
     names = [q.name for q in shipped.states if not q.name.startswith("att")]
     assert [judge.same_in_field((old, theirs[n]), (new, ours[n])) for n in names] == [True] * len(names)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
+from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger, check_entry
 from mehvar.models.system import Definition, Equation, System
 from papers.satellite.ledger import NUMBERS, paper
 from tests.papers.ledgers import check_errata, equations, judged
@@ -38,19 +38,19 @@ MISPRINTS: Mapping[str, str] = {
 }
 NO_CURE = "text before (12)"
 """The plant is not minimum phase: no other wording of the sentence would be right."""
-READINGS: Mapping[str, tuple[Standing, ...]] = {
-    "(1)": (Standing.DIFFERS, Standing.DIFFERS),
-    "(2)": (Standing.DIFFERS, Standing.DEFINITION),
-    "(3)": (Standing.DIFFERS, Standing.HOLDS, Standing.DIFFERS),
-    "(4)": (Standing.DEFINITION, Standing.DIFFERS),
-    "text on (3)": (Standing.HOLDS, Standing.DIFFERS),
-    "text on (4)": (Standing.HOLDS, Standing.DIFFERS),
-    "(8)": (Standing.DIFFERS, Standing.DIFFERS),
-    "(10)": (Standing.DIFFERS, Standing.DIFFERS),
-    "(34)": (Standing.DIFFERS, Standing.HOLDS),
-    "(36)": (Standing.DEFINITION, Standing.DIFFERS),
-    "Table 1, I_omega": (Standing.DEFINITION, Standing.DIFFERS),
-    "text after (45)": (Standing.HOLDS, Standing.DIFFERS),
+READINGS: Mapping[str, tuple[EntryVerdict, ...]] = {
+    "(1)": (EntryVerdict.DIFFERS, EntryVerdict.DIFFERS),
+    "(2)": (EntryVerdict.DIFFERS, EntryVerdict.DEFINITION),
+    "(3)": (EntryVerdict.DIFFERS, EntryVerdict.HOLDS, EntryVerdict.DIFFERS),
+    "(4)": (EntryVerdict.DEFINITION, EntryVerdict.DIFFERS),
+    "text on (3)": (EntryVerdict.HOLDS, EntryVerdict.DIFFERS),
+    "text on (4)": (EntryVerdict.HOLDS, EntryVerdict.DIFFERS),
+    "(8)": (EntryVerdict.DIFFERS, EntryVerdict.DIFFERS),
+    "(10)": (EntryVerdict.DIFFERS, EntryVerdict.DIFFERS),
+    "(34)": (EntryVerdict.DIFFERS, EntryVerdict.HOLDS),
+    "(36)": (EntryVerdict.DEFINITION, EntryVerdict.DIFFERS),
+    "Table 1, I_omega": (EntryVerdict.DEFINITION, EntryVerdict.DIFFERS),
+    "text after (45)": (EntryVerdict.HOLDS, EntryVerdict.DIFFERS),
 }
 HOLD = {5, 6, 7, 13, 22, 25, 26, 27, 32, 40, 41, 42, 46, 47, 48}
 DEFINITIONS = {12, 14, 15, 16, 17, 18, 20, 21, 28, 29, 31, 33, 35, 37, 38, 39, 49, 50}
@@ -66,11 +66,11 @@ def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
 
 def test_the_verdicts(ledger: Ledger) -> None:
     split = {number for number, verdicts in READINGS.items() if len(set(verdicts)) > 1}
-    assert judged(ledger, Standing.DIFFERS) == {*MISPRINTS, NO_CURE}
-    assert judged(ledger, Standing.AMBIGUOUS) == split
-    for verdict, numbers in ((Standing.HOLDS, HOLD), (Standing.DEFINITION, DEFINITIONS)):
+    assert judged(ledger, EntryVerdict.DIFFERS) == {*MISPRINTS, NO_CURE}
+    assert judged(ledger, EntryVerdict.AMBIGUOUS) == split
+    for verdict, numbers in ((EntryVerdict.HOLDS, HOLD), (EntryVerdict.DEFINITION, DEFINITIONS)):
         assert {n for n in judged(ledger, verdict) if n.startswith("(")} == {f"({k})" for k in numbers}
-    assert not judged(ledger, Standing.UNDECIDED)
+    assert not judged(ledger, EntryVerdict.UNDECIDED)
 
 
 def test_the_readings(ledger: Ledger) -> None:
@@ -81,7 +81,7 @@ def test_the_readings(ledger: Ledger) -> None:
 def test_each_misprint_is_at_its_term_with_a_correction_that_passes(ledger: Ledger) -> None:
     for number, edits in MISPRINTS.items():
         assert edits in ledger[number].edits, number
-        wrong = [line for line in ledger[number].used.lines if line.verdict is Standing.DIFFERS]
+        wrong = [line for line in ledger[number].used.lines if line.verdict is EntryVerdict.DIFFERS]
         assert all("the corrected form is" in line.how for line in wrong), number
         assert all(line.counterexample or "matrix" in line.how for line in wrong), number
 
@@ -161,8 +161,8 @@ def test_wrong_steps_of_the_derivation_turn_the_verdicts(
 ) -> None:
     written = paper(broken(system, *wrong))
     chosen = {entry.number: entry for entry in written.entries}
-    entries = {number: judge_entry(chosen[number], written.names) for number in (*turned, *unmoved)}
-    good = {number: judged.used.verdict is not Standing.DIFFERS for number, judged in entries.items()}
+    entries = {number: check_entry(chosen[number], written.names) for number in (*turned, *unmoved)}
+    good = {number: judged.used.verdict is not EntryVerdict.DIFFERS for number, judged in entries.items()}
     assert [number for number in turned if good[number]] == []
     assert [number for number in unmoved if not good[number] and f"({number})" not in MISPRINTS] == []
 
@@ -173,6 +173,6 @@ def test_wrong_equations_of_motion_turn_the_verdicts_and_show_no_correction(syst
     wrong = dataclasses.replace(system, steps=steps, rhs=(-system.rhs[0], *system.rhs[1:]))
     written = paper(wrong)
     chosen = {entry.number: entry for entry in written.entries}
-    entries = {n: judge_entry(chosen[n], written.names) for n in ("1", "4", "5", "6", "9", "43", "44", "45")}
-    assert {n for n, judged in entries.items() if judged.used.verdict is not Standing.DIFFERS} == {"6"}
+    entries = {n: check_entry(chosen[n], written.names) for n in ("1", "4", "5", "6", "9", "43", "44", "45")}
+    assert {n for n, judged in entries.items() if judged.used.verdict is not EntryVerdict.DIFFERS} == {"6"}
     assert {n for n, judged in entries.items() if judged.corrected_latex} == {"43", "45"}

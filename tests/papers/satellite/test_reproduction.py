@@ -10,10 +10,10 @@ from mehvar.pictures.files import save
 from mehvar.pictures.style import style
 from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.deviations import deviations, table_claims
-from mehvar.reproduction.judging import judged
+from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import load_reproduction, run_picture
 from mehvar.reproduction.runs import Runs
-from mehvar.reproduction.statements import coverage, judge, missing
+from mehvar.reproduction.statements import coverage, missing, statement_verdicts
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from papers.satellite import coarse
@@ -155,12 +155,12 @@ def test_an_offset_that_is_not_estimated_stays_zero_and_learns_nothing(runs):
 
 def test_every_statement_has_an_entry_and_every_claim_a_statement(runs, claims):
     paper = load_reproduction("satellite")
-    (ledger,) = judged(Tree(Path(__file__).parents[3]), "satellite")
+    (ledger,) = paper_ledgers(Tree(Path(__file__).parents[3]), "satellite")
     verdicts = {entry["number"]: entry["verdict"] for entry in ledger["entries"]}
     every = [*claims.values(), *table_claims(runs.model.manifest, deviations(runs))]
     numbers = [figure.number for figure in paper.figures]
     assert list(missing(paper.statements, [claim.number for claim in every], verdicts, numbers)) == []
-    statements = judge(paper.statements, every, verdicts)
+    statements = statement_verdicts(paper.statements, every, verdicts)
     rows = {row.kind: (row.printed, row.judged, row.shown) for row in coverage(
         paper.statements, statements, verdicts, numbers)}  # fmt: skip
     assert rows["equations"] == (50, 50, 50)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
+from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger, check_entry
 from mehvar.models.system import Definition, Equation, System
 from papers.slosh.ledger import NUMBERS, paper
 from tests.papers.ledgers import check_errata, equations, judged
@@ -65,10 +65,10 @@ def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
-    assert judged(ledger, Standing.DIFFERS) == set(MISPRINTS)
-    assert judged(ledger, Standing.AMBIGUOUS) == AMBIGUOUS
-    assert judged(ledger, Standing.DEFINITION) == DEFINITIONS
-    assert not judged(ledger, Standing.UNDECIDED)
+    assert judged(ledger, EntryVerdict.DIFFERS) == set(MISPRINTS)
+    assert judged(ledger, EntryVerdict.AMBIGUOUS) == AMBIGUOUS
+    assert judged(ledger, EntryVerdict.DEFINITION) == DEFINITIONS
+    assert not judged(ledger, EntryVerdict.UNDECIDED)
 
 
 def test_long_equations_are_paired_term_by_term(ledger: Ledger) -> None:
@@ -89,20 +89,20 @@ def test_each_misprint_is_at_its_term_with_a_correction_and_a_counterexample(led
 def test_of_each_table_the_model_follows_one_reading(ledger: Ledger) -> None:
     for entry in ledger.entries:
         if entry.number.startswith(("Table", "section 4", "text after (28)")):
-            assert entry.used.verdict in (Standing.HOLDS, Standing.DEFINITION), entry.number
-            assert all(reading.verdict is Standing.DIFFERS for reading in entry.readings if not reading.used)
+            assert entry.used.verdict in (EntryVerdict.HOLDS, EntryVerdict.DEFINITION), entry.number
+            assert all(reading.verdict is EntryVerdict.DIFFERS for reading in entry.readings if not reading.used)
 
 
 def test_an_inertia_per_unit_mass_repairs_no_printed_formula(ledger: Ledger) -> None:
     for number in ("(25)", "(26)", "(27)"):
-        assert [reading.verdict for reading in ledger[number].readings] == [Standing.DIFFERS] * 2
+        assert [reading.verdict for reading in ledger[number].readings] == [EntryVerdict.DIFFERS] * 2
 
 
-def verdicts(system: System, *numbers: str) -> dict[str, Standing]:
+def verdicts(system: System, *numbers: str) -> dict[str, EntryVerdict]:
     """Judge a few entries against another system."""
     written = paper(system)
     chosen = {entry.number: entry for entry in written.entries}
-    return {number: judge_entry(chosen[number], written.names).verdict for number in numbers}
+    return {number: check_entry(chosen[number], written.names).verdict for number in numbers}
 
 
 @pytest.mark.soak
@@ -117,7 +117,7 @@ def test_wrong_equations_turn_the_verdicts(system: System) -> None:
     )
     wrong = dataclasses.replace(system, steps=steps)
     standings = verdicts(wrong, "19", "20", "24", "28", "29", "36", "21", "22", "17")
-    assert [number for number, verdict in standings.items() if verdict is Standing.DIFFERS] == [
+    assert [number for number, verdict in standings.items() if verdict is EntryVerdict.DIFFERS] == [
         *("19", "20", "24", "28", "29", "36")
     ]
 
@@ -126,6 +126,6 @@ def test_a_correction_against_a_wrong_derivation_is_not_shown(system: System) ->
     residual = (*system.residual[:1], system.residual[1] + system.parameters.m, *system.residual[2:])
     written = paper(dataclasses.replace(system, residual=residual))
     (entry,) = (entry for entry in written.entries if entry.number == "10")
-    judged = judge_entry(entry, written.names)
-    assert judged.verdict is Standing.DIFFERS
+    judged = check_entry(entry, written.names)
+    assert judged.verdict is EntryVerdict.DIFFERS
     assert "the corrected form is" not in judged.how

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import Ledger, Standing, judge_entry
+from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger, check_entry
 from mehvar.models.paper import Names, Paper, Relation, printed
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Definition, System
@@ -59,10 +59,10 @@ def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
-    assert judged(ledger, Standing.DIFFERS) == set(MISPRINTS)
-    assert judged(ledger, Standing.AMBIGUOUS) == AMBIGUOUS
-    assert judged(ledger, Standing.DEFINITION) == {f"({k})" for k in DEFINITIONS}
-    assert not judged(ledger, Standing.UNDECIDED)
+    assert judged(ledger, EntryVerdict.DIFFERS) == set(MISPRINTS)
+    assert judged(ledger, EntryVerdict.AMBIGUOUS) == AMBIGUOUS
+    assert judged(ledger, EntryVerdict.DEFINITION) == {f"({k})" for k in DEFINITIONS}
+    assert not judged(ledger, EntryVerdict.UNDECIDED)
 
 
 def test_each_misprint_is_at_its_term(ledger: Ledger) -> None:
@@ -72,7 +72,7 @@ def test_each_misprint_is_at_its_term(ledger: Ledger) -> None:
 
 def test_each_misprint_has_a_correction_that_passes_and_a_counterexample(ledger: Ledger) -> None:
     for number in MISPRINTS:
-        wrong = [line for line in ledger[number].used.lines if line.verdict is Standing.DIFFERS]
+        wrong = [line for line in ledger[number].used.lines if line.verdict is EntryVerdict.DIFFERS]
         assert all(line.corrected_latex for line in wrong), number
         assert all("the corrected form is" in line.how for line in wrong), number
         assert all(line.counterexample or "matrix" in line.how for line in wrong), number
@@ -80,7 +80,7 @@ def test_each_misprint_has_a_correction_that_passes_and_a_counterexample(ledger:
 
 def test_the_reading_that_the_model_follows_holds(ledger: Ledger) -> None:
     for number in AMBIGUOUS:
-        assert ledger[number].used.verdict in (Standing.HOLDS, Standing.DEFINITION), number
+        assert ledger[number].used.verdict in (EntryVerdict.HOLDS, EntryVerdict.DEFINITION), number
 
 
 def test_the_counterexample_of_22(ledger: Ledger) -> None:
@@ -95,11 +95,11 @@ def test_the_counterexample_of_22(ledger: Ledger) -> None:
     assert float(point.right) == pytest.approx(-float(rate), rel=1e-5)
 
 
-def verdicts(system: System, *numbers: str) -> list[Standing]:
+def verdicts(system: System, *numbers: str) -> list[EntryVerdict]:
     """Judge a few entries of the paper against another system."""
     written = paper(system)
     chosen = {entry.number: entry for entry in written.entries}
-    return [judge_entry(chosen[number], written.names).verdict for number in numbers]
+    return [check_entry(chosen[number], written.names).verdict for number in numbers]
 
 
 def broken(system: System, *names: str) -> System:
@@ -118,10 +118,10 @@ def test_a_wrong_law_of_motion_turns_the_verdicts(system: System) -> None:
     rhs = (*system.rhs[:3], -system.rhs[3])
     wrong = dataclasses.replace(system, rhs=rhs)
     forms = [f"section 3, {form}" for form in ("nonholonomic integrator", "chained form", "Brockett")]
-    assert verdicts(wrong, "12", "21", "23", "24", "53", *forms[:2]) == [Standing.DIFFERS] * 7
-    assert verdicts(wrong, "20", forms[2]) == [Standing.HOLDS] * 2
+    assert verdicts(wrong, "12", "21", "23", "24", "53", *forms[:2]) == [EntryVerdict.DIFFERS] * 7
+    assert verdicts(wrong, "20", forms[2]) == [EntryVerdict.HOLDS] * 2
     drifting = dataclasses.replace(system, rhs=(*system.rhs[:3], system.rhs[3] + sp.Rational(1, 1000)))
-    assert verdicts(drifting, forms[2]) == [Standing.DIFFERS]
+    assert verdicts(drifting, forms[2]) == [EntryVerdict.DIFFERS]
 
 
 @pytest.mark.parametrize(
@@ -137,17 +137,17 @@ def test_wrong_steps_of_the_derivation_turn_the_verdicts(
     system: System, wrong: list[str], turned: list[str], unmoved: list[str]
 ) -> None:
     standings = dict(zip((*turned, *unmoved), verdicts(broken(system, *wrong), *turned, *unmoved), strict=True))
-    assert [number for number in turned if standings[number] is not Standing.DIFFERS] == []
+    assert [number for number in turned if standings[number] is not EntryVerdict.DIFFERS] == []
     assert [
-        number for number in unmoved if standings[number] is Standing.DIFFERS and f"({number})" not in MISPRINTS
+        number for number in unmoved if standings[number] is EntryVerdict.DIFFERS and f"({number})" not in MISPRINTS
     ] == []
 
 
 def test_a_correction_against_a_wrong_derivation_is_not_shown(system: System) -> None:
     written = paper(broken(system, "rod_rate1"))
     (entry,) = (entry for entry in written.entries if entry.number == "22")
-    judged = judge_entry(entry, written.names)
-    assert judged.verdict is Standing.DIFFERS
+    judged = check_entry(entry, written.names)
+    assert judged.verdict is EntryVerdict.DIFFERS
     assert judged.corrected_latex == ()
 
 

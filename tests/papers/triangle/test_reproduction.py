@@ -9,10 +9,10 @@ from mehvar.codegen.generate import installed_tree
 from mehvar.pictures.style import style
 from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.deviations import Deviation, deviations, table_claims
-from mehvar.reproduction.judging import judged
+from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.reproduction.runs import Runs
-from mehvar.reproduction.statements import StatementVerdict, judge, missing
+from mehvar.reproduction.statements import StatementVerdict, missing, statement_verdicts
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics
@@ -69,11 +69,11 @@ def test_the_readings_in_use_are_those_under_which_the_comparison_holds(claims):
 
 def test_every_sentence_table_and_figure_has_an_entry_with_a_verdict(claims, runs):
     paper = load_reproduction("triangle")
-    (ledger,) = judged(installed_tree(), "triangle")
+    (ledger,) = paper_ledgers(installed_tree(), "triangle")
     verdicts = {entry["number"]: entry["verdict"] for entry in ledger["entries"]}
     assert list(missing(paper.statements, claims, verdicts, [figure.number for figure in paper.figures])) == []
     everything = [*claims.values(), *table_claims(runs.model.manifest, deviations(runs))]
-    statements = judge(paper.statements, everything, verdicts)
+    statements = statement_verdicts(paper.statements, everything, verdicts)
     open_ones = {statement.text.text for statement in statements if statement.verdict is StatementVerdict.OPEN}
     refuted = {statement.text.text for statement in statements if statement.verdict is StatementVerdict.REFUTED}
     assert not open_ones | refuted

@@ -16,7 +16,7 @@ import pytest
 
 from mehvar import runtime
 from mehvar.base.errors import InputError
-from mehvar.base.manifest import sealed
+from mehvar.base.manifest import with_digest
 from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
 from mehvar.runtime.batch.evaluation.statistics import Success
@@ -259,7 +259,7 @@ def test_another_model_is_not_continued(triangle: runtime.Model, tmp_path: Path)
     header.write_text(before.replace(triangle.manifest.hash, "0" * 64))
     text = manifest.read_text().replace(triangle.manifest.hash, "0" * 64)
     hashes = [hashlib.sha256(content.encode()).hexdigest() for content in (before, header.read_text())]
-    manifest.write_text(sealed(text.replace(*hashes)))
+    manifest.write_text(with_digest(text.replace(*hashes)))
     with pytest.raises(InputError, match=r"made with model_hash = .*, not '0000"):
         run_batch(copy, campaign, out, resume=True)
     assert not is_model_of(open_store(out), runtime.load(copy, "c"))

@@ -188,7 +188,7 @@ def repeated(out: Any, model: runtime.Model) -> Any:
     [
         ({"controller": p_sum}, InputError, "period = None.*in Python are evaluated at samples only"),
         ({"inputs": {"torque": np.sin}}, InputError, "period = None"),
-        ({"controller": p_sum, "period": 0.05, "hold": 0.05}, InputError, "hold = 0.05.*others by period"),
+        ({"controller": p_sum, "period": 0.05, "hold": 0.05}, InputError, "hold = 0.05.*use period for other laws"),
         ({"controller": "p-sum", "period": 0.05}, InputError, "period = 0.05.*hold says"),
         ({}, InputError, "a batch needs n, the number of runs"),
         ({"controller": lambda _t, x: 1.0 if x.angle > 0 else 0.0, "period": 0.05}, LawError, "numpy.where decides"),

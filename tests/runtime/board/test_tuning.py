@@ -16,7 +16,7 @@ from mehvar.runtime.board.journal import Journal, read_journal
 from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.board.session import BoardLaw
-from mehvar.runtime.board.tuning import Requests, TunedLaw, path_of, replay, tune, tuned
+from mehvar.runtime.board.tuning import Requests, TunedLaw, path_of, replay, tune, tuned_parameters
 from tests.runtime.board.conftest import Bench, load
 from tests.runtime.board.test_faults import Rebooting, Stopped
 from tests.tools import needs
@@ -115,7 +115,7 @@ def session(bench, path, port=None, after=None):
     link.connect()
     law = BoardLaw(
         link, bench.expected.parameters, layout, 5, journal, after, Requests(path, journal.tunings),
-        partial(tuned, bench.program),
+        partial(tuned_parameters, bench.program),
     )  # fmt: skip
     return law, journal
 

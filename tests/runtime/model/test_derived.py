@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from mehvar.base.errors import InputError
-from mehvar.base.manifest import made_when_asked, read_manifest
+from mehvar.base.manifest import files_on_first_use, read_manifest
 from mehvar.codegen.generate import installed_tree
 from mehvar.runtime.model import derived
 from mehvar.runtime.model.catalogue import find_model
-from mehvar.runtime.model.derived import holder
+from mehvar.runtime.model.derived import folder_with
 from mehvar.runtime.model.model import load
 
-FILES = sorted(made_when_asked("triangle"))
+FILES = sorted(files_on_first_use("triangle"))
 
 
 @pytest.fixture
@@ -51,8 +51,8 @@ def flat(results) -> np.ndarray:
 
 def test_a_copied_folder_takes_the_sources_of_the_installed_model(tmp_path):
     folder = shutil.copytree(find_model("triangle").folder, tmp_path / "copy")
-    made = {holder(read_manifest(folder), name).folder for name in FILES}
-    assert made == {holder(find_model("triangle"), FILES[0]).folder}, "one derivation for all files"
+    made = {folder_with(read_manifest(folder), name).folder for name in FILES}
+    assert made == {folder_with(find_model("triangle"), FILES[0]).folder}, "one derivation for all files"
 
 
 @pytest.mark.soak
@@ -61,7 +61,7 @@ def test_a_folder_of_another_structure_gets_files_of_that_structure(tree, tmp_pa
     options = ("--structure", "masses=general", "--out", str(tree))
     assert derived.run_python(tmp_path, "-m", "mehvar", "generate", "triangle", *options).returncode == 0
     manifest = read_manifest(tree)
-    made = holder(manifest, "triangle_casadi.c")
+    made = folder_with(manifest, "triangle_casadi.c")
     assert made.folder != tree
     assert made.structure == manifest.structure != find_model("triangle").structure
     assert made.hash == manifest.hash
@@ -72,7 +72,7 @@ def test_files_of_other_functions_are_refused_though_these_are_called_alike(tree
     manifest = replace(read_manifest(tree), hash="0" * 64)
     for name in FILES:
         with pytest.raises(InputError, match=r"derives other functions \(hash \w{8}\) than .* has \(0{8}\); generate"):
-            holder(manifest, name)
+            folder_with(manifest, name)
 
 
 def test_changed_sources_are_refused(tree):
@@ -81,7 +81,7 @@ def test_changed_sources_are_refused(tree):
     message = r"cannot be made: models/triangle/dynamics\.py has changed since .*run: mehvar generate triangle"
     for name in FILES:
         with pytest.raises(InputError, match=message):
-            holder(read_manifest(tree), name)
+            folder_with(read_manifest(tree), name)
     with pytest.warns(RuntimeWarning, match="changed since"), pytest.raises(InputError, match=message):
         load(tree, "casadi")
 
@@ -94,13 +94,13 @@ def test_a_folder_without_its_sources_says_what_to_type(tree):
         InputError,
         match=r"cannot be derived without the sources models/triangle.* generate triangle --out",
     ):
-        holder(manifest, "triangle_casadi.c")
+        folder_with(manifest, "triangle_casadi.c")
 
 
 def test_a_leftover_of_another_derivation_is_not_read(tree):
     (tree / "triangle_loops_jac.c").write_text("#error left over")
     model = load(tree)
-    assert holder(model.manifest, "triangle_loops_jac.c").folder != tree
+    assert folder_with(model.manifest, "triangle_loops_jac.c").folder != tree
     point = model.state(rho=0.3, phi=0.1, mu=0.2, theta=0.4)
     assert np.isfinite(model.linearize(point, None, model.parameters(), controller="path").A).all()
 
@@ -108,7 +108,7 @@ def test_a_leftover_of_another_derivation_is_not_read(tree):
 def test_without_casadi_the_package_is_named(monkeypatch):
     monkeypatch.setattr(derived, "installed", lambda *names: {n: "1" for n in names if n != "casadi"})
     with pytest.raises(InputError, match=r"made when it is first used, which needs casadi: pip install casadi"):
-        holder(find_model("triangle"), "triangle_casadi.c")
+        folder_with(find_model("triangle"), "triangle_casadi.c")
 
 
 @pytest.mark.soak

@@ -11,7 +11,7 @@ import pytest
 
 import mehvar
 from mehvar.base.errors import InputError
-from mehvar.base.manifest import sealed
+from mehvar.base.manifest import with_digest
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import shared_model
 
@@ -76,7 +76,9 @@ def test_a_shared_model_is_loaded_again_when_its_folder_changes(tmp_path):
     first = shared_model(folder)
     assert shared_model(str(folder)) is first
     manifest = folder / "manifest.json"
-    manifest.write_text(sealed(manifest.read_text().replace('"title": "triangle', '"title": "another triangle', 1)))
+    manifest.write_text(
+        with_digest(manifest.read_text().replace('"title": "triangle', '"title": "another triangle', 1))
+    )
     assert shared_model(folder) is not first
     (folder / "triangle.c").unlink()
     with pytest.raises(InputError):

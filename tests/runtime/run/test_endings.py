@@ -17,7 +17,7 @@ from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
-from mehvar.runtime.run.metrics import evaluate, is_open, metrics
+from mehvar.runtime.run.metrics import evaluate, is_cut_short, metrics
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.results import notes_of, to_dataset
 from tests.models.edits import POSITIVE, parameter, quantity
@@ -186,7 +186,7 @@ def test_what_is_known_of_a_run_that_is_cut_short(folder, backend, kind, window,
     value, series = metrics(run, run.manifest)[metric.name], {"place": run.x[:, 0]}
     assert value == pytest.approx(metrics(to_dataset(run), run.manifest)[metric.name], nan_ok=True)
     of_the_end = kind in OF_SECONDS or (kind == "final" and math.isfinite(until))
-    assert is_open(metric, run.t_stop) == (of_the_end and run.t_stop < until)
+    assert is_cut_short(metric, run.t_stop) == (of_the_end and run.t_stop < until)
     if (of_the_end and run.t_stop < until) or run.t[-1] < since:
         assert math.isnan(value)
         assert metric.name in notes_of(run)

@@ -11,7 +11,7 @@ import sympy as sp
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import manifest_text
-from mehvar.codegen.code.files import printed, texts
+from mehvar.codegen.code.files import code_files, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.manifest import manifest_of
 from mehvar.models.check import check
@@ -66,9 +66,9 @@ def turning() -> System:
 
 def written(system, path):
     check(system)
-    functions = printed(generate_functions(with_clock(system)))
+    functions = printed_functions(generate_functions(with_clock(system)))
     manifest = manifest_of(with_clock(system), functions, {})
-    for name, text in {**texts(manifest, functions), "manifest.json": manifest_text(manifest)}.items():
+    for name, text in {**code_files(manifest, functions), "manifest.json": manifest_text(manifest)}.items():
         (path / name).write_text(text)
     return path
 

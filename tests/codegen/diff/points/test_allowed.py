@@ -6,7 +6,7 @@ import dataclasses
 import pytest
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Fate
+from mehvar.codegen.diff.report import EquationVerdict
 from tests.codegen.diff.documents import document
 
 CLIPPED = "v': Max(k, Min(v, J))"
@@ -28,9 +28,9 @@ def rate(old, new):
 @pytest.mark.parametrize("kind", ["constraint", "limit"])
 def test_a_difference_that_conditions_forbid_is_undecided(kind):
     """Of two orders of clipping, the limits decide only where the lower one is above the upper one."""
-    assert rate(document(CLIPPED), document(OTHER)).verdict is Fate.CHANGED
+    assert rate(document(CLIPPED), document(OTHER)).verdict is EquationVerdict.CHANGED
     row = rate(limited(CLIPPED, kind=kind), limited(OTHER, kind=kind))
-    assert row.verdict is Fate.UNDECIDED
+    assert row.verdict is EquationVerdict.UNDECIDED
     assert "that the constraints and limits allow" in row.how
 
 
@@ -47,7 +47,7 @@ def test_a_difference_that_conditions_forbid_is_undecided(kind):
 def test_a_difference_that_a_version_allows_is_a_change(old, new):
     """The point of difference lies where that version's condition holds."""
     row = rate(old, new)
-    assert row.verdict is Fate.CHANGED
+    assert row.verdict is EquationVerdict.CHANGED
     at = {"J": 0.0, "k": 0.0, "v": 0.0} | {name: float(value) for name, value in _numbers(row)}
     assert at["J"] > at["k"] or at["v"] > 0
 
@@ -59,12 +59,12 @@ def _numbers(row):
 def test_a_change_of_a_condition_is_told_wherever_it_is():
     """A condition is compared at all points, also at those that it forbids."""
     changes = {row.name: row.verdict for row in compare(limited("v': v"), limited("v': v", "2*J - k")).equations}
-    assert changes["allowed"] is Fate.CHANGED
+    assert changes["allowed"] is EquationVerdict.CHANGED
 
 
 def test_a_point_of_difference_is_inside_open_bounds():
     """A simple number such as 1 is left out where the bounds exclude it."""
     share = {"m": {"bounds": "[0, 1)", "sign": "nonnegative"}}
     row = rate(document("v': Piecewise((1, m > 1/2), (0, True))", **share), document("v': 0*m", **share))
-    assert row.verdict is Fate.CHANGED
+    assert row.verdict is EquationVerdict.CHANGED
     assert dict(_numbers(row))["m"] < 1

@@ -6,7 +6,7 @@ import dataclasses
 import pytest
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import Fate
+from mehvar.codegen.diff.report import EquationVerdict
 from mehvar.codegen.equations.document import LEAVES
 from tests.codegen.diff.documents import document
 
@@ -67,13 +67,13 @@ def piecewise(*branches: str) -> str:
 )
 def test_a_condition_at_a_number_of_the_mode_is_a_change(old, new, at):
     change = compare(modal(old), modal(new))["v'"]
-    assert change.verdict is Fate.CHANGED
+    assert change.verdict is EquationVerdict.CHANGED
     assert f"they differ at z = {at}, which a reset sets" in change.how
 
 
 def test_at_joint_numbers_of_two_modes_there_is_a_change():
     old, new = (modal(f"x': 0\n{piecewise('k, z*m > x*m')}".replace(">", sign)) for sign in (">", ">="))
-    assert compare(old, new)["v'"].verdict is Fate.REARRANGED  # nothing sets x
+    assert compare(old, new)["v'"].verdict is EquationVerdict.REARRANGED  # nothing sets x
     old, new = (started(side, "x", 2) for side in (old, new))
     assert "they differ at x = 2 and z = 2, which a reset sets" in compare(old, new)["v'"].how
 
@@ -89,7 +89,7 @@ def test_at_joint_numbers_of_two_modes_there_is_a_change():
 )
 def test_a_parameter_that_may_be_on_a_threshold_leaves_it_undecided(old, new, at):
     change = compare(modal(piecewise(old)), modal(piecewise(new)))["v'"]
-    assert change.verdict is Fate.UNDECIDED
+    assert change.verdict is EquationVerdict.UNDECIDED
     assert f"they differ at {at}" in change.how
 
 
@@ -102,7 +102,7 @@ def test_a_held_name_that_may_be_on_a_threshold_leaves_it_undecided(role, old, n
     """A counter, a flag, a reference or an input keeps its number for a sample or more."""
     sides = (document(f"f: Piecewise((k, {side}), (0, True))", x={"role": role}) for side in (old, new))
     change = compare(*sides)["f"]
-    assert change.verdict is Fate.UNDECIDED
+    assert change.verdict is EquationVerdict.UNDECIDED
     assert f"they differ at {at}" in change.how
 
 
@@ -121,7 +121,7 @@ def test_at_a_number_that_a_reset_may_give_is_undecided():
     """The reset 1 - z toggles between 0 and 1; no other reset is a number."""
     old, new = (toggled(piecewise(f"k, z {sign} 1")) for sign in (">", ">="))
     change = compare(old, new)["v'"]
-    assert change.verdict is Fate.UNDECIDED
+    assert change.verdict is EquationVerdict.UNDECIDED
     assert "they differ at z = 1, which a reset may set" in change.how
     assert not compare(old, toggled(piecewise("k, 2*z > 2"))).differs
 
@@ -137,7 +137,7 @@ def test_at_a_number_that_a_reset_may_give_is_undecided():
 )
 def test_what_no_number_of_the_mode_tells_apart_keeps_its_verdict(old, new):
     before, after = (compare(modal(side), modal(new))["v'"].verdict for side in (old, new))
-    assert after is Fate.SAME
+    assert after is EquationVerdict.SAME
     plain = compare(modal(old, "x"), modal(new, "x"))["v'"].verdict
     assert before is plain
 
@@ -151,7 +151,7 @@ def test_where_a_state_starts_it_may_rest():
     """As a wheel without friction at rest does."""
     old, new = (modal(piecewise(f"k, z {sign} 0"), "x") for sign in (">", ">="))
     change = compare(old, new)["v'"]
-    assert change.verdict is Fate.UNDECIDED
+    assert change.verdict is EquationVerdict.UNDECIDED
     assert "they differ at z = 0, its value at the start, where it may stay" in change.how
 
 
@@ -167,7 +167,7 @@ def test_where_a_run_starts_both_sides_have_one_value(old, new, x):
     """They are equal everywhere else, so that no random point tells."""
     sides = [started(modal(f"v': {side}", "x"), "x", x) for side in (old, new)]
     change = compare(*sides)["v'"]
-    assert change.verdict is Fate.UNDECIDED
+    assert change.verdict is EquationVerdict.UNDECIDED
     assert "z = 0" in change.how
     assert "where a run starts" in change.how
 
@@ -177,7 +177,7 @@ def test_a_product_of_two_signs_counts_both_in_a_proof():
     value = "sign(v)*acos(cos(b))"
     window = f"(sign({value} - (-3467/2500)) + 1)*(sign(-1386799999/1000000000 - ({value})) + 1)/4"
     change = compare(document(f"f: x + v*{window}"), document("f: x"))["f"]
-    assert change.verdict in (Fate.CHANGED, Fate.UNDECIDED)
+    assert change.verdict in (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED)
 
 
 @pytest.mark.parametrize("rate", ["0", "w"], ids=["mode", "state"])
@@ -185,5 +185,5 @@ def test_a_state_that_a_reset_sets_to_a_parameter_is_compared_there(rate):
     """After the event it may rest on the threshold, whatever the parameter is."""
     first, second = (modal(piecewise(f"m, z {sign} J"), rate, one="J") for sign in (">", ">="))
     row = next(row for row in compare(first, second).equations if row.name == "v'")
-    assert row.verdict is Fate.UNDECIDED
+    assert row.verdict is EquationVerdict.UNDECIDED
     assert "after the resets of plus" in row.how or "J = 2" in row.how

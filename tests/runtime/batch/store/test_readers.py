@@ -20,7 +20,7 @@ from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store import store as store_module
-from mehvar.runtime.batch.store.lock import FILE, Lock, holder, is_abandoned
+from mehvar.runtime.batch.store.lock import FILE, Lock, is_abandoned, lock_owner
 from mehvar.runtime.batch.store.records import END, DamageError
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
@@ -221,7 +221,7 @@ def test_who_looks_keeps_nobody_from_writing(store: Path) -> None:
     """Nor from looking: a look locks a file that a killed process left."""
     (store / FILE).write_text("process 1 on nowhere\n")
     stop = threading.Event()
-    threads = [threading.Thread(target=lambda: [holder(store) for _ in iter(stop.is_set, True)]) for _ in range(4)]
+    threads = [threading.Thread(target=lambda: [lock_owner(store) for _ in iter(stop.is_set, True)]) for _ in range(4)]
     for thread in threads:
         thread.start()
     try:
@@ -233,7 +233,7 @@ def test_who_looks_keeps_nobody_from_writing(store: Path) -> None:
         stop.set()
         for thread in threads:
             thread.join()
-    assert holder(store) is None
+    assert lock_owner(store) is None
 
 
 def test_what_is_being_made_is_not_abandoned(tmp_path: Path) -> None:

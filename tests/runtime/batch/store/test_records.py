@@ -15,7 +15,7 @@ from mehvar.runtime.batch.store.records import (
     STORE,
     Proof,
     Record,
-    Stray,
+    WrongRecord,
     block_record,
     file_digest,
     read_record,
@@ -67,7 +67,7 @@ SEALED: list[tuple[str, Callable[[Path], object]]] = [
 def test_a_record_in_the_place_of_another_is_told(folder: Path, what: str, change: Callable[[Path], object]) -> None:
     assert isinstance(Proof(folder).block(1), Record)
     change(folder)
-    assert Proof(folder).block(1) == Stray(what)
+    assert Proof(folder).block(1) == WrongRecord(what)
     assert Proof(folder).block(0) == read_record(folder / block_record(0))
 
 
@@ -75,7 +75,7 @@ def test_a_record_in_the_place_of_another_is_told(folder: Path, what: str, chang
 def test_it_is_told_before_the_end_too(folder: Path, what: str, change: Callable[[Path], object]) -> None:
     (folder / END).unlink()
     change(folder)
-    assert Proof(folder).block(1) == Stray(what)
+    assert Proof(folder).block(1) == WrongRecord(what)
 
 
 @pytest.mark.parametrize("change", [change for _, change in SEALED])
@@ -93,7 +93,7 @@ def test_before_the_end_and_where_its_seal_is_void_a_block_is_what_its_record_sa
 def test_an_end_of_another_batch_seals_nothing(folder: Path) -> None:
     seal(folder, batch="theirs")
     write(folder, 1, 1, refusals={"4": "text"})
-    assert Proof(folder).end == Stray("of another batch")
+    assert Proof(folder).end == WrongRecord("of another batch")
     assert isinstance(Proof(folder).block(1), Record)
 
 

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import EXTENDED, MEMBER, Fate, ModelStatus
+from mehvar.codegen.diff.report import EXTENDED, MEMBER, EquationVerdict, ModelStatus
 from mehvar.comparison.text import lines
 from mehvar.terminal import plain_text
 from tests.codegen.diff.documents import document
@@ -33,7 +33,7 @@ def family(document, count):
 def test_a_longer_family_is_one_entry(seed):
     old, new = family(document(sums(2, seed)), 2), family(document(sums(3, seed)), 3)
     for comparison, word in ((compare(old, new), "extended, 2 -> 3"), (compare(new, old), "shortened, 3 -> 2")):
-        changed = comparison.of(Fate.CHANGED)
+        changed = comparison.of(EquationVerdict.CHANGED)
         assert changed
         assert all(equation.how == EXTENDED for equation in changed)
         (story,) = comparison.groups
@@ -53,7 +53,7 @@ def test_another_edit_beside_a_longer_family_is_explained(seed):
     comparison = compare(family(document(sums(2, seed)), 2), family(document(edited), 3))
     by_name = {equation.name: equation for equation in comparison}
     assert by_name["total"].how == EXTENDED
-    assert by_name["w"].verdict is Fate.CHANGED
+    assert by_name["w"].verdict is EquationVerdict.CHANGED
     assert not by_name["w"].extended
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Verdicts on all papers of a project, each computed in its own process and cached by its sources.
 
-Judging needs SymPy and takes up to a minute for a paper.
+Checking needs SymPy and takes up to a minute for a paper.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from mehvar.codegen.processes import in_processes
 from mehvar.codegen.workspace import load_paper, own_text
 
 Ledger = dict[str, Any]
-"""A judged ledger as plain data, from `mehvar.codegen.ledger.ledger.Ledger.to_json`."""
+"""A checked ledger as plain data, from `mehvar.codegen.ledger.ledger.Ledger.to_json`."""
 
 _FILE = "ledger.json"
 
 
-def judged(tree: Tree, model: str | None = None) -> list[Ledger]:
-    """Return the judged ledgers of a project's models, or of one model, as plain data.
+def paper_ledgers(tree: Tree, model: str | None = None) -> list[Ledger]:
+    """Return the checked ledgers of a project's models, or of one model, as plain data.
 
     Raises
     ------
@@ -55,11 +55,11 @@ def _no_ledger(tree: Tree, model: str, others: Sequence[str]) -> InputError:
 
 
 def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
-    """Return the judged ledger of a model from the cache; judge it in another process if it is missing."""
+    """Return the checked ledger of a model from the cache; check it in another process if it is missing."""
     key = cache.key(*itertools.chain(*tree.sources(model, papers=True).items()))
 
     def fill(folder: Path) -> None:
-        text = processes.submit(_judge, tree.root, model).result()
+        text = processes.submit(_check, tree.root, model).result()
         (folder / _FILE).write_text(text, encoding="utf-8")
 
     path = cache.entry("ledgers", f"{model}-{key}", fill) / _FILE
@@ -67,13 +67,13 @@ def _ledger(tree: Tree, model: str, processes: ProcessPoolExecutor) -> Ledger:
     return ledger
 
 
-def _judge(root: Path, model: str) -> str:
-    """Derive a model and judge its paper; the caller uses a process for each model."""
+def _check(root: Path, model: str) -> str:
+    """Derive a model and check its paper; the caller uses a process for each model."""
     system = system_of(Tree(root), model, {})
     # after the model, so that both use the models package of its tree
-    from mehvar.codegen.ledger.ledger import judge
+    from mehvar.codegen.ledger.ledger import check_paper
 
     with own_text(root / "papers" / model):
         paper = load_paper(Tree(root), model, "ledger").paper(system)
-    verdicts = judge(paper, model)
+    verdicts = check_paper(paper, model)
     return json.dumps(verdicts.to_json(), indent=1, ensure_ascii=False) + "\n"

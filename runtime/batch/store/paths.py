@@ -9,7 +9,7 @@ import stat
 from pathlib import Path, PurePosixPath
 
 
-def foreign(folder: Path) -> dict[str, str]:
+def special_files(folder: Path) -> dict[str, str]:
     """Return the paths of links, pipes and devices below a folder, with their kinds."""
     result: dict[str, str] = {}
     for parent, folders, files in os.walk(folder):
@@ -36,13 +36,13 @@ def _kind(path: Path) -> str:
     return "" if stat.S_ISREG(mode) or stat.S_ISDIR(mode) else "a pipe or a device"
 
 
-def remove_foreign(folder: Path) -> None:
+def remove_special_files(folder: Path) -> None:
     """Remove links (not their targets), pipes and devices."""
-    for name in foreign(folder):
+    for name in special_files(folder):
         (folder / name).unlink()
 
 
-def make_place(folder: Path, name: str) -> None:
+def clear_path(folder: Path, name: str) -> None:
     """Make a path writable by removing a folder at the path and all but folders above it."""
     place = folder
     *above, _ = name.split("/")

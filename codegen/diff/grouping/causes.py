@@ -26,7 +26,7 @@ from .groups import any_axis
 
 MOTION = "equations of motion"
 _POINTS = 3
-"""Number of field points, as in `codegen.equal.judge`."""
+"""Number of field points, as in `codegen.equal.equality`."""
 _MOST_SETS = 32
 """Largest number of factor sets that are tried for a sum: two for each of five terms. Half the number omits the fifth
 term.
@@ -208,17 +208,17 @@ class _Scaled:
     def _old(self, item: Item, factor: Fraction) -> Values:
         versions, values = self._versions, []
         for number in range(_POINTS):
-            world = versions.judge.at(number, fixed=self._multiples(number, factor))[versions.free_old]
+            world = versions.equality.at(number, fixed=self._multiples(number, factor))[versions.free_old]
             values.append(world.value(versions.partner[item.key].root))
         return tuple(values)
 
     def _new(self, item: Item) -> Values:
         versions = self._versions
-        return tuple(versions.judge.point(k)[versions.free_new].value(item.root) for k in range(_POINTS))
+        return tuple(versions.equality.point(k)[versions.free_new].value(item.root) for k in range(_POINTS))
 
     def _multiples(self, number: int, factor: Fraction) -> dict[str, Element]:
         versions, times = self._versions, field.number(factor)
-        world = versions.judge.point(number)[versions.free_old]
+        world = versions.equality.point(number)[versions.free_old]
         return {name: field.mul(times, world.value(versions.pool.intern("sym", name))) for name in self._names}
 
 

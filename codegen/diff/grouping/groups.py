@@ -7,7 +7,7 @@ import itertools
 import re
 from collections.abc import Mapping, Sequence
 
-from ..report import EXTENDED, MEMBER, EquationChange, Fate, Story
+from ..report import EXTENDED, MEMBER, EquationChange, EquationGroup, EquationVerdict
 from ..versions import Versions
 from .extension import Extension
 
@@ -23,9 +23,9 @@ def groups(
     versions: Versions,
     equations: tuple[EquationChange, ...],
     extension: Extension | None = None,
-    told: Sequence[Story] = (),
-) -> tuple[Story, ...]:
-    """Return all groups among judged rows, including those with a common cause."""
+    told: Sequence[EquationGroup] = (),
+) -> tuple[EquationGroup, ...]:
+    """Return all groups of compared rows, including rows with a common cause."""
     own = tuple(equation for equation in equations if not (equation.extended or equation.cause))
     return (
         *_extended(equations, extension),
@@ -37,20 +37,20 @@ def groups(
     )
 
 
-def _extended(equations: tuple[EquationChange, ...], extension: Extension | None) -> list[Story]:
+def _extended(equations: tuple[EquationChange, ...], extension: Extension | None) -> list[EquationGroup]:
     if extension is None:
         return []
     longer = sum(equation.how == EXTENDED for equation in equations)
     own = sum(equation.how == MEMBER for equation in equations)
     says = f"{extension.says}: {longer} equations differ only by terms of these members, {own} belong to these members"
-    return [Story("extended", says, tuple(sorted(extension.names)))]
+    return [EquationGroup("extended", says, tuple(sorted(extension.names)))]
 
 
-def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[Story]:
+def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[EquationGroup]:
     indexed = _indexed(versions)
     stories: dict[tuple[str, ...], list[EquationChange]] = {}
     for equation in equations:
-        if equation.verdict not in (Fate.CHANGED, Fate.ADDED, Fate.REMOVED):
+        if equation.verdict not in (EquationVerdict.CHANGED, EquationVerdict.ADDED, EquationVerdict.REMOVED):
             continue
         edits = [f"{edit.kind} {' > '.join(edit.path)} {edit.says}" for edit in equation.edits]
         story = tuple(_generic(text, indexed) for text in (equation.verdict, equation.kind, equation.name, *edits))
@@ -60,15 +60,15 @@ def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[S
         names = tuple(dict.fromkeys(equation.name for equation in members))
         if len(names) > 1 and "_i" in name:
             says = "; ".join(_generic(edit.says, indexed) for edit in members[0].edits) or members[0].verdict.value
-            families.append(Story("family", f"for every i: {says}", names))
+            families.append(EquationGroup("family", f"for every i: {says}", names))
     return families
 
 
-def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
+def _symmetric(equations: tuple[EquationChange, ...]) -> list[EquationGroup]:
     """Return groups of rows, one per vector or matrix, whose entries have equal edits up to signs."""
     stories: dict[tuple[object, ...], list[EquationChange]] = {}
     for equation in equations:
-        if equation.verdict is Fate.CHANGED and equation.edits and equation.kind != "equation":
+        if equation.verdict is EquationVerdict.CHANGED and equation.edits and equation.kind != "equation":
             edits = frozenset((edit.kind, any_axis(edit.says)) for edit in equation.edits)
             about = equation.kind, any_axis(equation.name), any_axis(equation.title), edits
             stories.setdefault(about, []).append(equation)
@@ -77,7 +77,7 @@ def _symmetric(equations: tuple[EquationChange, ...]) -> list[Story]:
         names = tuple(dict.fromkeys(equation.name for equation in members))
         if len(names) > 1:
             says = "; ".join(dict.fromkeys(_unsigned(edit.says) for edit in members[0].edits))
-            symmetric.append(Story("symmetric", f"{_titles(members)}: {says}", names))
+            symmetric.append(EquationGroup("symmetric", f"{_titles(members)}: {says}", names))
     return symmetric
 
 
@@ -113,26 +113,28 @@ def _generic(text: str, indexed: Mapping[str, str]) -> str:
     return re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: indexed.get(word[0], word[0]), text)
 
 
-def _conventions(versions: Versions, equations: tuple[EquationChange, ...]) -> list[Story]:
+def _conventions(versions: Versions, equations: tuple[EquationChange, ...]) -> list[EquationGroup]:
     """Return changed definitions whose users have equal values."""
     uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
     conventions = []
     for equation in equations:
-        if equation.verdict is not Fate.CHANGED or equation.matters:
+        if equation.verdict is not EquationVerdict.CHANGED or equation.matters:
             continue
         users = tuple(
             other.name
             for other in equations
-            if other.verdict is Fate.REARRANGED and equation.name in uses.get(other.name, ())
+            if other.verdict is EquationVerdict.REARRANGED and equation.name in uses.get(other.name, ())
         )
         what = "sign" if len(equation.edits) == 1 and equation.edits[0].kind == "sign" else "convention"
         says = f"the {what} of {equation.name} changed; {', '.join(users) or 'its users'} compensate"
-        conventions.append(Story("convention", says, (equation.name, *users)))
+        conventions.append(EquationGroup("convention", says, (equation.name, *users)))
     return conventions
 
 
-def _recombined(equations: tuple[EquationChange, ...]) -> list[Story]:
+def _recombined(equations: tuple[EquationChange, ...]) -> list[EquationGroup]:
     names = tuple(equation.name for equation in equations if equation.how.startswith("recombined"))
     return (
-        [Story("recombined", "equations of motion were combined; the accelerations are equal", names)] if names else []
+        [EquationGroup("recombined", "equations of motion were combined; the accelerations are equal", names)]
+        if names
+        else []
     )

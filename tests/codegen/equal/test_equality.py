@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs of a judge about one expression."""
+"""Proofs of the test of equality about one expression."""
 
 from fractions import Fraction
 
@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.equal import field
-from mehvar.codegen.equal.judge import Judge, Meaning
+from mehvar.codegen.equal.equality import EqualityTest, Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
@@ -20,17 +20,17 @@ SOMETIMES = [x, x * sp.exp(y), sp.exp(x) - 1, (x**2 + 1) * y, m - 1, m * sp.sin(
 
 
 def judged(whole):
-    """Return a judge and an expression."""
+    """Return a test of equality and an expression."""
     pool = Pool()
     (node,) = Sides(pool).entries(whole)
     sampler = PointSampler({"x": WHOLE, "y": WHOLE, "m": (Fraction(0), None, None)}, frozenset())
-    return Judge(pool, lambda name: name == "m", sampler), (Meaning(pool, lambda _: None), node)
+    return EqualityTest(pool, lambda name: name == "m", sampler), (Meaning(pool, lambda _: None), node)
 
 
 @pytest.mark.parametrize(("whole", "never"), [*((w, True) for w in NEVER), *((w, False) for w in SOMETIMES)], ids=str)
 def test_what_is_proved_never_zero_is_never_zero(whole, never):
-    judge, expression = judged(whole)
-    assert judge.never_zero(expression) is never
+    equality, expression = judged(whole)
+    assert equality.never_zero(expression) is never
 
 
 @pytest.mark.parametrize(
@@ -39,9 +39,9 @@ def test_what_is_proved_never_zero_is_never_zero(whole, never):
 )
 def test_a_root_whose_sign_is_drawn_takes_more_points(whole, points):
     """All of 3 points have one sign once in 8 times, all of 32 once in 2^32."""
-    judge, expression = judged(whole)
-    assert judge.how(expression) == f"{points} points of a {field.BITS}-bit field, seed {judge.seed}"
-    assert judge.is_rooted(expression) is (points == 32)
+    equality, expression = judged(whole)
+    assert equality.how(expression) == f"{points} points of a {field.BITS}-bit field, seed {equality.seed}"
+    assert equality.is_rooted(expression) is (points == 32)
 
 
 def test_the_root_of_a_square_that_is_written_out_exists_everywhere():
@@ -49,8 +49,8 @@ def test_the_root_of_a_square_that_is_written_out_exists_everywhere():
     root = sp.sqrt(x**2 + 4 * x * y + 4 * y**2)
     pool = Pool()
     sides = Sides(pool).entries(sp.Matrix([x * (root + 1) - x * root, x]))
-    judge = Judge(pool, lambda name: name == "m", PointSampler({"x": WHOLE, "y": WHOLE}, frozenset()))
+    equality = EqualityTest(pool, lambda name: name == "m", PointSampler({"x": WHOLE, "y": WHOLE}, frozenset()))
     free = Meaning(pool, lambda _: None)
-    verdict = judge.decide((free, sides[0]), (free, sides[1]))
+    verdict = equality.decide((free, sides[0]), (free, sides[1]))
     assert verdict.equal
-    assert verdict.how == judge.how((free, sides[0]), (free, sides[1]))
+    assert verdict.how == equality.how((free, sides[0]), (free, sides[1]))

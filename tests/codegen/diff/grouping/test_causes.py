@@ -7,7 +7,7 @@ import re
 import pytest
 
 from mehvar.codegen.diff import Document, compare
-from mehvar.codegen.diff.report import Fate, Kind, ModelStatus
+from mehvar.codegen.diff.report import EquationVerdict, Kind, ModelStatus
 from mehvar.codegen.generate import installed_tree
 from mehvar.comparison.text import lines, one_by_one
 from mehvar.terminal import plain_text
@@ -94,7 +94,7 @@ def test_a_quantity_of_a_shipped_model_that_counts_twice_is_one_cause():
     assert (equation.name, equation.number) == ("T", "(5), (6)")
     assert len(others) == 1
     (story,) = (group for group in comparison.groups if group.kind == "follows")
-    assert len(story.names) == len(set(story.names)) == len(comparison.of(Fate.CHANGED))
+    assert len(story.names) == len(set(story.names)) == len(comparison.of(EquationVerdict.CHANGED))
     assert {"(9)", "(10)", "(11)", "vx", "vy", "vz"} < set(story.names)
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-class Recorded:
+class DatasetBatch:
     """A batch's dataset with the interface of a store.
 
     Parameters

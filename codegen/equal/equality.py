@@ -98,7 +98,7 @@ class Counterexample:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Answer of a judge: equal, different or undecided (None), with its reason and a point of difference.
+    """Answer of a test of equality: equal, different or undecided (None), with the reason and a point of difference.
 
     `point` is in a cell in which both sides are different functions, or in which one of them has no value. `points`
     is the number of agreeing points if only points show equality; it is zero if equality is proved.
@@ -135,8 +135,8 @@ class Worlds:
         return None if target is None else (self[target[0]], target[1])
 
 
-class Judge:
-    """Judge of equality, which evaluates at a fixed sequence of points and caches the values.
+class EqualityTest:
+    """Test of equality, which evaluates at a fixed sequence of points and caches the values.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from mehvar.base.names import identifier
 from ..functions import PythonBackend
 
 
-def rebound(function: Callable[..., Any], **names: object) -> FunctionType:
+def with_globals(function: Callable[..., Any], **names: object) -> FunctionType:
     """Return a function with replaced global names, also in the functions that it calls.
 
     Parameters
