@@ -139,12 +139,22 @@ class Derivation:
 
 def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
     """Return the symbols that expressions depend on, with definitions resolved."""
-    seen: set[sp.Symbol] = set()
+    return {s for s in _reached(expressions, definitions) if s not in definitions}
+
+
+def used_definitions(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the definitions that expressions use, directly or indirectly."""
+    return {s for s in _reached(expressions, definitions) if s in definitions}
+
+
+def _reached(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the symbols in expressions and in the definitions that they use."""
+    reached: set[sp.Symbol] = set()
     stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
     while stack:
         symbol = stack.pop()
-        if symbol not in seen:
-            seen.add(symbol)
+        if symbol not in reached:
+            reached.add(symbol)
             if symbol in definitions:
                 stack.extend(sp.sympify(definitions[symbol]).free_symbols)
-    return {s for s in seen if s not in definitions}
+    return reached

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mehvar.codegen.code.files import PrintedFunction, printed_functions
-from mehvar.codegen.code.spelling import PYTHON, Language, statements
+from mehvar.codegen.code.spelling import PYTHON, Language, Printer
 from mehvar.codegen.code.tape import Tape
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.generate import installed_tree, system_of
@@ -132,7 +132,7 @@ SCALAR: Language = dataclasses.replace(
 
 def scalar_source(function: PrintedFunction, name: str) -> str:
     """Print a function of vectors that writes its results into its last arguments."""
-    lines, results = statements(function.tape, function.arguments, SCALAR)
+    lines, results = Printer(function.tape, function.arguments, SCALAR).print()
     names = [argument for argument, _ in function.arguments]
     stores = [
         f"{target}[{k}] = ({value})"  # a long sum has several lines

@@ -14,10 +14,9 @@ from sympy.core.relational import Relational
 
 from mehvar.base.units import Dimension, dimension, product, unit_text
 
-from ..derivation import Definition
+from ..derivation import Definition, used_definitions
 from ..quantities import LARGEST, TIME, ModelError
 from ..system import System
-from .entries import graph
 from .vectors import Vector, law_groups, system_groups
 
 NUMBER: Dimension = {}
@@ -51,7 +50,7 @@ def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
     apart: set[sp.Symbol] = set()
     for vector in vectors:
         if vector.in_numbers:
-            apart |= _definitions_of(vector.entries, system)
+            apart |= used_definitions(vector.entries, system.definitions)
             continue
         for k, entry in enumerate(vector.entries):
             _check_row(dimensions.of(vector), vector, k, entry)
@@ -107,18 +106,6 @@ def placed(where: str) -> Iterator[None]:
         yield
     except (MisfitError, ValueError) as error:
         raise ModelError(f"{where}: {error}") from None
-
-
-def _definitions_of(entries: Iterable[sp.Expr], system: System) -> set[sp.Symbol]:
-    """Return the definitions in expressions."""
-    definitions = system.definitions
-    stack, seen = list(entries), set[sp.Symbol]()
-    while stack:
-        for node in graph(stack.pop()):
-            if isinstance(node, sp.Symbol) and node in definitions and node not in seen:
-                seen.add(node)
-                stack.append(definitions[node])
-    return seen
 
 
 class _ByScope:

@@ -14,7 +14,7 @@ from mehvar.base.manifest import Metric, Scenario
 from mehvar.base.parts import part_changes
 
 from ..check.branches import no_branching
-from ..derivation import Definition, Derivation, Equation, Expr, free_symbols
+from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations, contributions, mount
@@ -332,15 +332,8 @@ def expressions(value: object) -> Iterator[Expr]:
 
 def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equation, ...]:
     """Return the steps of a derivation that the system uses, directly or indirectly."""
-    definitions = derivation.definitions
-    stack = [symbol for expr in expressions(users) for symbol in expr.free_symbols]
-    seen: set[sp.Basic] = set()
-    while stack:
-        symbol = stack.pop()
-        if symbol not in seen:
-            seen.add(symbol)
-            stack += definitions[symbol].free_symbols if symbol in definitions else ()
-    return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
+    used = used_definitions(expressions(users), derivation.definitions)
+    return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in used)
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
