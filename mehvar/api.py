@@ -109,7 +109,7 @@ def simulate(
         Interpolation of arrays between their instants; default: "hold".
     period : float, optional
         Time in s between evaluations of a Python law or input, whose result is held in between. Without it the
-        function is continuous and is evaluated for every slope.
+        function is continuous and is evaluated at every stage of a step.
     memory : array_like, optional
         Initial memory of a Python law.
     **options
@@ -185,19 +185,19 @@ def batch(
         file only `out` and what follows it may be given.
     controller, n : str or callable, int
         The law, and the number of runs. A function as in `simulate` is called once a period for a block of runs, with
-        `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function serves for both
+        `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function works in both
         if it computes with NumPy and branches by `numpy.where`. A run ends when its input is not finite.
     scenario : str, optional
         Default: the model's first scenario.
     parameters, initial : mapping, optional
         Parameters and initial states that all runs share.
     inputs, interpolation, period, memory
-        As in `simulate`; the same in all runs. What is not held needs a period.
+        As in `simulate`; the same in all runs. Inputs that are not held need a period.
     vary : mapping of str to str, optional
         Distributions of parameters or initial states by name, as in `{"m1": "normal(50, 2)"}`, with units as in
         `"uniform(10 deg, 20 deg)"`. Or a list of values, one per run, whose length is the number of runs.
     points : pandas.DataFrame, mapping or path, optional
-        Your own points: a column per varied name and a row per run; a path names a CSV file.
+        Given points: a column per varied name and a row per run; a path names a CSV file.
     design : {"grid"}, optional
         Every combination of the lists of `vary`, the last name fastest.
     seed : int, optional
