@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -242,21 +243,6 @@ def batch(
     with KeptInterrupts():  # also while the results are read, by a library that has weak references
         return stored_batch(
             model,
-            controller,
-            n,
-            scenario,
-            parameters,
-            initial,
-            inputs=inputs,
-            interpolation=interpolation,
-            period=period,
-            memory=memory,
-            vary=vary,
-            points=points,
-            design=design,
-            seed=seed,
-            sampling=sampling,
-            save=save,
             out=out,
             resume=resume,
             success=success,
@@ -267,73 +253,11 @@ def batch(
             threads=threads,
             scheduler=scheduler,
             report=report,
-            **options,
-        ).dataset()
-
-
-def stored_batch(
-    model: Model | str | os.PathLike[str],
-    controller: str | LawFunction | None = None,
-    n: int | None = None,
-    scenario: str | None = None,
-    parameters: Mapping[str, ArrayLike] | None = None,
-    initial: Mapping[str, float] | None = None,
-    *,
-    inputs: Mapping[str, Any] | xr.Dataset | None = None,
-    interpolation: Interpolation | None = None,
-    period: float | None = None,
-    memory: ArrayLike | None = None,
-    vary: Mapping[str, str | Sequence[float]] | None = None,
-    points: pd.DataFrame | Mapping[str, ArrayLike] | str | os.PathLike[str] | None = None,
-    design: GivenDesign | None = None,
-    seed: int | None = None,
-    sampling: Design | None = None,
-    save: float | None = None,
-    out: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    success: str | None = None,
-    until: str | None = None,
-    require: Mapping[str, str] | None = None,
-    confidence: float | None = None,
-    strict: bool = False,
-    threads: int | None = None,
-    scheduler: str | Client | None = None,
-    report: BatchProgress | None = None,
-    **options: Any,
-) -> Store:
-    """Return the store of a batch; see `batch`."""
-    check_arguments("text", "the call", scenario=scenario)
-    check_arguments("mapping", "the call", parameters=parameters, initial=initial, vary=vary, require=require)
-    source: Model | str | os.PathLike[str]
-    if str(model).endswith(".toml"):
-        from mehvar.campaign import read_campaign
-
-        decided = {
-            **{"controller": controller, "n": n, "scenario": scenario, "parameters": parameters, "initial": initial},
-            **{"inputs": inputs, "interpolation": interpolation, "period": period, "memory": memory},
-            **{"vary": vary, "points": points, "design": design},
-            **{"seed": seed, "sampling": sampling, "save": save},
-            **options,
-        }
-        for name, value in decided.items():
-            if value is not None or name in options:
-                raise bad_value(name, value, f"left out: {model} determines the run", "the call")
-        file, origin, own = read_campaign(Path(str(model))), str(model), None
-        campaign, source = file.campaign(origin), file.model
-        out = file.out if out is None else out
-        success = file.success if success is None else success
-        until = file.until if until is None else until
-        require = file.require if require is None else require
-        confidence = file.confidence if confidence is None else confidence
-    else:
-        origin, source = "the call", model
-        campaign, own = posed_batch(
-            model,
-            controller,
-            n,
-            scenario,
-            parameters,
-            initial,
+            controller=controller,
+            n=n,
+            scenario=scenario,
+            parameters=parameters,
+            initial=initial,
             inputs=inputs,
             interpolation=interpolation,
             period=period,
@@ -345,7 +269,41 @@ def stored_batch(
             sampling=sampling,
             save=save,
             **options,
-        )
+        ).dataset()
+
+
+def stored_batch(
+    model: Model | str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    success: str | None = None,
+    until: str | None = None,
+    require: Mapping[str, str] | None = None,
+    confidence: float | None = None,
+    strict: bool = False,
+    threads: int | None = None,
+    scheduler: str | Client | None = None,
+    report: BatchProgress | None = None,
+    **posed: Any,
+) -> Store:
+    """Return the store of a batch; see `batch`. `posed` has the arguments of `posed_batch`."""
+    check_arguments("mapping", "the call", require=require)
+    source: Model | str | os.PathLike[str]
+    if str(model).endswith(".toml"):
+        from mehvar.campaign import read_campaign
+
+        check_file_determines(model, posed)
+        file, origin, own = read_campaign(Path(str(model))), str(model), None
+        campaign, source = file.campaign(origin), file.model
+        out = file.out if out is None else out
+        success = file.success if success is None else success
+        until = file.until if until is None else until
+        require = file.require if require is None else require
+        confidence = file.confidence if confidence is None else confidence
+    else:
+        origin, source = "the call", model
+        campaign, own = posed_batch(model, **posed)
     with KeptInterrupts(), _connected(scheduler) as client, cell_progress("batch") as advance:
         store = run_batch(
             source,
@@ -366,6 +324,20 @@ def stored_batch(
     if isinstance(source, Model):
         keep_for_session(store, source)
     return store
+
+
+def check_file_determines(path: object, posed: Mapping[str, Any]) -> None:
+    """Refuse arguments of `posed_batch` beside a campaign file, which has their values.
+
+    Raises
+    ------
+    InputError
+        If an argument is given, or is None and none of the function's own.
+    """
+    own = inspect.signature(posed_batch).parameters
+    for name, value in posed.items():
+        if value is not None or name not in own:
+            raise bad_value(name, value, f"left out: {path} determines the run", "the call")
 
 
 def posed_batch(

@@ -106,7 +106,7 @@ PROCESS_NOISE = Feature(
 RANDOM_STEPS = Feature(
     "random steps",
     ("random_step",),
-    lambda manifest, _: (q.name for q in manifest.random_step),
+    lambda manifest, _: [q.name for q in manifest.random_step] or ["jump"] * (manifest.jump > 0),
     (Operation.CONTINUOUS, *_EXPORTS),
     _LEFT_OUT,
 )

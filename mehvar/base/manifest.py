@@ -428,6 +428,11 @@ class Manifest:
         """Vector that laws receive: the state, or the measurements if the system has a sensor."""
         return self.measured or self.states
 
+    @property
+    def jump(self) -> int:
+        """Zero or, if states change at samples, one and the number of random numbers of such a step."""
+        return len(self.random_step) + 1 if "jump" in self.functions else 0
+
     def random(self, sampled: bool) -> bool:
         """Return True if runs depend on a seed."""
         return bool(self.wiener) or (sampled and bool(self.noise or self.random_step))
@@ -636,7 +641,7 @@ def _check_functions(manifest: Manifest) -> None:
         "jump": {"e": len(manifest.random_step)}, "jac_x": {"J": nx * nx}, "jac_u": {"J": nx * nu},
     }  # fmt: skip
     features = {
-        "diffuse": manifest.wiener, "jump": manifest.random_step, "input_delays": manifest.delays,
+        "diffuse": manifest.wiener, "jump": manifest.jump, "input_delays": manifest.delays,
         "guards": manifest.events, "resets": any(event.resets for event in manifest.events),
         "geometry": manifest.geometry,
     }  # fmt: skip

@@ -22,6 +22,7 @@ from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame
+from .hub import Pulsed
 from .part import Craft, Motion, Mounted, Part, State, start
 from .readings import readings
 from .sensors import drifting, measuring, watching
@@ -205,6 +206,9 @@ class Spacecraft:
                 watching(sensor, self.parts, sum(len(part.inputs()) for part in self.parts), self.period.name),
             )
         periods = {law.period for law in controllers}
+        pulsed = [part.name for part in self.parts if isinstance(part, Pulsed) and part.pulses]
+        if pulsed and not any(periods):
+            raise ModelError(f"{self.name}: the pulses of {pulsed[0]} need a sampled law: add one by craft.law")
         users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
         self._refuse_idle(used)

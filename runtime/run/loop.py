@@ -191,7 +191,7 @@ def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any
         **{"nr": len(manifest.references) + timed, "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
         nseen=len(manifest.seen),
         nw=len(manifest.wiener),
-        nj=len(manifest.random_step),
+        nj=manifest.jump,
         seed=problem.seed,
         run=problem.run,
         nv=len(numbers),
