@@ -27,9 +27,9 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import all_parameters, elements
 from mehvar.runtime.run.formats import open_result as open_file
 from mehvar.runtime.run.options import merged, split_settings
-from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
+from mehvar.runtime.run.user.choice import law_of
 from mehvar.runtime.units import distribution, setting_units
 from mehvar.terminal import BatchMeter, cell_progress, working
 
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from mehvar.runtime.batch.points import GivenDesign
     from mehvar.runtime.batch.sampling import Design
     from mehvar.runtime.model.functions import BackendName
-    from mehvar.runtime.run.own.inputs import Interpolation
-    from mehvar.runtime.run.own.law import LawFunction, OwnLaw
+    from mehvar.runtime.run.user.inputs import Interpolation
+    from mehvar.runtime.run.user.law import LawFunction, PythonLaw
 
 
 def build(system: System | Spacecraft | Callable[[], System], backend: BackendName | None = None) -> Model:
@@ -359,7 +359,7 @@ def posed_batch(
     sampling: Design | None = None,
     save: float | None = None,
     **options: Any,
-) -> tuple[Campaign, OwnLaw | None]:
+) -> tuple[Campaign, PythonLaw | None]:
     """Return the campaign of a batch and its Python law, if any; see `batch`."""
     origin = "the call"
     check_arguments("text", origin, scenario=scenario)
