@@ -167,19 +167,24 @@ def symmetric(
     return sp.Matrix(3, 3, lambda i, j: named[min(i, j), max(i, j)])
 
 
-def reached(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
-    """Return the symbols that expressions contain, directly or in the definitions that they use."""
-    seen: set[sp.Symbol] = set()
+def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the symbols that expressions depend on, with definitions resolved."""
+    return {s for s in _reached(expressions, definitions) if s not in definitions}
+
+
+def used_definitions(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the definitions that expressions use, directly or indirectly."""
+    return {s for s in _reached(expressions, definitions) if s in definitions}
+
+
+def _reached(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the symbols in expressions and in the definitions that they use."""
+    reached: set[sp.Symbol] = set()
     stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
     while stack:
         symbol = stack.pop()
-        if symbol not in seen:
-            seen.add(symbol)
+        if symbol not in reached:
+            reached.add(symbol)
             if symbol in definitions:
                 stack.extend(sp.sympify(definitions[symbol]).free_symbols)
-    return seen
-
-
-def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
-    """Return the symbols that expressions depend on, with definitions resolved."""
-    return {s for s in reached(expressions, definitions) if s not in definitions}
+    return reached

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from .check.vectors import vectors
-from .derivation import Definition, Derivation, Equation, reached
+from .derivation import Definition, Derivation, Equation, used_definitions
 from .system import Controller, Metric, Scenario, System
 
 
@@ -62,7 +62,7 @@ def _steps_of(plant: System) -> Iterable[Definition | Equation]:
     """Yield the steps that the plant's vectors use, and the shown equations in the plant's symbols."""
     entries = [entry for vector in vectors(plant) for entry in vector.entries]
     entries += [*plant.residual, *(s for condition in plant.limits for s in condition.shown)]
-    needed = reached(entries, plant.definitions) & plant.definitions.keys()
+    needed = used_definitions(entries, plant.definitions)
     known = needed | {symbol for vector in vectors(plant) for symbol in vector.units}
     for step in plant.steps:
         kept = step.symbol in needed if isinstance(step, Definition) else step.expr.free_symbols <= known

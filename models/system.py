@@ -92,7 +92,7 @@ class Function(Located):
     vector : str
         Name of the vector that holds the results; if empty, they are a tuple of scalars.
     description : str
-        One line for people.
+        A one-line description.
     """
 
     name: str
@@ -179,7 +179,7 @@ class Controller(Located):
     Parameters
     ----------
     name, title : str
-        Identifier and one line for people.
+        Identifier, and a one-line description.
     parameters : Group
         The law's own parameters.
     command : tuple of Expr
@@ -339,7 +339,7 @@ class System(Located):
     Parameters
     ----------
     name, title, source : str
-        Identifier, one line for people, and the publication.
+        Identifier, a one-line description, and the publication.
     structure : mapping
         The structural choices this system was derived with.
     states, inputs, references, outputs : Group
@@ -394,6 +394,8 @@ class System(Located):
     mass : sympy.Matrix, optional
         A row and a column for each state, a function of x and p: mass x' = `rhs`. A state whose column and row are zero
         is algebraic: its row of `rhs` is zero along a run, and determines it.
+    parts : mapping
+        The fields of each part of a `Spacecraft` as texts, for `mehvar diff`.
     """
 
     name: str
@@ -431,6 +433,7 @@ class System(Located):
     geometry: tuple[Shape, ...] = ()
     mass: sp.MatrixBase | None = None
     events: tuple[Event, ...] = ()
+    parts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         super().__post_init__()

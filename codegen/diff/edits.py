@@ -25,6 +25,7 @@ from .changes import Change, Values, coefficient_of, mutations, rational, replac
 from .report import Kind, Path
 
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
+_EXPONENTS = (1, -1, 2, -2)
 _LARGEST = 60
 """Largest number of nodes of a function in which edits are tried one by one. A function has about ten edits per node,
 and each needs a complete evaluation, so the time grows with the square. Larger functions are reported as rewritten
@@ -46,6 +47,8 @@ class Edits:
         self.pool = pool
         self._olds, self._news = olds, news
         self._atoms: dict[Values, int] = {}
+        self._powers: dict[Values, list[tuple[int, Values]]] = {}
+        """Of the values of an atom: each exponent with the values of the inverse power."""
         self._parts: dict[Values, int] = {}
         self._written: frozenset[int] = frozenset()
 
@@ -182,9 +185,15 @@ class Edits:
         for values, atom in self._atoms.items():
             if 0 in values:
                 continue
-            for exponent in (1, -1, 2, -2):
-                power = tuple(field.power(v, exponent) for v in values)
-                number = rational(_each(field.mul, ratio, _inverse(power)))
+            if values not in self._powers:
+                one = _inverse(values)
+                self._powers[values] = [
+                    (k, tuple(field.power(v, abs(k)) for v in (one if k > 0 else values))) for k in _EXPONENTS
+                ]
+            for exponent, divisors in self._powers[values]:
+                if field.mul(ratio[0], divisors[0]) != field.mul(ratio[-1], divisors[-1]):
+                    continue  # no number; nearly every one ends here
+                number = rational(_each(field.mul, ratio, divisors))
                 if number is None:
                     continue
                 factor = self.pool.power(atom, Fraction(exponent))

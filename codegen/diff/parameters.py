@@ -33,6 +33,7 @@ EXEMPT = {
     "Manifest.source": "words",
     "Manifest.structure": "compared as the structure of the equations",
     "Manifest.hash": "follows from everything else",
+    "Manifest.parts": "told part by part, before the equations",
     "Manifest.functions": "follow from the equations; their operations are among the consequences",
     "Manifest.versions": "of libraries, not of the model",
     "Manifest.inputs_sha256": "of files, whose meaning is compared",

@@ -157,6 +157,11 @@ def value_text(value: object) -> str:
         text = repr(str(value) if isinstance(value, PurePath) else value)
     except ValueError:
         return f"an integer of {value.bit_length()} bits" if isinstance(value, int) else reprlib.repr(value)
+    return shortened(text)
+
+
+def shortened(text: str) -> str:
+    """Return a text on one line, shortened in the middle if it is long."""
     text = " ".join(text.split())
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 4 :]}"
 

@@ -14,6 +14,7 @@ import mehvar.codegen
 from mehvar.base import cache
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.names import WORK
+from mehvar.base.parts import part_changes
 from mehvar.codegen.diff import Document, DocumentError, compare
 from mehvar.codegen.diff.report import Comparison, EquationChange, EquationVerdict, ModelStatus
 from mehvar.codegen.equations.formula import Printer
@@ -110,11 +111,8 @@ def _text(name: str, value: object) -> str:
 def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
     """Compare two systems built in Python."""
     from mehvar.codegen.build import built_folder
-    from mehvar.models.parts import Spacecraft
 
-    result = compare_folders(built_folder(old), built_folder(new))
-    parts = old.changes(new) if isinstance(old, Spacecraft) and isinstance(new, Spacecraft) else ()
-    return replace(result, notes=(*parts, *result.notes))
+    return compare_folders(built_folder(old), built_folder(new))
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
@@ -133,7 +131,8 @@ def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
 def compare_documents(old: Document, new: Document) -> ModelDiff:
     """Compare the equations of a model, and its numbers if both sides have a manifest."""
     comparison = compare(old, new)
-    return ModelDiff(comparison.model, _status(comparison), comparison)
+    notes = part_changes(old.manifest.parts, new.manifest.parts) if old.manifest and new.manifest else ()
+    return ModelDiff(comparison.model, _status(comparison), comparison, notes=notes)
 
 
 def read_equations(path: Path) -> Document:
@@ -174,7 +173,8 @@ def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> 
     unread = () if others.complete else changed_sources(name, old, new)
     if unread and model.status is ModelStatus.SAME:
         model = replace(model, status=ModelStatus.UNDECIDED)
-    return replace(model, notes=(*stale, *notes, *_unread(unread, others.variants)), structures=compared_structures)
+    notes = [*model.notes, *stale, *notes, *_unread(unread, others.variants)]
+    return replace(model, notes=tuple(notes), structures=compared_structures)
 
 
 def _stale(side: Version, model: str) -> Iterator[str]:

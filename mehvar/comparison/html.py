@@ -17,6 +17,7 @@ from mehvar.codegen.diff.report import (
     EquationVerdict,
     ModelStatus,
     ParameterChange,
+    handle,
 )
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
@@ -114,6 +115,7 @@ class _Section:
     changed: Sequence[_Card]
     parameters: Sequence[ParameterChange]
     follows: Consequences | None
+    same: Sequence[str]
     folded: Sequence[tuple[str, Sequence[_Card]]]
     picture: _Image | None
 
@@ -139,7 +141,6 @@ def html_page(diff: Diff) -> str:
             "joined": joined,
             "outcome": outcome,
             "refused_runs": refused_runs,
-            "same_runs": same_runs,
             "margin_rows": margin_rows,
             "listed": listed_metrics,
             "farthest": _farthest,
@@ -186,6 +187,7 @@ class _Sheet:
             changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
             parameters=listed_parameters(comparison),
             follows=self._model.consequences,
+            same=same_runs(self._model.consequences.runs, comparison) if self._model.consequences else [],
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
             picture=_picture(self._model),
         )
@@ -282,7 +284,8 @@ def _notes(comparison: Comparison, equation: EquationChange, group: EquationGrou
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")
     if equation.cause:
-        notes.append(f"Follows from {equation.cause}.")
+        source = next((title(e) for e in comparison.equations if handle(e) == equation.cause), equation.cause)
+        notes.append(f"Follows from {source}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
     if not equation.matters and equation.verdict is EquationVerdict.CHANGED:

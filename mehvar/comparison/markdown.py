@@ -65,9 +65,8 @@ def _model(model: ModelDiff) -> Iterator[str]:
     if model.consequences:
         yield from _runs(model.consequences.runs.changed)
         yield from _margins(model.consequences.runs.margins)
-        if model.consequences.runs.same:
-            yield from ("", f"Equal in all metrics: {same_runs(model.consequences.runs)}.")
-        for line in refused_runs(model.consequences.runs):
+        runs = model.consequences.runs
+        for line in (*same_runs(runs, model.comparison), *refused_runs(runs)):
             yield from ("", f"{_plain(line[0].upper() + line[1:])}.")
         yield from ("", *_folded("plant without a law, eigenvalues, operations", list(plant_lines(model.consequences))))
     if any(equation.verdict is not EquationVerdict.SAME for equation in model.comparison) or model.differs:

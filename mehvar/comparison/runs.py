@@ -6,7 +6,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -142,6 +142,10 @@ class Runs:
         Law, scenario and reason of runs that both versions refuse with the same message.
     note : str
         Reason why something is missing.
+    largest : float
+        Largest relative difference of a metric of the runs in `same`.
+    zero : tuple of str
+        Parameters that are zero in every run of both versions; a term with such a factor has no effect.
     """
 
     changed: tuple[RunChange, ...] = ()
@@ -149,6 +153,8 @@ class Runs:
     margins: tuple[MarginChange, ...] = ()
     refused: tuple[tuple[str, str, str], ...] = ()
     note: str = ""
+    largest: float = 0.0
+    zero: tuple[str, ...] = ()
 
 
 def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
@@ -164,14 +170,17 @@ def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
     except MehvarError as error:
         return Runs(note=f"laws not run: {error}"), None
     changed, same, moved, refused = [], [], [], []
-    overlay, largest = None, 0.0
+    overlay, largest, rest = None, 0.0, 0.0
+    done: list[Run] = []
     for law, scenario in _cases(before, after):
         first, second = _run(before, law, scenario), _run(after, law, scenario)
-        change = _change(law, scenario, first, second)
+        change, part = _change(law, scenario, first, second)
+        done += [run for run in (first, second) if isinstance(run, Run)]
         if isinstance(first, str) and first == second:
             refused.append((law, scenario, first))
         elif change is None:
             same.append((law, scenario))
+            rest = max(rest, part)
         else:
             changed.append(change)
         if isinstance(first, str) or isinstance(second, str):
@@ -184,7 +193,13 @@ def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
             continue
         if _differ(*edges):
             moved.append(MarginChange(law, scenario, edges[0], edges[1]))
-    return Runs(tuple(changed), tuple(same), tuple(moved), tuple(refused)), overlay
+    return Runs(tuple(changed), tuple(same), tuple(moved), tuple(refused), "", rest, _zero(done)), overlay
+
+
+def _zero(runs: Sequence[Run]) -> tuple[str, ...]:
+    """Return the parameters that are zero in every run that has them."""
+    names = dict.fromkeys(name for run in runs for name in run.parameters.values)
+    return tuple(name for name in names if not any(run.parameters.values.get(name, 0.0) for run in runs))
 
 
 def _loaded(folder: Path) -> Model:
@@ -212,7 +227,8 @@ def _run(model: Model, law: str, scenario: str) -> Run | str:
             return str(error)
 
 
-def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> RunChange | None:
+def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> tuple[RunChange | None, float]:
+    """Return the change of a run, or None, and the largest relative difference of a metric that counts as equal."""
     before, after = _metrics(old), _metrics(new)
     shared = [name for name in after if name in before]
     moved = tuple(
@@ -220,8 +236,10 @@ def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> RunChang
         for name in shared
         if not equal_numbers(before[name][0], after[name][0])
     )
+    pairs = [(before[name][0], after[name][0]) for name in shared]
+    part = max((abs(b - a) / max(abs(a), abs(b)) for a, b in pairs if a != b and math.isfinite(b - a)), default=0.0)
     ends = _end(old), _end(new)
-    return RunChange(law, scenario, *ends, moved, len(shared)) if moved or ends[0] != ends[1] else None
+    return (RunChange(law, scenario, *ends, moved, len(shared)) if moved or ends[0] != ends[1] else None), part
 
 
 def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:

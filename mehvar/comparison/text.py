@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -77,7 +78,7 @@ def lines(
     yield from _equivalent(comparison)
     yield from _parameters(listed_parameters(comparison))
     if follows:
-        yield from _consequences(follows)
+        yield from _consequences(follows, comparison)
 
 
 def choices(comparison: Comparison) -> list[str]:
@@ -257,15 +258,15 @@ def _parameters(changes: Sequence[ParameterChange]) -> Iterator[Line]:
         yield 4, Text.assemble(f"{change.role} ", (change.name, "bold"), f"  {change.what}: {between}")
 
 
-def _consequences(follows: Consequences) -> Iterator[Line]:
+def _consequences(follows: Consequences, comparison: Comparison) -> Iterator[Line]:
     yield 2, Text("consequences", "bold")
-    for text in consequence_lines(follows):
+    for text in consequence_lines(follows, comparison):
         yield 4, Text(text)
 
 
-def consequence_lines(follows: Consequences) -> Iterator[str]:
+def consequence_lines(follows: Consequences, comparison: Comparison) -> Iterator[str]:
     """Yield the effects of a change, one line each, closed loops first."""
-    yield from run_lines(follows.runs)
+    yield from run_lines(follows.runs, comparison)
     yield from plant_lines(follows)
 
 
@@ -296,7 +297,7 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
         yield follows.note
 
 
-def run_lines(runs: Runs) -> Iterator[str]:
+def run_lines(runs: Runs, comparison: Comparison) -> Iterator[str]:
     """Yield the effects on the scenarios under the laws."""
     changed = sorted(joined(runs.changed), key=lambda pair: -pair[0].size)
     for number, (run, scenarios) in enumerate(changed[:_NAMED]):
@@ -306,8 +307,7 @@ def run_lines(runs: Runs) -> Iterator[str]:
             yield from _first(metrics, _METRICS)
     if len(changed) > _NAMED:
         yield f"runs of {len(changed) - _NAMED} more kinds differ"
-    if runs.same:
-        yield f"equal in all metrics: {same_runs(runs)}"
+    yield from same_runs(runs, comparison)
     yield from refused_runs(runs)
     for change in runs.margins:
         yield f"margins under {change.law} where {change.scenario} ends (gain, phase):"
@@ -334,11 +334,22 @@ def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
     return list(groups.items())
 
 
-def same_runs(runs: Runs) -> str:
-    """Return the runs whose metrics are all equal, law by law."""
+def same_runs(runs: Runs, comparison: Comparison) -> list[str]:
+    """Return the runs whose metrics are all equal, law by law, and why a changed equation has no effect in any run."""
     laws = dict.fromkeys(law for law, _ in runs.same)
     scenarios = {law: ", ".join(scenario for other, scenario in runs.same if other == law) for law in laws}
-    return "; ".join(f"{names} under {law}" for law, names in scenarios.items())
+    where = "; ".join(f"{names} under {law}" for law, names in scenarios.items())
+    if not runs.same:
+        return []
+    if runs.changed:
+        return [f"equal in all metrics: {where}"]
+    count = f"{len(runs.same)} run{'s' * (len(runs.same) > 1)}"
+    lines = [f"no difference in {count}, largest relative difference of a metric {runs.largest:.2g}: {where}"]
+    parts = [part.text for e in comparison.changed for edit in e.edits for part in (edit.old, edit.new) if part]
+    edited = set(re.findall(r"\w+", " ".join(parts)))
+    if names := [name for name in runs.zero if name in edited]:
+        lines.append(f"the changed terms have {', '.join(f'{name} = 0' for name in names)} in all of these runs")
+    return lines
 
 
 def refused_runs(runs: Runs) -> list[str]:

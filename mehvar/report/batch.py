@@ -14,6 +14,7 @@ from mehvar.base.units import pretty_unit
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import case_text, require_matplotlib, style
 from mehvar.runtime.batch.blocks import STATUS_TEXT
+from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
 from mehvar.runtime.batch.evaluation.statistics import (
     NO_INTERVAL,
@@ -26,6 +27,7 @@ from mehvar.runtime.batch.evaluation.statistics import (
 )
 from mehvar.runtime.batch.repeat import repetition
 from mehvar.runtime.batch.store.dataset import DatasetBatch
+from mehvar.runtime.run.problem import Status
 
 from .content import picture
 from .page import Drawing, Section, Table, Text
@@ -145,20 +147,22 @@ def _ends(ends: tuple[float, float]) -> str:
 
 
 def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Iterator[Table]:
-    """Yield the first unsuccessful runs and those with the largest value of a metric, with commands to repeat them."""
+    """Yield the worst unsuccessful runs and those with the largest value of a metric, with commands to repeat them."""
     status, t_stop = runs.dataset["status"].values, runs.dataset["t_stop"].values
-    failed = np.flatnonzero(~runs.successful)[:_FAILURES].tolist()
+    failed, names, ordered = _failed(runs)
+    which = ("worst" if ordered else "first") + f" {_FAILURES} of {len(failed)}"
     yield Table(
-        "Runs that do not succeed" if len(failed) < _FAILURES else f"The first {_FAILURES} runs that do not succeed",
-        ("run", "ended", "at", "to repeat it"),
+        "Runs that do not succeed" if len(failed) <= _FAILURES else f"Runs that do not succeed, the {which}",
+        ("run", *map(runs.axis, names), "ended", "at", "to repeat it"),
         [
             (
                 str(runs.numbers[k]),
-                STATUS_TEXT[int(status[k])],
+                *(f"{runs.column(name)[k]:.6g}" for name in names),
+                "at its end time" if status[k] == Status.DONE else STATUS_TEXT[int(status[k])],
                 f"{float(t_stop[k]):.6g} s",
                 repetition(_store(runs), runs.numbers[k], store),
             )
-            for k in failed
+            for k in failed[:_FAILURES]
         ],
     )
     yield Table(
@@ -171,6 +175,21 @@ def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Itera
             if run >= 0
         ],
     )
+
+
+def _failed(runs: Runs) -> tuple[list[int], list[str], bool]:
+    """Return the unsuccessful runs, the numbers that the condition names, and True if the runs are worst first."""
+    failed = np.flatnonzero(~runs.successful)
+    if not runs.condition:
+        return failed.tolist(), [], False
+    criterion = Criterion(runs.condition)
+    names = sorted(criterion.names - {"status"})
+    match criterion.nested():
+        case ["and", ["<" | "<=" | ">" | ">=" as sign, _, float() | int()]]:
+            left = criterion.left()({name: runs.column(name) for name in names})[failed]
+            beyond = np.where(np.isnan(left), math.inf, left if sign in ("<", "<=") else -left)
+            return failed[np.argsort(-beyond, kind="stable")].tolist(), names, True
+    return failed.tolist(), names, False
 
 
 def _pictures(runs: Runs, design: str) -> Iterator[Drawing]:

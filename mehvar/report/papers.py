@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -61,7 +62,7 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
     """Return a macro of the template."""
     filters: dict[str, Callable[..., Any]] = {
         "typeset": typeset, "uri": uri, "unit": pretty_unit, "number": number, "deviation": deviation, "brief": _brief,
-        "complex": eigenvalue, **FILTERS,
+        "outcome": _outcome, "complex": eigenvalue, **FILTERS,
     }  # fmt: skip
     return Part(Markup(html.page("report/papers.html.j2", filters, part=name, content=content)), pictures)
 
@@ -79,8 +80,11 @@ def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | No
 def _overview(
     reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
 ) -> Page:
+    verdicts = Counter(claim.verdict for report in reports for claim in report.claims)
     content = {
-        "reports": reports, "pages": pages, "others": others, "facts": facts, "verdicts": list(ClaimVerdict),
+        "reports": reports, "pages": pages, "others": others, "facts": facts,
+        "verdicts": {verdict: count for verdict in ClaimVerdict if (count := verdicts[verdict])},
+        "outcomes": Counter(map(_outcome, verdicts.elements())),
         "counts": tally(claim for report in reports for claim in report.claims),
         "failing": {
             kind: [(report.manifest.model, claim) for report in reports for claim in _failing(report.claims, kind)]
@@ -102,8 +106,16 @@ def _overview(
 
 def _failing(claims: Sequence[Claim], kind: str) -> list[Claim]:
     """Return the claims of a kind that do not hold."""
-    holding = (ClaimVerdict.HOLDS, ClaimVerdict.NOTE, ClaimVerdict.READING)
-    return [claim for claim in claims if claim.kind == kind and claim.verdict not in holding]
+    return [claim for claim in claims if claim.kind == kind and claim.verdict not in _HOLDING]
+
+
+_HOLDING = (ClaimVerdict.HOLDS, ClaimVerdict.NOTE, ClaimVerdict.READING)
+
+
+def _outcome(verdict: ClaimVerdict) -> str:
+    """Return what a verdict says without its reasons."""
+    decided = "holds" if verdict in _HOLDING else "does not hold"
+    return decided if verdict in _HOLDING or verdict.startswith("does not hold") else "undecided"
 
 
 def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:

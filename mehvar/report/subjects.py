@@ -27,6 +27,7 @@ from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.metrics import metrics, metrics_of
+from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.results import to_dataset
 
 from .content import picture
@@ -81,9 +82,20 @@ def run_sections(
     """
     require_matplotlib()
     values, origins = (json.loads(dataset.attrs[name]) for name in ("parameters", "parameter_origins"))
-    rows = [(name, f"{value:g}", origins[name]) for name, value in values.items()]
-    start = [(name, f"{value:g}") for name, value in json.loads(dataset.attrs["initial"]).items()]
-    options = [(name, str(value)) for name, value in json.loads(dataset.attrs["options"]).items()]
+    law = manifest.controllers.get(dataset.attrs["controller"])
+    own = law.parameters if law else ()
+    meanings = {
+        q.name: (q.unit, q.description)
+        for group in (manifest.states, manifest.parameters, manifest.scenario_parameters, own)
+        for q in group
+    }
+
+    def row(name: str, value: float) -> tuple[str, ...]:
+        return (name, f"{value:g}", *meanings.get(name, ("", "")))
+
+    rows = [(*row(name, value), origins[name]) for name, value in values.items()]
+    start = [row(name, value) for name, value in json.loads(dataset.attrs["initial"]).items()]
+    options = [(name, str(value), OPTIONS[name].unit) for name, value in json.loads(dataset.attrs["options"]).items()]
     return [
         *_animation(run_stage(dataset, manifest, model)),
         _run(dataset, manifest, "run", "Run"),
@@ -91,9 +103,9 @@ def run_sections(
             "values",
             "Values",
             [
-                Table("Parameters", ("name", "value", "from"), rows),
-                Table("States at the start", ("name", "value"), start),
-                Table("Options", ("name", "value"), options),
+                Table("Parameters", ("name", "value", "unit", "meaning", "from"), rows),
+                Table("States at the start", ("name", "value", "unit", "meaning"), start),
+                Table("Options", ("name", "value", "unit"), options),
             ],
         ),
         *installed_derivation(manifest.model, manifest.hash),

@@ -17,9 +17,10 @@ from markupsafe import Markup
 
 from mehvar import html
 from mehvar.base.capabilities import Operation, refuse
-from mehvar.base.manifest import Controller, Manifest, Parameter, Quantity, Shape
+from mehvar.base.manifest import Controller, Manifest, Metric, Parameter, Quantity, Shape
 from mehvar.base.schema import plain
 from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.model import Model, load
@@ -27,7 +28,7 @@ from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
 
 from .cases import Case, cases_of
-from .failure import Failure, failure_of
+from .failure import Failure, criterion_of, failure_of
 from .module import compiled_module, zig_toolchain
 
 _TEMPLATES = Path(html.__file__).parent / "templates"
@@ -50,8 +51,8 @@ def export_web(
     out : path
         Folder of the page `MODEL.html`.
     success : str, optional
-        A condition on metrics, as of `batch`; default: reaching the end. If a search finds them, the page offers a run
-        that fails and differs in one parameter from a successful run.
+        A condition on metrics, as of `batch`; default: reaching the end. The page judges each run by it. If a search
+        finds one, the page offers a run that fails and differs in one parameter from a successful run.
     own_law : str, optional
         Initial text of the page's field for the reader's law: a line `INPUT = EXPRESSION` for each input; default: all
         are zero.
@@ -78,23 +79,28 @@ def export_web(
     check_folder(out)
     loaded = model if isinstance(model, Model) else load(model)
     refuse(loaded.manifest, Operation.PAGE)
+    criterion = criterion_of(loaded.manifest, success)
     zig_toolchain()  # before the runs, which take longer
     name, maker = f"{loaded.manifest.model}.html", f"mehvar export web {loaded.manifest.model}"
     check_folder(out, maker, [name])
     cases = cases_of(loaded)
-    text = web_page(loaded.manifest, cases, failure_of(loaded, cases, success), own_law)
+    text = web_page(loaded.manifest, cases, criterion, failure_of(loaded, cases, criterion), own_law)
     with filling(out, maker) as folder:
         (folder / name).write_text(text, encoding="utf-8")
     return Path(out) / name
 
 
 def web_page(
-    manifest: Manifest, cases: Sequence[Case], failure: Failure | None = None, own_law: str | None = None
+    manifest: Manifest,
+    cases: Sequence[Case],
+    criterion: Criterion | None = None,
+    failure: Failure | None = None,
+    own_law: str | None = None,
 ) -> str:
     """Return the page of a model with some runs."""
     drawing = tuple(f"report/{name}.js" for name in ("data", "save", "charts", "view", "geometry"))
     names = (f"{_UPLOT}/uPlot.iife.min.js", *drawing, "web/simulator.js")
-    names += ("web/motion.js", "web/formulas.js", "web/live.js")
+    names += ("web/metrics.js", "web/motion.js", "web/formulas.js", "web/live.js")
     return html.page(
         "web/live.html.j2",
         title=f"{manifest.model}: {manifest.title}",
@@ -105,15 +111,21 @@ def web_page(
         scripts=[_asset(name) for name in names],
         runs=[{"law": case.run.controller.name, "scenario": case.run.scenario.name} for case in cases],
         moves=bool(manifest.geometry),
+        judged=criterion is not None,
+        measured=bool(manifest.metrics),
         first=cases[0].run.scenario.name,
         failure=failure,
         own_law=own_law or "\n".join(f"{q.name} = 0" for q in manifest.inputs),
         licence=_asset(f"{_UPLOT}/LICENSE"),
-        data=Markup(json.dumps(page_data(manifest, cases, failure), separators=(",", ":")).replace("<", "\\u003c")),
+        data=Markup(
+            json.dumps(page_data(manifest, cases, criterion, failure), separators=(",", ":")).replace("<", "\\u003c")
+        ),
     )
 
 
-def page_data(manifest: Manifest, cases: Sequence[Case], failure: Failure | None = None) -> dict[str, Any]:
+def page_data(
+    manifest: Manifest, cases: Sequence[Case], criterion: Criterion | None = None, failure: Failure | None = None
+) -> dict[str, Any]:
     """Return the data for simulator.js and live.js: module, names of the model, runs."""
     options = RunOptions()
     ticks = list({case.t.tobytes(): case.t for case in cases}.values())
@@ -135,7 +147,9 @@ def page_data(manifest: Manifest, cases: Sequence[Case], failure: Failure | None
         "laws": {law.name: _law(law) for law in manifest.controllers.values()},
         "limits": manifest.limits,
         "constraints": manifest.constraints,
-        "statuses": [status.text for status in Status],
+        "statuses": {status: status.text for status in Status},
+        "metrics": [plain(Metric, metric) for metric in manifest.metrics.values()],
+        "success": None if criterion is None else {"text": criterion.text, "condition": criterion.nested()},
         "noise": len(manifest.noise),
         "shapes": [plain(Shape, shape) for shape in manifest.geometry],
         "seed": options.seed,

@@ -6,11 +6,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mehvar.base.manifest import Manifest
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.batch.fill import run_batch
@@ -37,8 +37,6 @@ class Failure:
         Place of the run that succeeds.
     name, value
         The parameter that differs, and its value.
-    text : str
-        What happens, in words.
     checksum : str
         Of the run on this machine.
     """
@@ -46,11 +44,18 @@ class Failure:
     case: int
     name: str
     value: float
-    text: str
     checksum: str
 
 
-def failure_of(model: Model, cases: Sequence[Case], success: str | None) -> Failure | None:
+def criterion_of(manifest: Manifest, success: str | None) -> Criterion | None:
+    """Return a condition on metrics of a model, or None without a text; raise InputError for another text."""
+    criterion = None if success is None else Criterion(success)
+    if criterion is not None:
+        criterion.check_names({name: metric.unit for name, metric in manifest.metrics.items()}, {})
+    return criterion
+
+
+def failure_of(model: Model, cases: Sequence[Case], criterion: Criterion | None) -> Failure | None:
     """Return the first run found that does not succeed, or None.
 
     Parameters
@@ -59,17 +64,9 @@ def failure_of(model: Model, cases: Sequence[Case], success: str | None) -> Fail
         The model.
     cases : sequence of Case
         Runs of its page; the first that succeeds is varied.
-    success : str, optional
-        A condition as of `mehvar batch --success`; without it a run succeeds that reaches its end.
-
-    Raises
-    ------
-    InputError
-        If the text is no condition on metrics of the model.
+    criterion : Criterion, optional
+        As of `mehvar batch --success`; without it a run succeeds that reaches its end.
     """
-    criterion = None if success is None else Criterion(success)
-    if criterion is not None:
-        criterion.check_names({name: metric.unit for name, metric in model.manifest.metrics.items()}, {})
     for place, case in enumerate(cases):
         if _succeeds(case.run, model, criterion):
             return next(_failures(model, place, case, criterion), None)
@@ -85,7 +82,7 @@ def _failures(model: Model, place: int, case: Case, criterion: Criterion | None)
             warnings.simplefilter("ignore")
             run = simulate(model, law, scenario, {name: value})
         if not _succeeds(run, model, criterion):  # noise of a batch differs from the noise of a single run
-            yield Failure(place, name, value, _text(run, model, criterion), run.checksum)
+            yield Failure(place, name, value, run.checksum)
 
 
 def _changes(model: Model, case: Case) -> list[tuple[str, float]]:
@@ -126,12 +123,3 @@ def _succeeds(run: Run, model: Model, criterion: Criterion | None) -> bool:
         return run.status is Status.DONE
     numbers = metrics(run, model.manifest)
     return bool(criterion.succeeds(np.array([run.status]), lambda name: np.array([numbers[name]]))[0])
-
-
-def _text(run: Run, model: Model, criterion: Criterion | None) -> str:
-    if criterion is None or run.status is not Status.DONE:
-        return run.reason
-    numbers: dict[str, Any] = metrics(run, model.manifest)
-    units = {name: metric.unit for name, metric in model.manifest.metrics.items()}
-    parts = [f"{name} = {numbers[name]:.4g} {units[name]}".removesuffix(" 1") for name in sorted(criterion.names)]
-    return f"{criterion.text} is not so: {', '.join(parts)}"

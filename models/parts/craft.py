@@ -10,11 +10,11 @@ from typing import TypeVar
 
 import sympy as sp
 
-from mehvar.base.errors import value_text
 from mehvar.base.manifest import Metric, Scenario
+from mehvar.base.parts import part_changes
 
 from ..check.branches import no_branching
-from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, reached
+from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Actuator, Controller, System
 from .assembly import accelerations, contributions, mount
@@ -22,6 +22,7 @@ from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame
+from .hub import Pulsed
 from .part import Craft, Motion, Mounted, Part, State, start
 from .readings import readings
 from .sensors import drifting, measuring, watching
@@ -44,7 +45,7 @@ class Spacecraft:
     name : str
         Identifier of the model.
     title : str
-        One line for people.
+        A one-line description.
     attitude : {"quaternion", "euler", "mrp"}
         Chart of the attitude.
     motion : {"free", "attitude", "plane"}
@@ -104,7 +105,7 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If its name is no identifier or already in use.
+            If its name is no identifier or already in use, or a number of it is out of bounds.
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
@@ -113,6 +114,7 @@ class Spacecraft:
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
+        part.values(Parameters())  # refuses its numbers here; they are declared when the craft is derived
         self.parts.append(part)
         return part
 
@@ -131,24 +133,18 @@ class Spacecraft:
         newer : Spacecraft
             Newer version of this craft.
         """
-        before, after = ({part.name: part for part in craft.parts} for craft in (self, newer))
-        lines = [f"{name}: removed" for name in before if name not in after]
-        for name, part in after.items():
-            if name not in before:
-                lines.append(f"{name}: added, a {type(part).__name__}")
-            elif type(part) is not type(before[name]):
-                lines.append(f"{name}: a {type(before[name]).__name__} -> a {type(part).__name__}")
-            else:
-                pairs = ((f.name, getattr(before[name], f.name), getattr(part, f.name)) for f in fields(part))
-                lines += (
-                    f"{name}: {field} {value_text(old)} -> {value_text(new)}" for field, old, new in pairs if old != new
-                )
-        for what, old, new in (
-            ("attitude", self.chart.name, newer.chart.name), ("motion", self.motion, newer.motion),
-            ("laws", ", ".join(self._laws) or "none", ", ".join(newer._laws) or "none"),
-        ):  # fmt: skip
-            lines += [f"{what}: {old} -> {new}"] if old != new else []
-        return tuple(lines)
+        return part_changes(self._described(), newer._described())
+
+    def _described(self) -> dict[str, dict[str, str]]:
+        """Return the fields of the parts as texts, without addresses, so that equal crafts have equal texts."""
+        laws = ", ".join(self._laws) or "none"
+        described = {"": {"attitude": self.chart.name, "motion": self.motion, "laws": laws}}
+        for part in self.parts:
+            texts = {
+                f.name: re.sub(r" at 0x\w+", "", repr(getattr(part, f.name))) for f in fields(part) if f.name != "name"
+            }
+            described[part.name] = {"": type(part).__name__, **texts}
+        return described
 
     def law(self, name: str, write: LawText, title: str = "", sampled: bool = True) -> None:
         """Give the craft a control law.
@@ -160,7 +156,7 @@ class Spacecraft:
         write : callable
             Receives a `Law` and returns its commands by the names of the parts.
         title : str
-            One line for people.
+            A one-line description.
         sampled : bool
             True for a law that commands once per period Ts; False for a continuous law.
 
@@ -210,6 +206,9 @@ class Spacecraft:
                 watching(sensor, self.parts, sum(len(part.inputs()) for part in self.parts), self.period.name),
             )
         periods = {law.period for law in controllers}
+        pulsed = [part.name for part in self.parts if isinstance(part, Pulsed) and part.pulses]
+        if pulsed and not any(periods):
+            raise ModelError(f"{self.name}: the pulses of {pulsed[0]} need a sampled law: add one by craft.law")
         users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
         self._refuse_idle(used)
@@ -237,6 +236,7 @@ class Spacecraft:
             functions=functions, controllers=controllers,
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
             geometry=geometry, actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
+            parts=self._described(),
         )  # fmt: skip
 
     def _refuse_idle(self, used: set[sp.Symbol]) -> None:
@@ -336,8 +336,8 @@ def expressions(value: object) -> Iterator[Expr]:
 
 def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equation, ...]:
     """Return the steps of a derivation that the system uses, directly or indirectly."""
-    seen = reached(expressions(users), derivation.definitions)
-    return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in seen)
+    used = used_definitions(expressions(users), derivation.definitions)
+    return tuple(step for step in derivation.steps if isinstance(step, Equation) or step.symbol in used)
 
 
 def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:

@@ -118,7 +118,7 @@ class Parameters:
             or not isinstance(given.default, int | float)
             or given.default not in interval
         ):
-            raise ModelError(f"{name} = {given.default!r}: must be a number in {interval}, {unit}")
+            raise ModelError(f"{name} = {given.default!r}: must be a number in {interval}, {unit} ({meaning})")
         parameter = Parameter(
             name, unit, meaning, positive=interval.positive, default=float(given.default), bounds=interval,
             source=given.source, array=array,

@@ -22,7 +22,7 @@ from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
 from .equations import rates
-from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend
+from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend, displacement
 from .generated import warn_if_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows, slope_of_inputs
@@ -131,13 +131,22 @@ class Model:
     def state(self, **values: float) -> NamedVector:
         """Return the state vector x with named elements, zero unless given.
 
+        A quaternion, direction or other group that cannot be zero has the values at the start of a scenario with
+        default parameters, unless a part of it is given: hub axes along the inertial ones.
+
         Raises
         ------
         InputError
             For an unknown name or a value that is not a finite number.
         """
         numbers = named_values(self.state_names, f"state of {self.name}", values)
-        return named([numbers.get(name, 0.0) for name in self.state_names], self.state_names)
+        x = np.array([numbers.get(name, 0.0) for name in self.state_names])
+        with np.errstate(all="ignore"):
+            impossible = np.isnan(displacement(self.manifest, self.functions, x, self.parameters()))
+        if impossible.any():
+            start = self.functions["initial"](self.parameters(), vector(self.manifest.scenario_parameters, {}))
+            x = np.where(impossible, start, x)
+        return named(x, self.state_names)
 
     def rhs(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> FloatArray:
         """Return the state derivative, shape (..., nx); leading axes of x, u, p broadcast."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from mehvar.base.units import pretty_unit
 from mehvar.html import page
-from mehvar.pictures.files import save
+from mehvar.pictures.files import pixels, save
 from mehvar.pictures.style import BLUE, COLORS, VERMILLION, new_figure, style, time_axis
 from mehvar.reproduction.paper import run_picture
 from mehvar.runtime.board.run import BoardRun, ulps
@@ -60,16 +60,20 @@ def metric_rows(outcome: BoardRun, values: Mapping[str, Mapping[str, float]]) ->
     return [
         (
             known[metric].description,
-            ", ".join(f"{value:.5g} ({name.replace('_', ' ')})" for name, value in numbers.items()),
-            f"measured, {known[metric].unit}".removesuffix(", 1"),
+            ", ".join(
+                f"{value:.5g}{f' {known[metric].unit}'.removesuffix(' 1')} ({name.replace('_', ' ')})"
+                for name, value in numbers.items()
+            ),
+            "measured",
         )
         for metric, numbers in values.items()
     ]
 
 
-def _saved(path: Path, title: str, figure: Figure) -> dict[str, str]:
+def _saved(path: Path, title: str, figure: Figure) -> dict[str, Any]:
     save(figure, path)
-    return {"title": title, "uri": "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()}
+    png = path.read_bytes()
+    return {"title": title, "uri": "data:image/png;base64," + base64.b64encode(png).decode(), "size": pixels(png)}
 
 
 def _loop_figure(outcome: BoardRun) -> Figure:
@@ -119,7 +123,7 @@ _FIGURES: tuple[tuple[str, str, Callable[[BoardRun], Figure]], ...] = (
 )
 
 
-def _page(results: dict[str, Any], figures: Sequence[dict[str, str]], rows: Sequence[tuple[str, str, str]]) -> str:
+def _page(results: dict[str, Any], figures: Sequence[dict[str, Any]], rows: Sequence[tuple[str, str, str]]) -> str:
     return page("board.html.j2", results=results, figures=figures, rows=rows)
 
 

@@ -38,6 +38,12 @@
     return [low - margin, high + margin];
   };
 
+  /** The look of a line as a background: its colour, in dashes where the line has them. */
+  const swatch = ({ color, dash = [] }) => {
+    const shown = Report.color(color), [on, off] = dash;
+    return dash.length ? `repeating-linear-gradient(90deg, ${shown} 0 ${on}px, transparent ${on}px ${on + off}px)` : shown;
+  };
+
   const series = (line) => ({
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
@@ -95,7 +101,7 @@
       axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32, values: (_, at) => at.map(tick) }), axis({ size: 58, space: 24, values: (_, at) => at.map(tick), ...(logarithmic[1] ? {} : { splits }) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {
         dblclick: (u) => () => group.charts.forEach((c) => c.reset()) } },
-      legend: { show: panel.lines.some((line) => line.name), live: true }, bands: bands(panel.lines),
+      legend: { show: panel.lines.some((line) => line.name), live: true, markers: { width: 0, fill: (_, k) => swatch(panel.lines[k - 1]) } }, bands: bands(panel.lines),
       hooks: { setLegend: [(u) => u.root.classList.toggle("idle", u.legend.idx === null || u.legend.idx === undefined)], drawAxes: [references(panel)], setScale: [(u, key) => { if (key === "x") group.zoomed(u); }] },
     };
     const data = [finite(panel.x), ...panel.lines.map((line) => finite(line.y))];
@@ -143,13 +149,16 @@
   /** Buttons that show and hide the series of a name in all panels. */
   const chips = (figure, state) => {
     const names = new Map();
-    for (const panel of figure.panels) for (const line of panel.lines) {
-      if (line.name) names.set(line.name, [undefined, line.color].includes(names.get(line.name)) ? line.color : "grey");
+    for (const panel of figure.panels) for (const line of panel.lines) if (line.name) {
+      const { color, dash } = names.get(line.name) ?? line;
+      names.set(line.name, { color: color === line.color ? color : "grey", dash: String(dash) === String(line.dash) ? dash : [] });
     }
     if (names.size < 2) return [];
-    return Array.from(names, ([name, color]) => {
+    return Array.from(names, ([name, look]) => {
       const chip = Report.element("button", { type: "button", className: "chip", innerHTML: `<i></i>${name}` });
-      chip.style.setProperty("--chip", `var(--c-${color}, ${color})`);
+      const paint = () => chip.firstChild.style.setProperty("background", swatch(look));
+      paint();
+      Report.onTheme(paint);
       chip.setAttribute("aria-pressed", "true");
       chip.addEventListener("click", () => {
         const shown = !state.hidden.delete(name);

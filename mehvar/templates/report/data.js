@@ -27,6 +27,7 @@ Report.power = (text) => text.replace(/e\+?(-?\d+)/, (_, n) => `×10${n.replace(
 Report.number = (value) => {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   const size = Math.abs(value);
+  if (size === Infinity) return value > 0 ? "∞" : "−∞";
   const text = size && (size < 1e-3 || size >= 1e5) ? Report.power(value.toExponential(2)) : String(Number(value.toPrecision(4)));
   return text.replaceAll("-", "−");
 };

@@ -35,10 +35,11 @@
 
   const filters = document.querySelectorAll("[data-filter]");
   const apply = () => {
-    const wanted = Array.from(filters, (filter) => [filter.dataset.filter, filter.value]);
+    const wanted = Array.from(filters, (filter) => filter.value.split(":"));
     const shown = Array.from(document.querySelectorAll("tbody[data-kind]"), (body) => {
       const rows = Array.from(body.querySelectorAll("tr[data-paper]"));
-      for (const row of rows) row.hidden = wanted.some(([key, value]) => value && row.dataset[key] !== value);
+      for (const row of rows) row.hidden = wanted.some(([key, value]) => key && row.dataset[key] !== value);
+      body.hidden = rows.every((row) => row.hidden);
       return `${rows.filter((row) => !row.hidden).length} ${body.dataset.kind}`;
     });
     document.getElementById("shown").textContent = shown.join(", ");

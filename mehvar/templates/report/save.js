@@ -3,7 +3,8 @@
 "use strict";
 
 (() => {
-  const GAP = 34, LINE = 16; // pixels below a panel for its legend; height of a line of it
+  const GAP = 18, LINE = 16; // pixels below a panel, and of a line of text
+  const KEY = 24, APART = 14; // pixels of a legend's line with its space, and between two entries
   const SPACE = new DOMParser().parseFromString("<svg>", "text/html").querySelector("svg").namespaceURI;
   const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
   const round = (value) => value.toFixed(2);
@@ -44,28 +45,64 @@
     }).join("");
   };
 
+  /** The area between two lines of a chart. */
+  const area = (chart, low, high) => {
+    const back = Array.from(chart.data[0], (at, row) => [at, chart.data[high][row]]).filter(([, v]) => v !== null && v !== undefined).reverse();
+    return `${path(chart, low)}${back.map(([at, v]) => `L${round(chart.valToPos(at, "x"))},${round(chart.valToPos(v, "y"))}`).join("")}Z`;
+  };
+
+  /** A colour as on paper, whatever the screen's scheme is: the palette's first rule has those. */
+  const color = (name) => {
+    const rules = Array.from(document.styleSheets).flatMap((sheet) => Array.from(sheet.cssRules));
+    const printed = rules.find(({ selectorText, style }) => selectorText === ":root" && style.getPropertyValue(`--c-${name}`));
+    return printed?.style.getPropertyValue(`--c-${name}`).trim() || name;
+  };
+
+  const ruler = document.createElement("canvas").getContext("2d");
+  const measured = (html) => {
+    ruler.font = "12px sans-serif";
+    return ruler.measureText(Report.words(html)).width;
+  };
+
+  /** The entries of a legend with their places, in as many lines as they need. */
+  const legend = (chart) => {
+    const { panel, over, series } = chart, whole = over.clientWidth;
+    let x = 0, row = 0;
+    return panel.lines.map((line, k) => [line, k + 1]).filter(([{ name }, k]) => name && series[k].show).map(([line, k]) => {
+      const needed = KEY + measured(line.name);
+      if (x && x + needed > whole) [x, row] = [0, row + 1];
+      const place = { k, name: line.name, x, y: row * LINE, row };
+      x += needed + APART;
+      return place;
+    });
+  };
+
+  /** The attributes of a stroke, as `references` and `series` of charts.js draw it. */
+  const stroke = ({ color: name, width: wide, dash = [] }, least = 1.25) =>
+    `stroke="${color(name)}" stroke-width="${Math.max(least, wide || 1.5)}"${dash.length ? ` stroke-dasharray="${dash.join(" ")}"` : ""}`;
+
   const drawing = (chart, left, top, number) => {
     const { panel, over, axes, series } = chart, [width, height] = [over.clientWidth, over.clientHeight];
-    const [x0, y0] = [over.offsetLeft, over.offsetTop + LINE], grid = Report.color("grid");
+    const [x0, y0] = [over.offsetLeft, over.offsetTop + LINE], grid = color("grid");
     const ticks = (axis) => axis._splits.map((at, k) => [at, axis._values[k]]).filter(([at]) => at !== null);
     const across = ticks(axes[0]).map(([at, words]) => [chart.valToPos(at, "x"), words]).filter(([x]) => x >= 0 && x <= width);
     const up = ticks(axes[1]).map(([at, words]) => [chart.valToPos(at, "y"), words]).filter(([y]) => y >= 0 && y <= height);
     const shown = series.slice(1).map((one, k) => [one, k + 1]).filter(([one]) => one.show);
-    const stroke = (k) => {
-      const line = panel.lines[k - 1], dash = (line.dash || []).length ? ` stroke-dasharray="${line.dash.join(" ")}"` : "";
-      return `stroke="${Report.color(line.color)}" stroke-width="${Math.max(1.25, line.width || 1.5)}"${dash}`;
-    };
-    const levels = (panel.levels || []).map(({ at, color }) => [chart.valToPos(at, "y"), color]);
-    const named = shown.filter(([, k]) => panel.lines[k - 1].name), room = width / Math.max(1, named.length);
+    const marks = [
+      ...(panel.levels || []).map((line) => [`M0,${round(chart.valToPos(line.at, "y"))}H${width}`, line]),
+      ...(panel.marks || []).map((line) => [`M${round(chart.valToPos(line.at, "x"))},0V${height}`, line]),
+    ];
+    const [low, high] = ["low", "high"].map((end) => panel.lines.findIndex((line) => line.band === end) + 1);
+    const band = low && series[low].show ? `<path d="${area(chart, low, high)}" fill="${color(panel.lines[low - 1].color)}" fill-opacity="0.2"/>` : "";
     return `<g transform="translate(${left + x0},${top + y0})">${[
       text(-x0, -over.offsetTop - 2, heading(panel)),
       ...across.map(([x, words]) => `<path d="M${round(x)},0V${height}" stroke="${grid}"/>${text(x, height + 15, String(words), 'text-anchor="middle"')}`),
       ...up.map(([y, words]) => `<path d="M0,${round(y)}H${width}" stroke="${grid}"/>${text(-6, y + 4, String(words), 'text-anchor="end"')}`),
       text(width / 2, height + 32, "time t [s]", 'text-anchor="middle"'),
       `<clipPath id="clip${number}"><rect width="${width}" height="${height}"/></clipPath><g clip-path="url(#clip${number})" fill="none">`,
-      ...levels.map(([y, color]) => `<path d="M0,${round(y)}H${width}" stroke="${Report.color(color)}"/>`),
-      ...shown.map(([, k]) => `<path d="${path(chart, k)}" ${stroke(k)}/>`), "</g>",
-      ...named.map(([, k], place) => `<path d="M${round(place * room)},${height + 46}h18" ${stroke(k)}/>${text(place * room + 24, height + 50, panel.lines[k - 1].name)}`),
+      band, ...marks.map(([d, line]) => `<path d="${d}" ${stroke(line, 0)}/>`),
+      ...shown.map(([, k]) => `<path d="${path(chart, k)}" ${stroke(panel.lines[k - 1])}/>`), "</g>",
+      ...legend(chart).map(({ k, name, x, y }) => `<path d="M${round(x)},${height + y + 46}h18" ${stroke(panel.lines[k - 1])}/>${text(x + KEY, height + y + 50, name)}`),
     ].join("")}</g>`;
   };
 
@@ -73,11 +110,12 @@
   Report.svg = (charts) => {
     const boxes = charts.map(({ root }) => root.getBoundingClientRect());
     const left = Math.min(...boxes.map((box) => box.left)), rows = [...new Set(boxes.map((box) => Math.round(box.top)))];
-    const height = Math.max(...charts.map((chart) => chart.height)) + LINE + GAP;
+    const lines = Math.max(1, ...charts.flatMap((chart) => legend(chart).map(({ row }) => row + 1)));
+    const height = Math.max(...charts.map((chart) => chart.height)) + (1 + lines) * LINE + GAP;
     const size = [Math.max(...boxes.map((box) => box.right)) - left, rows.length * height];
     const panels = charts.map((chart, k) => drawing(chart, boxes[k].left - left, rows.indexOf(Math.round(boxes[k].top)) * height, k));
-    return `<svg xmlns="${SPACE}" viewBox="0 0 ${size.map(round).join(" ")}" font-family="sans-serif" font-size="12" fill="${Report.color("text")}">`
-      + `<rect width="100%" height="100%" fill="${Report.color("card")}"/>${panels.join("")}</svg>`;
+    return `<svg xmlns="${SPACE}" width="${round(size[0])}" height="${round(size[1])}" viewBox="0 0 ${size.map(round).join(" ")}" font-family="sans-serif" font-size="12" fill="${color("text")}">`
+      + `<rect width="100%" height="100%" fill="${color("card")}"/>${panels.join("")}</svg>`;
   };
 
   const offer = (name, type, content) => {

@@ -13,9 +13,11 @@
   const { element } = Report;
   const pretty = (unit) => unit.replace(/\^(\d)/g, (_, digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
   const short = (value) => String(Number(value.toPrecision(4)));
+  const amount = (value, unit) => `${Report.number(value)}${unit === "1" ? "" : ` ${pretty(unit)}`}`;
   const simulator = await Simulator.open(data);
   const chosen = { which: 0, own: {}, text: null }; // the text of the reader's law, null while a law of the model acts
-  let kept = null; // the end of the run whose curves stay beside the next ones
+  let kept = null; // the end and the metrics of the run whose curves stay beside the next ones
+  let metrics = {}; // of the present run, by name
 
   const panels = (() => {
     const kinds = [["x", "states", data.states], ["u", "inputs", data.inputs], ["y", "outputs", data.outputs]];
@@ -35,7 +37,7 @@
   const present = line(() => ({})), former = line((q) => ({ name: `${q.name}, kept`, dash: [2, 3], width: 1 }));
 
   const together = (panel) => (panel.kept ? uPlot.join([panel.drawn, panel.kept]) : panel.drawn);
-  const limits = () => [0, Math.max(data.cases[chosen.which].end, kept ?? 0)];
+  const limits = () => [0, Math.max(data.cases[chosen.which].end, kept?.end ?? 0)];
 
   const plot = (panel, host, group) => {
     panel.lines = [...panel.members.map(present), ...(panel.kept ? panel.members.map(former) : [])];
@@ -111,6 +113,25 @@
     return chosen.text === null && !Object.keys(chosen.own).length ? data.cases[chosen.which].checksum : null;
   };
 
+  const JUDGED = { true: ["good", "✓ success holds"], false: ["bad", "✗ success fails"], null: ["unsure", "? success undecided"] };
+  /** The metrics of the finished run, and the success condition with the numbers that it names. */
+  const judge = () => {
+    const { metrics: values, truth } = Metrics.judged(data, simulator);
+    metrics = values;
+    tabulate();
+    if (!data.success) return;
+    const words = data.success.text.match(/\w+/g), [look, verdict] = JUDGED[truth];
+    const numbers = data.metrics.filter(({ name }) => words.includes(name)).map(({ name, unit }) => `${name} = ${amount(metrics[name], unit)}`);
+    at("success").className = look;
+    at("success").textContent = `${verdict}: ${data.success.text}${numbers.length ? ` (${numbers.join(", ")})` : ""}`;
+  };
+
+  /** The metrics, beside those of the kept run. */
+  const tabulate = () => at("metrics")?.querySelector("dl").replaceChildren(...data.metrics.map(({ name, unit, description }) => {
+    const former = kept ? element("small", { textContent: `kept ${amount(kept.metrics[name], unit)}` }) : "";
+    return element("div", { title: description }, element("dt", { textContent: name }), element("dd", {}, amount(metrics[name], unit), former));
+  }));
+
   const tell = (spent, frames) => {
     const here = simulator.checksum(), there = host();
     const other = chosen.text === null ? "not run; the command below prints the same" : "not run; the script of my law agrees up to rounding";
@@ -118,10 +139,10 @@
     at("host").textContent = there ?? other;
     at("verdict").textContent = there === null ? "" : here === there ? "the same bits" : "other bits";
     at("verdict").className = there !== null && here !== there ? "bad" : "good";
-    const outcome = simulator.outcome();
-    at("outcome").textContent = fails() && data.failure.text !== outcome ? `${outcome}; ${data.failure.text};` : outcome;
+    at("outcome").textContent = simulator.outcome();
+    judge();
     const steps = simulator.steps();
-    at("cost").textContent = `in ${steps} steps in ${spent.toFixed(0)} ms, ${short((1e3 * spent) / Math.max(1, steps))} µs each, in ${frames} frames`;
+    at("cost").textContent = `${steps} steps in ${spent.toFixed(0)} ms, ${short((1e3 * spent) / Math.max(1, steps))} µs each, in ${frames} frames`;
     document.documentElement.dataset.done = here;
   };
 
@@ -162,7 +183,7 @@
   /** What is said of a run goes before the next; what it drew stays, in grey, until the next one is drawn. */
   const forget = (why) => {
     delete document.documentElement.dataset.done;
-    for (const id of ["here", "host", "verdict", "outcome", "cost"]) at(id).textContent = "";
+    for (const id of ["here", "host", "verdict", "outcome", "success", "cost"]) if (at(id)) at(id).textContent = "";
     at("run").hidden = why !== null;
     at("command").textContent = why === null && chosen.text === null ? command() : "";
     at("refusal").textContent = why ?? "";
@@ -285,7 +306,8 @@
   };
 
   const keep = () => {
-    kept = kept === null ? data.cases[chosen.which].end : null;
+    kept = kept === null ? { end: data.cases[chosen.which].end, metrics } : null;
+    tabulate();
     for (const panel of panels) panel.kept = kept === null ? null : panel.drawn;
     at("keep").textContent = kept === null ? "keep these curves" : "drop the kept curves";
     rebuild();
@@ -309,5 +331,6 @@
   Report.onTheme(rebuild);
   addEventListener("resize", rebuild);
   build();
+  tabulate();
   restore();
 })();

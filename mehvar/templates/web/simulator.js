@@ -124,6 +124,16 @@ const Simulator = (() => {
       return Object.fromEntries(SERIES.map((name) => [name, array(name, n * sizes[name])]));
     };
 
+    /** The variables of the run so far by name, as result files name them; null for one that the page does not have. */
+    const series = () => {
+      const { t, ...lists } = rows(), memory = present.own ? [] : data.laws[present.law].memory;
+      const places = [["x", "", data.states], ["u", "u_", data.inputs], ["u_cmd", "u_cmd_", data.inputs], ["y", "", data.outputs]];
+      const of = Object.fromEntries([...places.map(([list, head, quantities]) => [list, quantities.map((q) => head + q.name)]), ["z", memory]]
+        .flatMap(([list, names]) => names.map((name, k) => [name, [list, k, names.length]])));
+      const variable = (name) => (name in of ? Array.from(t, (_, row) => lists[of[name][0]][row * of[name][2] + of[name][1]]) : null);
+      return { t, variable };
+    };
+
     const coordinates = 3 * data.shapes.reduce((sum, shape) => sum + shape.points, 0);
 
     /** The coordinates of the picture's points at a row. */
@@ -144,7 +154,7 @@ const Simulator = (() => {
     /** Seconds from one sample of a case to the next. */
     const period = (which) => ticks[data.cases[which].ticks][data.cases[which].hold_every];
 
-    return { start, advance, rows, points, checksum, outcome, period, values: () => present.values, steps: () => module.web_steps() };
+    return { start, advance, rows, series, points, checksum, outcome, period, status: () => module.web_status(), time: () => module.web_time(), values: () => present.values, steps: () => module.web_steps() };
   };
 
   return { open };

@@ -50,6 +50,11 @@ _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
 }
+_SIGNS: Mapping[type[ast.AST], str] = {
+    ast.And: "and", ast.Or: "or", ast.Not: "not",
+    ast.USub: "-", ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
+    ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+}  # fmt: skip
 _DEEPEST = 100
 """Largest depth of a condition: far more than users need, and a tenth of the depth of Python's stack."""
 _STATUS = "status"
@@ -147,6 +152,32 @@ class Criterion:
         self.check(units, {})
         kind = self._kind(self._compared(), units)
         return None if kind is None else kind.unit
+
+    def nested(self) -> list[Any]:
+        """Return the condition as nested lists, operator first, for programs without this grammar; names are texts."""
+        nested: list[Any] = self._nested(self._tree)
+        return nested
+
+    def _nested(self, node: ast.expr) -> Any:
+        if (name := _name(node)) is not None:
+            return self._quantities[name].value if name in self._quantities else name
+        match node:
+            case ast.BoolOp(op=op, values=nodes):
+                return [_SIGNS[type(op)], *map(self._nested, nodes)]
+            case ast.UnaryOp(op=op, operand=inner):
+                return [_SIGNS[type(op)], self._nested(inner)]
+            case ast.BinOp(left=left, op=op, right=right):
+                return [_SIGNS[type(op)], self._nested(left), self._nested(right)]
+            case ast.Compare(left=left, ops=ops, comparators=rest):
+                words = _WORDS if _name(left) == _STATUS else {}
+                sides = [
+                    words.get(side, side) if isinstance(side, str) else side
+                    for side in map(self._nested, (left, *rest))
+                ]
+                return ["and", *map(list, zip((_SIGNS[type(op)] for op in ops), sides, sides[1:], strict=False))]
+            case ast.Call(args=[inner]):
+                return ["abs", self._nested(inner)]
+        return ast.literal_eval(node)
 
     def _compared(self) -> ast.expr:
         """Return the left side of a condition with a single comparison; refuse other conditions."""

@@ -50,6 +50,7 @@ COMPARED = {
         "projection": "projection", "choices": "manifest", "variants": "variant", "rates": "rates",
         "residual": "motion", "geometry": "geometry", "events": "guard",
         "diffusion": "diffusion", "random_step": "random step", "mass": "motion", "delays": "delay",
+        "parts": "notes of `mehvar.comparison.compare`",
         "name": "the models that are compared have one name", "title": WORDS, "source": WORDS,
     },
     "Controller": {

@@ -192,6 +192,17 @@ def test_a_page_begins_with_what_changed_and_has_no_section_without_content():
     assert page.index("#turned") < page.index("<li>same")
 
 
+def test_a_change_without_effect_is_told_with_its_reason():
+    """A factor of the changed term is zero in every run: no difference, and why."""
+    runs = Runs(same=(("pd", "calm"), ("pd", "swing")), largest=2.5e-9, zero=("m", "v"))
+    model = compare_documents(*map(document, EDITS["sign"]))
+    model = dataclasses.replace(model, consequences=Consequences(runs=runs))
+    for told in (str(model), html_page(Diff("old", "new", (model,))), markdown(Diff("old", "new", (model,)))):
+        text = plain(told)
+        assert "no difference in 2 runs, largest relative difference of a metric 2.5e-09: calm, swing under pd" in text
+        assert "the changed terms have m = 0 in all of these runs" in text
+
+
 def test_the_run_that_moved_farthest_is_shown_and_the_others_are_folded():
     model = compare_documents(document("f: m*x"), document("f: -m*x"))
     runs = [RunChange("pd", f"start{k}", "", "", (MetricChange("T", "s", 1.0, 1.0 + k),), 1) for k in (1, 3, 2)]

@@ -10,7 +10,7 @@ from mehvar.base.errors import InputError
 from mehvar.base.manifest import FILE, with_digest
 from mehvar.cli.diff import command
 from mehvar.comparison.runs import runs
-from mehvar.comparison.text import run_lines
+from mehvar.comparison.text import refused_runs
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
 
@@ -24,7 +24,7 @@ def test_what_both_versions_refuse_is_told_as_not_run(tmp_path: Path) -> None:
     assert overlay is None
     assert {(law, scenario) for law, scenario, _ in result.refused} == {("pd", "stiff"), ("p-sum", "stiff")}
     assert not {(law, scenario) for law, scenario, _ in result.refused} & set(result.same)
-    assert any(line.startswith("not run, as both refuse it: stiff under pd: ") for line in run_lines(result))
+    assert any(line.startswith("not run, as both refuse it: stiff under pd: ") for line in refused_runs(result))
 
 
 @pytest.mark.parametrize(("form", "file"), [("json", "a.html"), ("html", "a.json"), ("text", "a.md")])

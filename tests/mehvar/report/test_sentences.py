@@ -125,4 +125,4 @@ def test_the_page_of_a_run_has_the_states_that_it_started_from():
     run = mehvar.simulate("satellite", "pd", t_end=1.0, initial={"wx": 0.3})
     (values,) = [s for s in run_sections(run, load("satellite").manifest) if s.anchor == "values"]
     (start,) = [block for block in values.blocks if block.title == "States at the start"]
-    assert dict(start.rows)["wx"] == "0.3"
+    assert {row[0]: row[1:3] for row in start.rows}["wx"] == ("0.3", "rad/s")

@@ -15,8 +15,10 @@ import pytest
 
 from mehvar.base.errors import InputError, MissingError
 from mehvar.cli.new import scaffold
+from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.board.image import toolchains
 from mehvar.runtime.model.catalogue import shipped_models
+from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.simulate import simulate
 from mehvar.web import module
 from mehvar.web.export import export_web
@@ -30,6 +32,11 @@ const wasm = new WebAssembly.Module(Buffer.from(text, "latin1"));
 console.log(JSON.stringify(WebAssembly.Module.imports(wasm)));
 """
 
+CONDITIONS = {
+    "triangle": "T_theta < 20 and T_rho < 25",
+    "slosh": "t_att < 200 or not travel_phi1 < 1.2217",
+    "satellite": "abs(rms_roll) * 2 < 0.003 <= 0.3 rad and status == done",
+}
 LAW = """
 w1 = -0.5*(rho - rho_ref)
 w2 = -min(k_phi, 1)*sin(phi - phi_ref)
@@ -57,7 +64,8 @@ def page(tmp_path_factory):
 
     def written(model):
         if model not in pages:
-            texts = {"success": "T_theta < 20 and T_rho < 25", "own_law": LAW} if model == "triangle" else {}
+            texts = {"success": CONDITIONS[model]} if model in CONDITIONS else {}
+            texts |= {"own_law": LAW} if model == "triangle" else {}
             pages[model] = export_web(model, tmp_path_factory.mktemp("page"), **texts)
         return pages[model]
 
@@ -111,6 +119,19 @@ def test_every_run_has_the_bits_of_this_machine(model, page, node):
         assert result["outcome"] == run.reason
 
 
+@pytest.mark.share(4)
+def test_metrics_and_verdicts_are_those_of_this_machine(model, page, node):
+    criterion, results = Criterion(CONDITIONS.get(model, "status == done")), in_node(node, page(model))
+    for result in results:
+        run = simulate(model, result["law"], result["scenario"])
+        numbers = metrics(run, run.manifest)
+        measured = {name: float(value) for name, value in result["metrics"].items()}
+        assert measured == pytest.approx(numbers, rel=1e-9, nan_ok=True)
+        if model in CONDITIONS:
+            column = lambda name, numbers=numbers: np.array([numbers[name]])  # noqa: E731
+            assert result["succeeds"] is bool(criterion.succeeds(np.array([run.status]), column)[0])
+
+
 def checksum_here(model, case, own):
     """Return the checksum of a run on this machine, or None if it is refused."""
     try:
@@ -153,7 +174,7 @@ def test_the_page_names_no_other(model, page):
 def test_in_a_browser(width, page, browser, opened):
     place, here = page("triangle"), opened("triangle", width)
     assert here == data_of(place)["cases"][0]["checksum"]
-    assert browser.find_element("id", "verdict").text == "the same bits"
+    assert browser.find_element("id", "verdict").get_property("textContent") == "the same bits"
     assert browser.execute_script("return document.documentElement.scrollWidth <= innerWidth")
     widths = browser.execute_script(
         "return Array.from(document.querySelectorAll('figure'), (f) => [f.clientWidth, f.scrollWidth])"
@@ -165,7 +186,7 @@ def test_in_a_browser(width, page, browser, opened):
         "bar.value = bar.max; bar.dispatchEvent(new Event('input'))"
     )
     other = eventually(browser, f"(d => d && d !== '{here}' && d)(document.documentElement.dataset.done)")
-    command = browser.find_element("id", "command").text.split()
+    command = browser.find_element("id", "command").get_property("textContent").split()
     done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=True)
     assert json.loads(done.stdout)["checksum"] == other
     assert requests(browser) == [place.as_uri()]
@@ -225,7 +246,7 @@ def test_a_refused_value_leaves_nothing_that_looks_like_its_run(browser, opened,
     assert browser.execute_script(look) == ["grayscale(1)", True]
     browser.find_element("id", "reset").click()
     assert eventually(browser, "document.documentElement.dataset.done") == checksum
-    assert browser.find_element("id", "verdict").text == "the same bits"
+    assert browser.find_element("id", "verdict").get_property("textContent") == "the same bits"
     assert browser.execute_script(look) == ["none", False]
 
 
@@ -303,8 +324,8 @@ def test_presets_and_a_typed_law_which_agrees_with_the_script_it_prints(browser,
     other = f"(d => d && d !== '{first}' && d)(document.documentElement.dataset.done)"
     browser.execute_script(PRESS, "fails")
     fails = eventually(browser, other)
-    assert browser.find_element("id", "verdict").text == "the same bits"
-    assert "T_theta < 20 and T_rho < 25 is not so" in browser.find_element("id", "outcome").text
+    assert browser.find_element("id", "verdict").get_property("textContent") == "the same bits"
+    assert browser.find_element("id", "success").text.startswith("✗ success fails: T_theta < 20 and T_rho < 25 (T_")
     browser.execute_script(PRESS, "own")
     own = eventually(browser, f"(d => d !== '{fails}' && d)({other})")
     script, address = browser.find_element("id", "script").get_property("textContent"), browser.current_url
