@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurements that pages of numbers are made of; each is run as `python -m benchmarks.NAME`."""
+"""Benchmarks, which write the pages of numbers; run each as `python -m benchmarks.NAME`."""

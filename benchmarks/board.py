@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The long campaigns of the board: run once, the results are kept in results/board.md.
+"""Long campaigns of the board, whose results are in results/board.md.
 
 python -m benchmarks.board equivalence   # compilers and emulators and processors, 5000 samples each
 python -m benchmarks.board day           # 172 800 samples, a day of the satellite, under Unicorn
@@ -27,12 +27,12 @@ from mehvar.runtime.board.run import BoardRequest, run_on_board
 
 SAMPLES, DAY, FRAMES, DAMAGED = 5000, 172_800, 10_000_000, 100_000_000
 SLICE = 5_000_000
-"""Frames of a campaign's process; each has a seed of its own, so a slice that ran before need not run again."""
+"""Frames of one process of a campaign; each process has a seed, so finished slices are not repeated."""
 SECONDS, LONGEST_INPUT = 3600, 512
-"""Seconds of the guided campaign, and bytes of an input: some thirty frames, which is enough for a session from hello
-to reboot."""
+"""Duration of the guided campaign, s, and bytes of an input: about thirty frames, enough for a session from hello to
+reboot."""
 TURN = 300
-"""Seconds after which what was counted is written down: what a stop can lose. Each begins with what was kept."""
+"""Time between two records of the counts, s; a stop loses at most this time."""
 RECORD = Path(__file__).parents[1] / "build" / "guided"
 TESTS = Path(__file__).parents[1] / "tests" / "runtime" / "board"
 SANITIZERS = (
@@ -87,7 +87,7 @@ def day() -> None:
 
 
 def fuzz() -> None:
-    """Send random frames to the server, with sanitizers on; each reply is decoded and held to what changed."""
+    """Send random frames to the server, with sanitizers on; check each reply against the server's state."""
     with tempfile.TemporaryDirectory() as name:
         begin = time.perf_counter()
         printed = slices(build_campaign(Path(name), "fuzz", SANITIZERS), FRAMES)
@@ -95,7 +95,7 @@ def fuzz() -> None:
 
 
 def residual() -> None:
-    """Damage frames in eleven ways and count those that the check takes for whole ones."""
+    """Damage frames in eleven ways and count undetected damages."""
     with tempfile.TemporaryDirectory() as name:
         begin = time.perf_counter()
         printed = slices(build_campaign(Path(name), "residual", ("-O2",)), DAMAGED)
@@ -103,7 +103,7 @@ def residual() -> None:
 
 
 def guided() -> None:
-    """Let clang's libFuzzer choose the frames by what they cover, with sanitizers on; goes on where it was stopped."""
+    """Let clang's libFuzzer choose frames by coverage, with sanitizers on; a stopped campaign continues."""
     RECORD.mkdir(parents=True, exist_ok=True)
     flags = (*SANITIZERS, "-fsanitize=fuzzer", "-DGUIDED")
     path, corpus = build_campaign(RECORD / "program", "fuzz", flags, ("clang",)), RECORD / "corpus"
@@ -122,7 +122,7 @@ def guided() -> None:
 
 
 def slices(path: Path, frames: int) -> list[str]:
-    """Run a campaign in slices, two at a time; return what each prints, or raise when one fails."""
+    """Run a campaign in slices, two at a time; return the output of each, or raise if one fails."""
 
     def run(seed: int) -> str:
         command = [path, str(seed), str(SLICE)]
@@ -133,14 +133,14 @@ def slices(path: Path, frames: int) -> list[str]:
 
 
 def summed(printed: Sequence[str]) -> str:
-    """Add up the counts of texts that differ in their counts only; the number in the name of a kind is no count."""
+    """Add the counts of texts that differ only in counts; numbers in names of kinds are not counts."""
     count = re.compile(r"(?<=: )\d+|(?<=of )\d+|(?<=, )\d+|^\d+(?= frames)", re.MULTILINE)
     columns = (sum(map(int, column)) for column in zip(*map(count.findall, printed), strict=True))
     return count.sub(lambda _: str(next(columns)), printed[0])
 
 
 def build_campaign(folder: Path, name: str, flags: Sequence[str], compiler: Sequence[str] = ()) -> Path:
-    """Compile the server with a program that sends it frames."""
+    """Compile the server with a program that sends frames to it."""
     firmware = program(runtime.load("satellite", backend="c"), "mrac")
     write_sources(folder, sources(firmware, None))
     for file in (f"{name}.c", "process.h"):

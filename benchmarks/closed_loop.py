@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One closed-loop run of the triangle: our compiled loop against SciPy's DOP853, at equal error.
+"""Time of one closed-loop run of the triangle: mehvar's compiled loop and SciPy's DOP853 at equal error.
 
 Run: python -m benchmarks.closed_loop
 """
@@ -147,7 +147,7 @@ def _row(error: float, errors: dict[str, Array], times: dict[str, Array]) -> lis
 
 
 def _time_for(error: float, errors: Array, times: Array) -> float:
-    """Interpolate log(time) over log(error); what beats the error at its loosest tolerance keeps that time."""
+    """Interpolate log(time) over log(error); for larger errors, use the time of the loosest tolerance."""
     best = [float(np.min(times[errors <= e])) for e in errors]
     order = np.argsort(errors)
     if error < errors[order[0]]:

@@ -35,11 +35,11 @@ TOOLS = {
     "Basilisk": "bsk",
     "python-control": "control",
 }
-"""To the package; ours first, for it draws the starts of all. `parts` is mehvar with a craft from parts, `own` with the
-model written by the user."""
+"""Packages of the tools; mehvar first, because it draws all initial states. `parts` is mehvar with a craft from parts,
+`own` with a user's model."""
 MODELS = {"mehvar": "its model", "parts": "from parts", "own": "own model"}
 TURNS = 3
-"""The first with nothing compiled or kept, the others with what the first left; the tools take turns."""
+"""Number of starts: the first without caches, the others with caches; the tools take turns."""
 REFERENCE = 1e-13
 
 
@@ -83,14 +83,14 @@ def main() -> None:
 
 
 def quote(lines: list[str]) -> None:
-    """Put the table into the page that speaks of it."""
+    """Insert the table into its page."""
     before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
     after = rest.partition(END)[2]
     PAGE.write_text("\n".join([before + BEGIN, *lines, END + after]), encoding="utf-8", newline="\n")
 
 
 def fly(tool: str, *more: str) -> dict[str, Any]:
-    """Run a tool's program on one core; returns its facts and final states, or why there are none."""
+    """Run a tool's program on one core; return its measurements and final states, or the reason of a failure."""
     name = tool.removeprefix("python-").lower()
     out = BUILD / f"{name}.npz"
     out.parent.mkdir(parents=True, exist_ok=True)

@@ -90,7 +90,7 @@ def _slosh(count: int, scratch: Path) -> Document:
 
 
 def _importing() -> float:
-    """Return the median over five starts, less that of starting Python."""
+    """Return the median time of five starts, minus the median start of Python."""
 
     def seconds(code: str) -> float:
         start = perf_counter()
@@ -179,7 +179,7 @@ def _edited(document: Document, name: str, edit: Edit, generator: random.Random)
 
 
 def _places(pool: Pool, root: int) -> list[tuple[str, int, Place]]:
-    """Return every part of an expression with the operation that it is an operand of."""
+    """Return every part of an expression with the operation above it."""
     result, stack = [], [(root, ())]
     while stack and len(result) < 2000:
         node, path = stack.pop()

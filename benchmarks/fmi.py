@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Functional mock-up units in the hands of importers: FMPy, its CMake project, fmusim and CasADi.
+"""Functional mock-up units in importers: FMPy, its CMake project, fmusim and CasADi.
 
 Run: python -m benchmarks.fmi, in the environment of `make peers`. fmusim is looked for on $PATH; without it its column
 is empty.
@@ -28,9 +28,9 @@ import mehvar
 from benchmarks.machine import command_line, machine, table, write
 
 CASES = (("triangle", "path", 10.0, 0.125), ("slosh", "lyapunov-v1", 20.0, 0.25), ("satellite", "pd", 60.0, 0.5))
-"""System, law, end and communication step, s: exact in binary, so that importers who add up steps have our instants."""
+"""System, law, end and communication step, s. The step is exact in binary: sums of steps equal mehvar's instants."""
 TOLERANCE = 1e-10
-"""Tolerance of CVODE in model exchange: differences are to be below 1e-6."""
+"""Tolerance of CVODE in model exchange, for differences below 1e-6."""
 EXAMPLES = Path(__file__).parents[1] / "docs" / "examples" / "models"
 COLUMNS = (
     "system", "FMI", "kind", "FMPy: messages", "FMPy: run", "CMake: run", "fmusim: run", "DaeBuilder: rates",
@@ -167,7 +167,7 @@ def _by_casadi(model: str, fmi: str, path: Path) -> tuple[str, str]:
 
 
 def _difference(result: Mapping[str, NDArray[np.float64]], run: xarray.Dataset, names: list[str]) -> str:
-    """Compare at the instants of our run, the first of each where an event makes two rows."""
+    """Compare at the instants of mehvar's run; of the two rows at an event, use the first."""
     rows = [int(np.flatnonzero(np.isclose(result["time"], t, rtol=0, atol=1e-9))[-1]) for t in run["t"].values]
     return max((_largest(result[name][rows], run[name].values) for name in names), key=float)
 

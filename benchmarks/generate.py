@@ -74,7 +74,7 @@ def _run(folder: str, *arguments: str) -> str:
 
 
 def _require_unchanged(out: Path, scratch: str) -> None:
-    """Refuse to report a time when the run that should do nothing did something."""
+    """Refuse to report a time if the run without changes wrote files."""
     said = _mehvar(scratch, "generate", "triangle", "--out", str(out))
     if "up to date" not in said:
         raise SystemExit(f"expected 'up to date', got: {said}")

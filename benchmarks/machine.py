@@ -19,7 +19,7 @@ RESULTS = Path(__file__).parent / "results"
 
 
 def command_line(about: str | None, parts: Iterable[str] = ()) -> argparse.ArgumentParser:
-    """Return a parser that takes no arguments, or some of the `parts`."""
+    """Return a parser for some of the `parts`, or for no arguments."""
     parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     names = tuple(parts)
 
@@ -47,7 +47,7 @@ def machine() -> list[str]:
 
 
 def interleaved(jobs: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
-    """Return the median wall time of each job in seconds; the jobs take turns, so that drift hits all alike."""
+    """Return the median wall time of each job, s; the jobs take turns, so that drift affects all of them."""
     times: dict[str, list[float]] = {name: [] for name in jobs}
     for _ in range(repeats):
         for name, job in jobs.items():

@@ -21,7 +21,7 @@ GAINS = {q.name: q.default or 0.0 for q in MODEL.manifest.controller("pd").param
 
 
 def pd(_t, x):
-    """Command what the generated law `pd` does, but with the inertial rates."""
+    """Return the commands of the generated law `pd`, but with inertial rates."""
     return [
         -GAINS[f"Kp_{axis}"] * (x[angle] - x[f"ref_{angle}"]) - GAINS[f"Kd_{axis}"] * x[f"w{axis}"]
         for axis, angle in zip("xyz", ("roll", "pitch", "yaw"), strict=True)
@@ -74,7 +74,7 @@ def main() -> None:
 
 
 def seconds(jobs, repeats):
-    """Return the median processor time of each job over all threads, which other programs disturb less than the clock.
+    """Return the median processor time of each job over all threads, which other programs affect less than wall time.
 
     The jobs take turns, after each has run once, so that what it runs is compiled.
     """

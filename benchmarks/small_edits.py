@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small edits of the models: how many lines of generated text each changes, and of how many the meaning changes.
+"""Effect of small edits of the models: changed lines of generated code, and lines of changed meaning.
 
 Run: python -m benchmarks.small_edits REVISION
 
@@ -29,9 +29,9 @@ DERIVE = (
     "committed = {'whole': False} if 'whole' in inspect.signature(derive).parameters else {'casadi': True}\n"
     "print(json.dumps(derive(Tree(Path.cwd()), sys.argv[1], **committed)))"
 )
-"""All files that a revision commits; until some were made when asked, that was all there are."""
+"""All files that a revision commits; before files were made on first use, these were all files."""
 GOAL = 3
-"""Lines changed for each line whose meaning changes."""
+"""Changed lines per line of changed meaning."""
 _TEMPORARY = re.compile(
     r"(?<!\[)\b[vmsc]\d+\b|\bh\[(?:\.\.\., )?\d+\]"
     r"|\b(?:\w+_[hw]_)?(?:(?:sin_|cos_)?[tm]_[a-z2-7]{5}|(?:sin|cos)_[a-z2-7]{5})(?:_\d+)?_*\b"
@@ -191,7 +191,7 @@ def _checkout(revision: str, folder: Path) -> None:
 
 
 def count(side: Path, edit: Edit) -> tuple[int, int]:
-    """Count, for one edit under a checkout's generator, the lines that change and those whose meaning does."""
+    """Count changed lines and lines of changed meaning, for one edit under a checkout's generator."""
     folder = side / "generated" / edit.model
     return lines(
         {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()},
@@ -200,7 +200,7 @@ def count(side: Path, edit: Edit) -> tuple[int, int]:
 
 
 def derived(side: Path, edit: Edit) -> dict[str, str]:
-    """Derive an edited model in a process of its own."""
+    """Derive an edited model in a separate process."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(side / "models", Path(folder) / "models", ignore=shutil.ignore_patterns("__pycache__"))
         file = Path(folder) / "models" / edit.model / edit.file
@@ -220,7 +220,7 @@ def derived(side: Path, edit: Edit) -> dict[str, str]:
 
 
 def lines(before: Mapping[str, str], after: Mapping[str, str]) -> tuple[int, int]:
-    """Return how many lines a diff of two versions' texts takes away and adds, and of how many the meaning changes."""
+    """Return the numbers of removed, added and changed-in-meaning lines between two versions."""
     changed = meaning = 0
     for name in before.keys() & after.keys():
         changed += _diff(before[name], after[name])

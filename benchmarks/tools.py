@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cost of a call in the tools that a model is exported to, beside ctypes in the same process.
+"""Cost of a call in the tools to which a model is exported, compared with ctypes in the same process.
 
 Run: python -m benchmarks.tools, in the environment of `make peers`; a package that is not there leaves its rows out.
 """
@@ -206,7 +206,7 @@ double repeat(const double *x, const double *u, const double *p, double *out, lo
 
 
 def _cplusplus(model: mehvar.Model, function: str, x, u, p, reference) -> list[str]:
-    """Return target, lines, agreement and time of a loop in C++: two lines of CMake, an include and the call."""
+    """Return target, lines, agreement and time of a loop in C++, built with two lines of CMake."""
     folder, place, name = model.manifest.folder, Path(tempfile.mkdtemp()), model.name
     (place / "loop.cc").write_text(_LOOP.format(header=name, name=name, function=function))
     source = folder / model.manifest.functions[function].file

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -26,9 +27,9 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import all_parameters, elements
 from mehvar.runtime.run.formats import open_result as open_file
 from mehvar.runtime.run.options import merged, split_settings
-from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
+from mehvar.runtime.run.user.choice import law_of
 from mehvar.runtime.units import distribution, setting_units
 from mehvar.terminal import BatchMeter, cell_progress, working
 
@@ -43,8 +44,8 @@ if TYPE_CHECKING:
     from mehvar.runtime.batch.points import GivenDesign
     from mehvar.runtime.batch.sampling import Design
     from mehvar.runtime.model.functions import BackendName
-    from mehvar.runtime.run.own.inputs import Interpolation
-    from mehvar.runtime.run.own.law import LawFunction, OwnLaw
+    from mehvar.runtime.run.user.inputs import Interpolation
+    from mehvar.runtime.run.user.law import LawFunction, PythonLaw
 
 
 def build(system: System | Spacecraft | Callable[[], System], backend: BackendName | None = None) -> Model:
@@ -108,7 +109,7 @@ def simulate(
         Interpolation of arrays between their instants; default: "hold".
     period : float, optional
         Time in s between evaluations of a Python law or input, whose result is held in between. Without it the
-        function is continuous and is evaluated for every slope.
+        function is continuous and is evaluated at every stage of a step.
     memory : array_like, optional
         Initial memory of a Python law.
     **options
@@ -184,19 +185,19 @@ def batch(
         file only `out` and what follows it may be given.
     controller, n : str or callable, int
         The law, and the number of runs. A function as in `simulate` is called once a period for a block of runs, with
-        `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function serves for both
+        `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function works in both
         if it computes with NumPy and branches by `numpy.where`. A run ends when its input is not finite.
     scenario : str, optional
         Default: the model's first scenario.
     parameters, initial : mapping, optional
         Parameters and initial states that all runs share.
     inputs, interpolation, period, memory
-        As in `simulate`; the same in all runs. What is not held needs a period.
+        As in `simulate`; the same in all runs. Inputs that are not held need a period.
     vary : mapping of str to str, optional
         Distributions of parameters or initial states by name, as in `{"m1": "normal(50, 2)"}`, with units as in
         `"uniform(10 deg, 20 deg)"`. Or a list of values, one per run, whose length is the number of runs.
     points : pandas.DataFrame, mapping or path, optional
-        Your own points: a column per varied name and a row per run; a path names a CSV file.
+        Given points: a column per varied name and a row per run; a path names a CSV file.
     design : {"grid"}, optional
         Every combination of the lists of `vary`, the last name fastest.
     seed : int, optional
@@ -242,21 +243,6 @@ def batch(
     with KeptInterrupts():  # also while the results are read, by a library that has weak references
         return stored_batch(
             model,
-            controller,
-            n,
-            scenario,
-            parameters,
-            initial,
-            inputs=inputs,
-            interpolation=interpolation,
-            period=period,
-            memory=memory,
-            vary=vary,
-            points=points,
-            design=design,
-            seed=seed,
-            sampling=sampling,
-            save=save,
             out=out,
             resume=resume,
             success=success,
@@ -267,73 +253,11 @@ def batch(
             threads=threads,
             scheduler=scheduler,
             report=report,
-            **options,
-        ).dataset()
-
-
-def stored_batch(
-    model: Model | str | os.PathLike[str],
-    controller: str | LawFunction | None = None,
-    n: int | None = None,
-    scenario: str | None = None,
-    parameters: Mapping[str, ArrayLike] | None = None,
-    initial: Mapping[str, float] | None = None,
-    *,
-    inputs: Mapping[str, Any] | xr.Dataset | None = None,
-    interpolation: Interpolation | None = None,
-    period: float | None = None,
-    memory: ArrayLike | None = None,
-    vary: Mapping[str, str | Sequence[float]] | None = None,
-    points: pd.DataFrame | Mapping[str, ArrayLike] | str | os.PathLike[str] | None = None,
-    design: GivenDesign | None = None,
-    seed: int | None = None,
-    sampling: Design | None = None,
-    save: float | None = None,
-    out: str | os.PathLike[str] | None = None,
-    resume: bool = False,
-    success: str | None = None,
-    until: str | None = None,
-    require: Mapping[str, str] | None = None,
-    confidence: float | None = None,
-    strict: bool = False,
-    threads: int | None = None,
-    scheduler: str | Client | None = None,
-    report: BatchProgress | None = None,
-    **options: Any,
-) -> Store:
-    """Return the store of a batch; see `batch`."""
-    check_arguments("text", "the call", scenario=scenario)
-    check_arguments("mapping", "the call", parameters=parameters, initial=initial, vary=vary, require=require)
-    source: Model | str | os.PathLike[str]
-    if str(model).endswith(".toml"):
-        from mehvar.campaign import read_campaign
-
-        decided = {
-            **{"controller": controller, "n": n, "scenario": scenario, "parameters": parameters, "initial": initial},
-            **{"inputs": inputs, "interpolation": interpolation, "period": period, "memory": memory},
-            **{"vary": vary, "points": points, "design": design},
-            **{"seed": seed, "sampling": sampling, "save": save},
-            **options,
-        }
-        for name, value in decided.items():
-            if value is not None or name in options:
-                raise bad_value(name, value, f"left out: {model} determines the run", "the call")
-        file, origin, own = read_campaign(Path(str(model))), str(model), None
-        campaign, source = file.campaign(origin), file.model
-        out = file.out if out is None else out
-        success = file.success if success is None else success
-        until = file.until if until is None else until
-        require = file.require if require is None else require
-        confidence = file.confidence if confidence is None else confidence
-    else:
-        origin, source = "the call", model
-        campaign, own = posed_batch(
-            model,
-            controller,
-            n,
-            scenario,
-            parameters,
-            initial,
+            controller=controller,
+            n=n,
+            scenario=scenario,
+            parameters=parameters,
+            initial=initial,
             inputs=inputs,
             interpolation=interpolation,
             period=period,
@@ -345,7 +269,41 @@ def stored_batch(
             sampling=sampling,
             save=save,
             **options,
-        )
+        ).dataset()
+
+
+def stored_batch(
+    model: Model | str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    success: str | None = None,
+    until: str | None = None,
+    require: Mapping[str, str] | None = None,
+    confidence: float | None = None,
+    strict: bool = False,
+    threads: int | None = None,
+    scheduler: str | Client | None = None,
+    report: BatchProgress | None = None,
+    **posed: Any,
+) -> Store:
+    """Return the store of a batch; see `batch`. `posed` has the arguments of `posed_batch`."""
+    check_arguments("mapping", "the call", require=require)
+    source: Model | str | os.PathLike[str]
+    if str(model).endswith(".toml"):
+        from mehvar.campaign import read_campaign
+
+        check_file_determines(model, posed)
+        file, origin, own = read_campaign(Path(str(model))), str(model), None
+        campaign, source = file.campaign(origin), file.model
+        out = file.out if out is None else out
+        success = file.success if success is None else success
+        until = file.until if until is None else until
+        require = file.require if require is None else require
+        confidence = file.confidence if confidence is None else confidence
+    else:
+        origin, source = "the call", model
+        campaign, own = posed_batch(model, **posed)
     with KeptInterrupts(), _connected(scheduler) as client, cell_progress("batch") as advance:
         store = run_batch(
             source,
@@ -368,6 +326,20 @@ def stored_batch(
     return store
 
 
+def check_file_determines(path: object, posed: Mapping[str, Any]) -> None:
+    """Refuse arguments of `posed_batch` beside a campaign file, which has their values.
+
+    Raises
+    ------
+    InputError
+        If an argument is given, or is None and none of the function's own.
+    """
+    own = inspect.signature(posed_batch).parameters
+    for name, value in posed.items():
+        if value is not None or name not in own:
+            raise bad_value(name, value, f"left out: {path} determines the run", "the call")
+
+
 def posed_batch(
     model: Model | str | os.PathLike[str],
     controller: str | LawFunction | None = None,
@@ -387,7 +359,7 @@ def posed_batch(
     sampling: Design | None = None,
     save: float | None = None,
     **options: Any,
-) -> tuple[Campaign, OwnLaw | None]:
+) -> tuple[Campaign, PythonLaw | None]:
     """Return the campaign of a batch and its Python law, if any; see `batch`."""
     origin = "the call"
     check_arguments("text", origin, scenario=scenario)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -137,14 +137,54 @@ class Derivation:
         self.steps.append(Equation(left, expression(f"equation {left!r}", expr), number, title, self._section, unit))
 
 
+def vector(
+    name: str, values: Iterable[Expr], title: str, unit: str, latex: str, d: Derivation, number: str = "",
+    labels: Sequence[str] = "xyz", positive: bool = False,
+) -> sp.Matrix:  # fmt: skip
+    """Name the components of a vector; `*` in names and titles stands for the label of a component."""
+    return sp.Matrix(
+        [
+            d.define(name.replace("*", i), value, number, title.replace("*", i), unit, latex.replace("*", i), positive)
+            for i, value in zip(labels, values, strict=True)
+        ]
+    )
+
+
+def matrix(name: str, values: sp.Matrix, title: str, unit: str, d: Derivation, number: str = "") -> sp.Matrix:
+    """Name the elements of a matrix, row by row."""
+    labels = [f"{i + 1}{j + 1}" for i in range(3) for j in range(3)]
+    return vector(f"{name}*", values, title, unit, f"{name}_{{*}}", d, number, labels).reshape(3, 3)
+
+
+def symmetric(
+    name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation, number: str = ""
+) -> sp.Matrix:
+    """Name the elements of a symmetric matrix."""
+    places = [(i, j) for i in range(3) for j in range(i, 3)]
+    labels = [f"{i + 1}{j + 1}" for i, j in places]
+    upper = [values[place] for place in places]
+    named = dict(zip(places, vector(f"{name}*", upper, title, unit, f"{latex}_{{*}}", d, number, labels), strict=True))
+    return sp.Matrix(3, 3, lambda i, j: named[min(i, j), max(i, j)])
+
+
 def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
     """Return the symbols that expressions depend on, with definitions resolved."""
-    seen: set[sp.Symbol] = set()
+    return {s for s in _reached(expressions, definitions) if s not in definitions}
+
+
+def used_definitions(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the definitions that expressions use, directly or indirectly."""
+    return {s for s in _reached(expressions, definitions) if s in definitions}
+
+
+def _reached(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
+    """Return the symbols in expressions and in the definitions that they use."""
+    reached: set[sp.Symbol] = set()
     stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
     while stack:
         symbol = stack.pop()
-        if symbol not in seen:
-            seen.add(symbol)
+        if symbol not in reached:
+            reached.add(symbol)
             if symbol in definitions:
                 stack.extend(sp.sympify(definitions[symbol]).free_symbols)
-    return {s for s in seen if s not in definitions}
+    return reached

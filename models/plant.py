@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from .check.vectors import vectors
-from .derivation import Definition, Derivation, Equation
+from .derivation import Definition, Derivation, Equation, used_definitions
 from .system import Controller, Metric, Scenario, System
 
 
@@ -62,13 +62,7 @@ def _steps_of(plant: System) -> Iterable[Definition | Equation]:
     """Yield the steps that the plant's vectors use, and the shown equations in the plant's symbols."""
     entries = [entry for vector in vectors(plant) for entry in vector.entries]
     entries += [*plant.residual, *(s for condition in plant.limits for s in condition.shown)]
-    definitions, needed = plant.definitions, set()
-    stack = [symbol for entry in entries for symbol in entry.free_symbols]
-    while stack:
-        symbol = stack.pop()
-        if symbol in definitions and symbol not in needed:
-            needed.add(symbol)
-            stack.extend(definitions[symbol].free_symbols)
+    needed = used_definitions(entries, plant.definitions)
     known = needed | {symbol for vector in vectors(plant) for symbol in vector.units}
     for step in plant.steps:
         kept = step.symbol in needed if isinstance(step, Definition) else step.expr.free_symbols <= known

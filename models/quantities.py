@@ -96,9 +96,9 @@ class Quantity:
     name : str
         ASCII identifier, the same in C, Python and result files.
     unit : str
-        SI unit, radians inside; "1" for a dimensionless number.
+        SI unit, with radians for angles; "1" for a dimensionless number.
     description : str
-        One line for people.
+        A one-line description.
     latex : str, optional
         Spelling in the paper; if empty, SymPy derives it from the name.
     positive : bool, optional
@@ -160,7 +160,7 @@ class Interval:
         return above and below
 
     def __str__(self) -> str:
-        return f"{'(['[not self.lower_open]}{self.lower:g}, {self.upper:g}{')]'[not self.upper_open]}"
+        return f"{'(['[not self.lower_open]}{_exact(self.lower)}, {_exact(self.upper)}{')]'[not self.upper_open]}"
 
     @property
     def positive(self) -> bool:
@@ -187,6 +187,12 @@ class Interval:
         if not interval.lower < interval.upper:
             raise ValueError(f"bounds {text!r} are an empty interval: the first must be below the second")
         return interval
+
+
+def _exact(number: float) -> str:
+    """Return a short text that `float` reads as the same number."""
+    short = f"{number:g}"
+    return short if float(short) == number else repr(number)
 
 
 _INTERVAL = re.compile(r"^([(\[])\s*([^,\s_]+)\s*,\s*([^,\s_]+)\s*([)\]])$", re.ASCII)

@@ -44,7 +44,7 @@ def main(name: str = "", *command: str) -> int:
 
 
 def record(name: str, result: dict[str, str]) -> None:
-    """Keep what came of a campaign in place of what came of it before."""
+    """Replace the record of a campaign by the new one."""
     assert name in CAMPAIGNS, name
     records = {**json.loads(RECORDS.read_text(encoding="utf-8")), name: result}
     RECORDS.write_text(json.dumps(records, indent=1, sort_keys=True) + "\n", encoding="utf-8")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m mehvar` as a process of its own that need not import the libraries: two seconds of each command.
+"""`python -m mehvar` in a forked process that has imported the libraries, which saves two seconds per command.
 
 One process has imported them, and the rooms of mehvar that read no model. For each command it forks one that gets the
 caller's files, folder and environment. Where the caller's PYTHONPATH may lead to another copy of mehvar, the fork
@@ -43,11 +43,11 @@ LIBRARIES = (
     *("PIL.Image", "unicorn", "pyarrow", "distributed"),  # xarray imports the last to write a file
 )
 ROOMS = ("base", "cli", "runtime", "pictures", "formats")
-"""Rooms of mehvar; what a derivation reads is imported under its eyes, which `models` must be."""
+"""Packages that are imported in advance; a derivation must import `models` itself, because it records the imports."""
 COLD = sys.executable
 """A Python that has imported nothing."""
 MOST = 64
-"""Files that a caller hands over: 3 and what multiprocessing adds, which are 2."""
+"""Number of files that a caller passes: 3, and 2 of multiprocessing."""
 CLIENT = """#!{python} -IS
 import json, os, socket, struct, sys
 words = sys.argv[1:]
@@ -63,17 +63,17 @@ line.sendall(struct.pack("<I", len(text)) + text)
 (status,) = struct.unpack("<i", line.recv(4))
 sys.exit(status)
 """
-"""Its exit status is the command's, or 128 and the number of the signal that ended it, as a shell has it."""
+"""Command whose exit status is the forked command's, or 128 plus the number of the signal that ended it."""
 
 
 def mehvar() -> list[str]:
-    """Return the start of a command line that runs `mehvar` as a process of its own."""
+    """Return the beginning of a command line that runs `mehvar` in a separate process."""
     return [python(), "-P", "-m", "mehvar"]
 
 
 @functools.cache
 def python() -> str:
-    """Return the path of the program; its server ends with this process."""
+    """Return the path of the program, whose server ends with this process."""
     folder = Path(tempfile.mkdtemp(prefix="mehvar-"))
     place, program = folder / "socket", folder / "python"
     program.write_text(CLIENT.format(python=COLD, place=str(place)), encoding="utf-8")
@@ -96,7 +96,7 @@ def python() -> str:
 
 
 def _fork(place: Path) -> None:
-    """Serve from a fork of this process, which has imported what a server would; it ends with this process too."""
+    """Serve from a fork of this process, which has imported the libraries; the server ends with this process."""
     (its_input, held), (heard, its_output) = os.pipe(), os.pipe()
     sys.stdout.flush()
     if os.fork() == 0:
@@ -121,7 +121,7 @@ def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
 
 
 def load() -> None:
-    """Import the libraries and the rooms, of which an environment for validation lacks some."""
+    """Import the installed libraries and the packages of mehvar."""
     for name in LIBRARIES:
         with contextlib.suppress(ModuleNotFoundError):
             importlib.import_module(name)
@@ -134,7 +134,7 @@ def load() -> None:
 
 
 def serve(place: str) -> list[str] | None:
-    """Fork a process for each command, in which this returns its arguments, until the standard input ends."""
+    """Fork a process for each command until the standard input ends; in each fork, return the arguments."""
     load()
     sys.executable = str(Path(place).with_name("python"))
     multiprocessing.spawn.set_executable(sys.executable)
@@ -157,7 +157,7 @@ def serve(place: str) -> list[str] | None:
 
 
 def _called(line: socket.socket) -> list[str]:
-    """Take over a caller's files, folder, environment and arguments; another process sends the exit status."""
+    """Adopt a caller's files, folder, environment and arguments; another process sends the exit status."""
     _, files, _, _ = socket.recv_fds(line, 1, MOST)
     reader = line.makefile("rb")
     (size,) = struct.unpack("<I", reader.read(4))
@@ -186,7 +186,7 @@ def _called(line: socket.socket) -> list[str]:
 
 
 def _number(files: dict[int, int]) -> None:
-    """Give the caller's files the numbers that they have there; nothing else stays open."""
+    """Give the caller's files their numbers, and close all others."""
     high = max((*files, *files.values())) + 1
     apart = {number: high + k for k, number in enumerate(files)}
     for number, file in files.items():
@@ -199,7 +199,7 @@ def _number(files: dict[int, int]) -> None:
 
 
 def run(words: list[str]) -> None:
-    """Do what Python does with a command line: `-m mehvar ...` or `-c TEXT ...`, after flags."""
+    """Run a command line as Python does: flags, then `-m mehvar ...` or `-c TEXT ...`."""
     kind, what, *arguments = itertools.dropwhile(lambda word: word not in ("-m", "-c"), words)
     if kind == "-m":
         sys.argv = [what, *arguments]
@@ -210,7 +210,7 @@ def run(words: list[str]) -> None:
 
 
 def _exit(code: object) -> NoReturn:
-    """End as the interpreter does, but leave taking the libraries apart, which takes 0.1 s, to the system."""
+    """End like the interpreter, but without unloading the libraries, which saves 0.1 s."""
     if code is not None and not isinstance(code, int):
         print(code, file=sys.stderr)
     threading._shutdown()  # type: ignore[attr-defined]
@@ -222,7 +222,7 @@ def _exit(code: object) -> NoReturn:
 
 
 def main(place: str) -> NoReturn:
-    """Serve, and be a command in each fork."""
+    """Serve, and run a command in each fork."""
     call = serve(place)
     if call is not None:
         try:

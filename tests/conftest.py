@@ -41,7 +41,7 @@ LONG = (
     "tests/gates/",
     PAGES,
 )
-"""Modules that take a minute or more of a processor: one that began last would leave the others without work."""
+"""Modules that take a minute or more; they start first, so that no process is idle at the end."""
 
 
 _CASES: Counter[str] = Counter()
@@ -61,12 +61,12 @@ def _place(item: pytest.Item) -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with what takes longest; the sort leaves equal ones in their order."""
+    """Sort tests by expected time, longest first; the sort is stable."""
     items.sort(key=_place)
 
 
 def pytest_collection_finish() -> None:
-    """Look for cycles of objects seldom, and never among what is imported: a sixth of the time of deriving."""
+    """Collect garbage rarely, and never imported objects; this saves a sixth of the time of deriving."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(100_000, 20, 100)
@@ -74,7 +74,7 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Schedule by module, but some folders as one and pages one by one."""
+    """Schedule by module; some folders as a whole, pages one by one."""
     from xdist.scheduler import LoadScopeScheduling
 
     class ByModule(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no annotations
@@ -90,7 +90,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 @pytest.fixture(scope="session", autouse=True)
 def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compile and judge once in all processes of this run, and nothing that an earlier one has left."""
+    """Set a cache that all processes of this run share, empty at the start."""
     own = tmp_path_factory.getbasetemp()
     run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
     with pytest.MonkeyPatch.context() as patch:

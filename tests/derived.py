@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Derivations of the shipped models for tests: each system once in a process, each variant's texts once in a run.
+"""Derivations of the shipped models for tests: each system once per process, each variant's files once per run.
 
 Nothing is derived while tests are collected: every process of a run collects all of them.
 """
@@ -34,13 +34,13 @@ def generated(model: str) -> Path:
 
 
 def variant(model: str, /, **structure: str) -> dict[str, str]:
-    """Return the texts of a structural variant."""
+    """Return the files of a structural variant."""
     folder = structure_folder(installed_tree(), model, structure)
     return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if not path.name.startswith(".")}
 
 
 @functools.cache
 def ledger(model: str) -> Ledger:
-    """Return the ledger of a model's paper, judged once for the tests and for the pages that show it."""
+    """Return the checked ledger of a model's paper, computed once for tests and pages."""
     (verdicts,) = paper_ledgers(installed_tree(), model)
     return TypeAdapter(Ledger).validate_python(verdicts)

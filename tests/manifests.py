@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Manifests that a test writes itself."""
+"""Manifests for tests."""
 
 import json
 from collections.abc import Mapping
@@ -10,5 +10,5 @@ from mehvar.base.manifest import FILE, with_digest
 
 
 def write_manifest(folder: Path, data: Mapping[str, Any]) -> None:
-    """Write a manifest as generation would: sealed."""
+    """Write a manifest with its digest."""
     (folder / FILE).write_text(with_digest(json.dumps(data, indent=1)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tests near what changed since `main`, and the gates of names and rooms: a minute for those who work on it.
+"""Run the tests of files that changed since `main`, and the gates of names and layout, in a minute.
 
 Tests stand where their subject stands: `runtime/run/ticks.py` has `tests/runtime/run/test_ticks.py`. A file without a
 test of its name has the tests of its folder, or of the nearest folder above it. After 50 s no further test begins.
@@ -19,13 +19,13 @@ import pytest
 ROOT = Path(__file__).parents[1]
 GATES = ("tests/gates/test_names.py", "tests/gates/test_rooms.py", "tests/gates/test_public.py")
 SECONDS = 50
-"""Seconds after which no test begins: the running one then ends within the minute."""
+"""Time after which no further test starts, s, so that the run ends within a minute."""
 PAGES = "tests/docs/test_docs.py"
 OF_A_PAGE = ("test_links_lead_somewhere", "test_what_a_page_shows_runs")
 
 
 def changed() -> list[str]:
-    """Return the files that differ from where the branch left `main`, new ones included."""
+    """Return the files that changed since the branch left `main`, including new files."""
     base = _git("merge-base", "HEAD", "main") or ["HEAD"]
     return sorted({*_git("diff", "--name-only", *base), *_git("ls-files", "--others", "--exclude-standard")})
 
@@ -64,7 +64,7 @@ def _git(*arguments: str) -> list[str]:
 
 
 class Minute:
-    """Keep the order of the command line, the nearest first; begin no test where the time is over."""
+    """Keep the order of the command line; start no test after the time limit."""
 
     def __init__(self, seconds: float = SECONDS) -> None:
         self._end = time.monotonic() + seconds
@@ -80,7 +80,7 @@ class Minute:
 
 
 def main() -> int:
-    """Run them."""
+    """Run the tests."""
     os.chdir(ROOT)
     os.environ.setdefault("MEHVAR_TEST_CACHE", "build/cache")
     return int(pytest.main(["--import-mode=importlib", *near(changed())], plugins=[Minute()]))

@@ -13,7 +13,7 @@ _PACKAGES = {
 
 
 def needs(*programs: str) -> pytest.MarkDecorator:
-    """Skip a test where a program is missing, and say how to get it."""
+    """Skip a test if a program is missing, with its install command."""
     missing = [program for program in programs if shutil.which(program) is None]
     how = " ".join(_PACKAGES.get(program, program) for program in missing)
     return pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: apt install {how}")

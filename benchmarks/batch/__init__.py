@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cost of batches, alone and beside other integrators, and the faults they survive."""
+"""Cost of batches, alone and in comparison with other integrators, and recovery from faults."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The batch kernel beside a bare loop of the same dop853 in C, and both beside what the processor could do.
+"""The batch kernel and a bare loop of the same dop853 in C, compared with each other and with the processor's limits.
 
 python -m benchmarks.batch.bare
 """
@@ -47,7 +47,7 @@ class Job(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Pair:
-    """A system at a tolerance, in us a run: medians, least ones, and the median of the ratios of neighbours."""
+    """Times of a system at a tolerance, us per run: medians, minima, and the median ratio of neighbouring runs."""
 
     title: str
     tolerance: float
@@ -57,7 +57,7 @@ class Pair:
     ratio: float
 
     def row(self) -> list[str]:
-        """Return it as a row of the table."""
+        """Return the times as a row of the table."""
         least = self.product[1] / self.bare[1]
         return [self.title, f"{self.tolerance:.0e}", f"{self.evaluations:.0f}",
                 *(f"{v[0]:.2f} ({v[1]:.2f})" for v in (self.bare, self.product)),
@@ -65,7 +65,7 @@ class Pair:
 
 
 class System:
-    """A case with its bare loop: what to give both, and both as functions."""
+    """A case: arguments, kernel and bare loop as functions."""
 
     def __init__(self, case: Case, tolerance: float, scratch: Path) -> None:
         model = loaded(case, scratch)
@@ -99,7 +99,7 @@ class System:
         return block.final
 
     def pairs(self) -> list[Pair]:
-        """Time both in turns; the product also with samples where it passes over them."""
+        """Time both in turns; the kernel also with samples within its steps."""
         closed = self.case.sample is not None
         # the last step of a continuous loop also has to be good between its ends, see native/step/dense.h
         np.testing.assert_allclose(self.product(), self.bare(), rtol=1e-4 if closed else 0, atol=1e-4 if closed else 0)
@@ -121,7 +121,7 @@ def _pair(title: str, tolerance: float, evaluations: float, both: list[tuple[flo
 
 
 def compiled(kernel: Kernel) -> ctypes.CDLL:
-    """Compile the bare loop with the sources and flags of a kernel; of what that prepares, what the slope needs."""
+    """Compile the bare loop with the sources and flags of a kernel, and prepare its constants."""
     sources, loop = kernel_sources(kernel.loop), kernel.loop
     [line] = [line for line in sources["kernel.h"].splitlines() if line.startswith("#define CALL_PREPARE")]
     calls = line.removeprefix("#define CALL_PREPARE").split(";")
@@ -166,7 +166,7 @@ def main() -> None:
 
 
 def beyond(pairs: list[Pair]) -> list[list[str]]:
-    """Return the extra time of the product over the bare loop, for a run and for a slope in a lane."""
+    """Return the extra time of the kernel over the bare loop, for a run and for an evaluation in a lane."""
     rows = []
     for title in dict.fromkeys(pair.title for pair in pairs):
         loose, tight = (pair for pair in pairs if pair.title == title)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Batches of closed loops: what whole campaigns cost, and the same loop in other integrators.
+"""Cost of batches of closed loops, and the same loop in other integrators.
 
 Run in an environment that has benchmarks/peers/requirements.txt beside mehvar:
 
@@ -37,14 +37,14 @@ ERRORS = (1e-6, 1e-9)
 TOLERANCES = tuple(10.0**-k for k in range(4, 12))
 PEERS = ("heyoka", "numba", "scipy", "casadi", "jax", "diffrax")
 DIFFRAX = {"slosh": ("Kvaerno5", "Kvaerno3"), "triangle": ("Dopri8", "Tsit5")}
-"""Its explicit solvers took over a second a run of slosh; Kvaerno5 did not end eight runs of the triangle within ten
-minutes, whose law has kinks."""
+"""Diffrax's explicit solvers took over a second per run of slosh. Kvaerno5 did not finish eight runs of the triangle,
+whose law has kinks, in ten minutes."""
 RK4 = {"slosh": (3_000, 6_000), "triangle": (350, 1400, 5600)}  # steps
 
 
 @dataclass(frozen=True)
 class Campaigned:
-    """A campaign: how many runs are asked for, how many are measured."""
+    """A campaign, with the numbers of requested and measured runs."""
 
     title: str
     asked: int
@@ -81,7 +81,7 @@ CAMPAIGNS = {
 
 
 def main() -> None:
-    """Measure the parts that are asked for, and write all tables."""
+    """Measure the requested parts, and write all tables."""
     record: dict[str, Any] = json.loads(RECORD.read_text()) if RECORD.exists() else {}
     parts: dict[str, Callable[[], dict[str, Any]]] = {
         **{name: lambda name=name: continuous(name) for name in LOOPS},
@@ -95,7 +95,7 @@ def main() -> None:
 
 
 def continuous(name: str) -> dict[str, Any]:
-    """Let all take turns on a loop without samples."""
+    """Time all integrators in turns on a loop without samples."""
     with tempfile.TemporaryDirectory() as scratch:
         given = problem(LOOPS[name], Path(scratch))
         makers: dict[str, Callable[[], Iterator[Contender]]] = {
@@ -110,7 +110,7 @@ def continuous(name: str) -> dict[str, Any]:
 
 
 def discrete() -> dict[str, Any]:
-    """Let all take turns on the satellite's sampled law."""
+    """Time all integrators in turns on the satellite's sampled law."""
     given = sampled.sampled(512, 1 / 4)
     makers: dict[str, Callable[[], Iterator[Contender]]] = {
         "mehvar": lambda: sampled.ours(given, (1e-6, 1e-8)),
@@ -134,7 +134,7 @@ def _measured(given: Problem | sampled.Sampled, makers: dict[str, Callable[[], I
 
 
 def campaigns() -> dict[str, Any]:
-    """Run what `mehvar batch` runs: draw, integrate, sum up, store."""
+    """Do the work of `mehvar batch`: draw, integrate, summarise, store."""
     lines, rows = machine(), []
     for campaign in CAMPAIGNS.values():
         with tempfile.TemporaryDirectory() as folder:
@@ -182,7 +182,7 @@ def _campaign_table(record: dict[str, Any]) -> list[str]:
 
 
 def _ratios(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Compare at equal error; who is always more exact counts with the loosest setting."""
+    """Compare at equal error; an integrator that is always more exact counts with its loosest setting."""
     result = []
     ours = [row for row in rows if row["name"].startswith("mehvar")]
     for name in dict.fromkeys(row["name"] for row in rows if row not in ours and "alone" not in row["name"]):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixed costs of a batch: a call, a run, a store; 64 runs beside many.
+"""Fixed costs of a batch: per call, run and store.
 
 python -m benchmarks.batch.fixed_costs
 """
@@ -25,7 +25,7 @@ MANY = 4096
 TIGHT: dict[str, Any] = {"rtol": 1e-6, "atol": 1e-6}
 LOOPS = {"triangle": ("path", 35.0), "slosh": ("lyapunov-v2", 20.0), "satellite": ("mrac", 20.0)}
 SHORT = 1e-3
-"""Seconds of a run that has hardly a step; a sampled law's period instead."""
+"""Duration of a run with few steps, s; for a sampled law, the period."""
 
 
 def main() -> None:
@@ -71,7 +71,7 @@ def _store(model: str, campaign: Campaign) -> None:
 
 
 def _seconds(job: Callable[[], object]) -> float:
-    """Return the median processor time after a first call, each long enough to measure."""
+    """Return the median processor time of calls after the first one; each call is long enough to measure."""
     times = []
     for _ in range(REPEATS + 1):
         started, count = process_time(), 0

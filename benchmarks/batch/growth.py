@@ -33,9 +33,9 @@ SAMPLES = (10**2, 10**3, 10**4, 10**5)
 MEMBERS = (2, 4, 8, 16, 32)
 WORKERS = (1, 2)
 VARIED = ("--vary", "theta_0=uniform(0.8, 1.2)", "--vary", "l1_0=normal(0.2, 0.01)")
-"""Runs that differ: equal ones would compress to nothing."""
+"""Different runs; equal runs would compress to almost nothing."""
 MOST = 1.1
-"""Largest exponent that passes for proportional growth."""
+"""Largest exponent that counts as proportional growth."""
 QUANTITIES = {
     "time": "s",
     "memory": "MB",
@@ -52,7 +52,7 @@ Line = dict[str, Row]
 
 @dataclass(frozen=True)
 class Part:
-    """A line of points: what grows, in which unit, and what else stays as it is."""
+    """A series of measurements: growing quantity, unit, and constant settings."""
 
     title: str
     axis: str
@@ -62,7 +62,7 @@ class Part:
 
 
 def main() -> None:
-    """Measure what is named, and write the page with the picture."""
+    """Measure the named series, and write the page with the picture."""
     parser = command_line(__doc__, PARTS)
     parser.add_argument("--tables", action="store_true", help="measure nothing, write the page again")
     given = parser.parse_args()
@@ -79,21 +79,21 @@ def main() -> None:
 
 
 def runs() -> Iterator[tuple[int, Row]]:
-    """Store more and more short runs."""
+    """Measure growth with the number of short runs in a store."""
     _stored("triangle", "path", "-n", 1, "--t-end", 0.05)  # compiles
     for n in RUNS:
         yield n, _stored("triangle", "path", "-n", n, "--t-end", 0.05, "--set", "dt_out=0.01", *VARIED)
 
 
 def horizon() -> Iterator[tuple[int, Row]]:
-    """Fly longer and longer, with as many samples."""
+    """Measure growth with the duration, at a constant number of samples."""
     _stored("satellite", "mrac", "-n", 1, "--t-end", 1)
     for end in HORIZONS:
         yield end, _stored("satellite", "mrac", "-n", 64, "--t-end", end, "--set", f"dt_out={end / 100:g}")
 
 
 def samples() -> Iterator[tuple[int, Row]]:
-    """Store the same runs with more and more samples."""
+    """Measure growth with the number of samples."""
     for count in SAMPLES:
         step = 10 / count
         options = ("-n", 16, "--t-end", 10, "--set", f"dt_out={step:g}", "--save", step, *VARIED)
@@ -101,7 +101,7 @@ def samples() -> Iterator[tuple[int, Row]]:
 
 
 def members() -> Iterator[tuple[int, Row]]:
-    """Derive slosh with more and more pendulums, and integrate it."""
+    """Measure growth with the number of pendulums of slosh."""
     for count in MEMBERS:
         with tempfile.TemporaryDirectory() as folder:
             os.environ["MEHVAR_CACHE"] = f"{folder}/cache"  # nothing has been derived or compiled before
@@ -113,14 +113,14 @@ def members() -> Iterator[tuple[int, Row]]:
 
 
 def threads() -> Iterator[tuple[int, Row]]:
-    """Share the same runs among threads."""
+    """Measure the same runs on several threads."""
     _stored("slosh", "lyapunov-v2", "-n", 1, "--t-end", 1)
     for count in WORKERS:
         yield count, _stored("slosh", "lyapunov-v2", "-n", 4096, "--t-end", 20, threads=count)
 
 
 def workers() -> Iterator[tuple[int, Row]]:
-    """Share the same runs among processes of dask, from their start to their end."""
+    """Measure the same runs on several dask processes, including start and end."""
     for count in WORKERS:
         code = _CLUSTER.format(count=count)
         yield count, _measured("-c", code)
@@ -139,7 +139,7 @@ if __name__ == "__main__":
 
 
 def _stored(model: str | Path, law: str, *options: object, threads: int = 1) -> Row:
-    """Return what a batch takes, and its store when it is opened and verified."""
+    """Return time and memory of a batch, and of opening and verifying its store."""
     with tempfile.TemporaryDirectory() as folder:
         store = Path(folder) / "runs.zarr"
         row = _measured("mehvar", "batch", model, "--controller", law, *options, "--threads", threads, "--out", store)
@@ -150,7 +150,7 @@ def _stored(model: str | Path, law: str, *options: object, threads: int = 1) -> 
 
 
 def _measured(*words: object) -> Row:
-    """Return processor time, time and peak memory of a process and of those that it waits for."""
+    """Return processor time, wall time and peak memory of a process and its children."""
     line = [sys.executable, *(["-m"] if words[0] == "mehvar" else []), *map(str, words)]
     started = perf_counter()
     process = subprocess.Popen(line, stdout=subprocess.DEVNULL)
@@ -270,7 +270,7 @@ _STYLES: Sequence[tuple[str, str]] = (
     *(("#000000", "o"), ("#56B4E9", "s"), ("#009E73", "^")),
     *(("#D55E00", "D"), ("#CC79A7", "v"), ("#E69F00", "x"), ("#0072B2", "P")),
 )
-"""Palette of Okabe and Ito; a marker for each, so that colour is never the only sign."""
+"""Palette of Okabe and Ito; and a marker for each, so that the picture can be read without colour."""
 
 
 if __name__ == "__main__":

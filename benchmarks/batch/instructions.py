@@ -16,7 +16,7 @@ _ARITHMETIC = re.compile(r"v(add|sub|mul|fn?m(add|sub)\d+)[ps][ds]$")
 
 @dataclass(frozen=True)
 class Counts:
-    """Instructions of x86: all, those that read or write memory, and vector arithmetic by what it costs."""
+    """Counts of x86 instructions: all, memory accesses, and vector arithmetic by cost."""
 
     instructions: int = 0
     loads: int = 0
@@ -30,7 +30,7 @@ class Counts:
 
 
 def counts(library: Path, function: str) -> Counts:
-    """Count a function's instructions and those of the functions that it calls, each as often as it is called.
+    """Count the instructions of a function and of its calls, each as often as it is called.
 
     Every instruction counts once: generated functions do not loop or branch on data.
 

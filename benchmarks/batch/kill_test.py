@@ -27,7 +27,7 @@ VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta_0=uniform(0.8, 1.2)
 
 @dataclass
 class Tally:
-    """Counts of kills by the number of blocks that were acknowledged then, completed stores, blocks seen."""
+    """Counts: kills by the number of acknowledged blocks, completed stores, blocks compared."""
 
     kills: Counter[int] = field(default_factory=Counter)
     stores: int = 0
@@ -35,7 +35,7 @@ class Tally:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Kill, resume, compare, and say what happened."""
+    """Kill, resume, compare, and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--runs", type=int, default=20_000)
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def torment(folder: Path, kills: int, runs: int, chance: random.Random) -> Tally:
-    """Kill and resume until there were enough kills; raise AssertionError when a byte differs."""
+    """Kill and resume the given number of times; raise AssertionError if a byte differs."""
     reference, store = folder / "reference.zarr", folder / "runs.zarr"
     started = time.monotonic()
     assert start(reference, runs).wait() == 0
@@ -86,7 +86,7 @@ def start(store: Path, runs: int) -> subprocess.Popen[bytes]:
 
 
 def finish(store: Path, reference_contents: dict[str, bytes]) -> None:
-    """Compare a complete store, and make room for the next one."""
+    """Compare a complete store, and remove it."""
     result = contents(store)
     assert result.keys() == reference_contents.keys(), sorted(result.keys() ^ reference_contents.keys())[:5]
     different = [name for name in reference_contents if result[name] != reference_contents[name]]

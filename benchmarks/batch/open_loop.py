@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Open-loop work and precision: our batch kernel against other integrators of the same equations.
+"""Work and precision of open-loop batches: mehvar's kernel and other integrators of the same equations.
 
 Run in an environment that has benchmarks/peers/requirements.txt beside mehvar; a few minutes for each case:
 
@@ -42,12 +42,12 @@ AIMS = {
     "diffrax": (40, 100),
     "jax": (40, 100),
 }
-"""Targets of the ratio of speeds for each peer: the least, and the one aimed at."""
+"""Ratio of speeds for each peer: minimum and target."""
 PEERS = ("heyoka", "numba", "scipy", "casadi", "jax", "diffrax")
 
 
 def main() -> None:
-    """Measure the cases that are asked for, and write all tables and the picture."""
+    """Measure the requested cases, and write all tables and the picture."""
     record: dict[str, Any] = json.loads(RECORD.read_text()) if RECORD.exists() else {}
     for name in parts_to_measure(__doc__, CASES):
         with tempfile.TemporaryDirectory() as scratch:
@@ -60,7 +60,7 @@ def main() -> None:
 
 
 def measured(name: str, scratch: Path) -> dict[str, Any]:
-    """Build every contender, let all take turns, and return time and error of each."""
+    """Build every contender, time all in turns, and return the time and error of each."""
     given, missing, result = problem(CASES[name], scratch), dict[str, str](), list[Contender]()
     print(f"{given.case.title}: {given.slope.operations} operations", flush=True)
     lines = machine()
@@ -78,12 +78,12 @@ def measured(name: str, scratch: Path) -> dict[str, Any]:
 
 
 def floor(given: Problem, rows: Sequence[dict[str, Any]]) -> float:
-    """Return by how much the most exact peer differs from the reference: the error below which nothing is told."""
+    """Return the difference of the most exact peer from the reference; smaller errors are not compared."""
     return min(row["error"] for row in rows if not row["name"].startswith("mehvar"))
 
 
 def makers(given: Problem, scratch: Path) -> dict[str, Callable[[], Iterator[Contender]]]:
-    """Return who takes part."""
+    """Return the contenders."""
     strict = tuple(10.0**-k for k in range(7, 13))
     return {
         "mehvar": lambda: contenders.ours(given, TOLERANCES),
@@ -115,7 +115,7 @@ def tables(record: dict[str, Any]) -> None:
 
 
 def comparison(rows: Sequence[dict[str, Any]]) -> list[list[str]]:
-    """Return our time and each peer's where both make the same error, or take the same steps of the same method."""
+    """Return the times of mehvar and of each peer at equal error, or for equal steps of the same method."""
     groups: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in rows:
         groups["mehvar" if row["name"].startswith("mehvar dop") else row["name"]].append(row)

@@ -33,13 +33,13 @@ LOOSER = (1e-7, 1e-8, 1e-9, 1e-10, 3e-11, DEFAULT)
 TOLERANCES = tuple(10.0**-k for k in range(4, 12))
 METHODS: tuple[Method, ...] = ("dop853", "dopri5", "rock4", "rodas5p", "auto")
 COLOURS = ("#000000", "#56B4E9", "#009E73", "#D55E00", "#CC79A7")
-"""Palette of Okabe and Ito; a marker for each, so that colour is never the only sign."""
+"""Palette of Okabe and Ito; and a marker for each, so that the picture can be read without colour."""
 MARKERS = "os^Dx"
 
 
 @dataclass(frozen=True)
 class Case:
-    """A loop whose values vary: how many runs of it, and how long and with which samples where methods are compared."""
+    """A dispersed loop: number of runs; duration and samples for the comparison of methods."""
 
     model: str
     law: str
@@ -81,7 +81,7 @@ def _head() -> list[str]:
 
 
 def _metrics_part() -> list[str]:
-    """Return the table of the errors that metrics of a user's default batches have by their tolerance."""
+    """Return the table of metric errors of default batches, by tolerance."""
     rows = [row for case in CASES for row in _metric_rows(case)]
     columns = ["loop", "tolerance", "ms a run", "largest difference", "of", f"above {ALLOWED:g}"]
     return [
@@ -116,7 +116,7 @@ def _metric_rows(case: Case) -> list[list[str]]:
 
 
 def _gaps(values: Array, expected: Array) -> Array:
-    """Return relative differences; none where both are not finite alike, an infinite one where only one is."""
+    """Return relative differences: zero if both values are equally not finite, infinite if only one is."""
     with np.errstate(invalid="ignore"):
         gaps: Array = np.abs(values - expected) / (1 + np.abs(expected))
     alike = (values == expected) | (np.isnan(values) & np.isnan(expected))
@@ -134,7 +134,7 @@ class _Rung:
 
 
 def _ladder(case: Case, runs: int = 16) -> list[_Rung]:
-    """Return time and error of every method at every tolerance; the error is the median run's, of its samples."""
+    """Return time and error of every method at every tolerance; the error is the median over runs."""
     model = mehvar.load(case.model, backend="c")
     draw = Plan(model, Campaign(case.law, runs, vary=dict(case.vary))).draw(0, runs)
     states = len(model.state_names)
@@ -163,7 +163,7 @@ def _ladder(case: Case, runs: int = 16) -> list[_Rung]:
 
 
 def _timed(job: Callable[[], Any]) -> tuple[float, float, Any]:
-    """Return the least and the median processor time, after a first call, and what the job returns."""
+    """Return minimum and median processor time after a first call, and the result of the job."""
     times, result = [], job()
     for _ in range(REPEATS):
         started = process_time()

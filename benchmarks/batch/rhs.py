@@ -141,7 +141,7 @@ def _head() -> list[str]:
 
 
 def _verdicts(rows: list[list[str]]) -> list[str]:
-    """Compare with what was asked: CasADi's C 6 times (AVX-512) or 4 times, float 1.7 times double."""
+    """Compare with the targets: 6 times (AVX-512) or 4 times the speed of CasADi's C, float 1.7 times double."""
     least, found = (6 if widest() == 8 else 4), []
     for title in CASES:
         ns = {row[1]: float(row[3]) for row in rows if row[0] == title}
@@ -173,7 +173,7 @@ def measured(model: Model, folder: Path) -> list[list[str]]:
 
 
 def compiled(model: Model, folder: Path, build: Build) -> Callable[[], object]:
-    """Compile one build, check its result, and return what does the calls."""
+    """Compile one build, check its result, and return the function that calls it."""
     sizes = {"nx": len(model.state_names), "nu": len(model.input_names), "np": len(model.parameter_names)}
     common = {"model": model.name, "blocks": BLOCKS, **sizes}
     driver = OURS.format(**common, **_parts(model, build.parts)) if build.lanes else CASADI.format(**common)
@@ -197,7 +197,7 @@ def compiled(model: Model, folder: Path, build: Build) -> Callable[[], object]:
 
 
 def _parts(model: Model, parts: bool) -> dict[str, object]:
-    """Return the preparation, the call, and the sizes of the vectors between them."""
+    """Return the preparation, the call, and the sizes of the vectors that pass between them."""
     functions = model.manifest.functions
     steps = [f"rhs_{step}" for step in ("prepare", "hold") if parts and f"rhs_{step}" in functions]
     sizes = {f"n{functions[name].results[0].name}": functions[name].results[0].size for name in steps}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A store that proves itself, at full size; writes benchmarks/results/store.md.
+"""Damage, kills and cost of large stores; writes benchmarks/results/store.md.
 
     python -m benchmarks.batch.store                      # all parts, an hour
     python -m benchmarks.batch.store damage starts        # some; the sections of the others stay as they are
@@ -50,7 +50,7 @@ USES = {"damage": ("damages",), "starts": ("starts",), "million": ("runs",), "co
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the parts, and write what came of them as soon as each has ended."""
+    """Run the parts, and write the result of each at its end."""
     parts = {"damage": damage, "starts": starts, "million": million, "cost": cost}
     parser = command_line(__doc__, parts)
     for name, size in SIZES.items():
@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _write_section(title: str, lines: Sequence[str]) -> None:
-    """Put a section into the page, in the place of the one that has its title."""
+    """Replace the section of the page that has the same title."""
     head, *sections = (RESULTS / PAGE).read_text(encoding="utf-8").split("\n## ")
     kept = {name: text.strip("\n") for name, _, text in (section.partition("\n") for section in sections)}
     kept[title] = "\n".join(lines)
@@ -75,7 +75,7 @@ def _write_section(title: str, lines: Sequence[str]) -> None:
 
 
 def damage(folder: Path, sizes: Namespace) -> list[str]:
-    """Damage one file after the other, some twice; mend after each."""
+    """Damage one file after the other, some twice, and repair after each."""
     store = folder / "runs.zarr"
     run_batch(MODEL, SHORT, store, chunk=512)
     wanted = contents(store)
@@ -113,7 +113,7 @@ def damage(folder: Path, sizes: Namespace) -> list[str]:
 
 
 def starts(folder: Path, sizes: Namespace) -> list[str]:
-    """Begin one batch in two processes at once, and look at what is left."""
+    """Start one batch in two processes at once, and check the store."""
     line = [sys.executable, "-m", "mehvar", "batch", MODEL, "--controller", LAW, "-n", "600", "--t-end", "0.1"]
     reference = folder / "reference.zarr"
     assert subprocess.run([*line, "--out", str(reference)], stdout=subprocess.DEVNULL, check=False).returncode == 0
@@ -176,7 +176,7 @@ def million(folder: Path, sizes: Namespace) -> list[str]:
 
 
 def cost(folder: Path, sizes: Namespace) -> list[str]:
-    """Count the time within digests, forced writes and records in one batch."""
+    """Measure the time in digests, forced writes and records of one batch."""
     run_batch(MODEL, Campaign(LAW, n=2000, seed=1, vary=VARY, options=FAST))  # compiles
     campaign, meter = Campaign(LAW, n=sizes.runs, seed=1, vary=VARY, options=FAST), Meter()
     with meter.counting():
@@ -199,7 +199,7 @@ def cost(folder: Path, sizes: Namespace) -> list[str]:
 
 
 class Meter:
-    """Time spent within functions: processor time and waiting, of whatever thread calls them."""
+    """Processor time and waiting time within functions, over all threads."""
 
     def __init__(self) -> None:
         self.times = dict.fromkeys(("digests", "forced writes", "records"), (0.0, 0.0))
@@ -211,7 +211,7 @@ class Meter:
 
     @contextmanager
     def counting(self) -> Iterator[None]:
-        """Count what a store does besides handing arrays to Zarr."""
+        """Measure the work of a store beyond writing arrays."""
         with (
             mock.patch.object(chunks, "digest", self._timed("digests", chunks.digest)),
             mock.patch.object(store_module, "_force_files", self._timed("forced writes", store_module._force_files)),

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same problems for other integrators: equations from the tape, and one adapter for each peer."""
+"""Problems for other integrators: equations from the list of instructions, and an adapter for each integrator."""

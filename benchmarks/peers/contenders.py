@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our kernel and its peers on one problem: each returns the states at the end of the first n runs."""
+"""mehvar's kernel and other integrators on one problem; each returns the final states of the first n runs."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ OURS_IN_LOOPS = (*OURS, *((method, "portable") for method in ("rock4", "rodas5p"
 def ours(
     given: Problem, tolerances: tuple[float, ...], ways: tuple[tuple[str, str], ...] = OURS
 ) -> Iterator[Contender]:
-    """Our kernel: methods and profiles."""
+    """mehvar's kernel: methods and profiles."""
     for method, profile in ways:
         for tolerance in tolerances:
             options = {"method": method, "profile": profile, "rtol": tolerance, "atol": tolerance}
@@ -61,7 +61,7 @@ def ours(
 
 
 def ours_rk4(given: Problem, steps: int, real: tuple[str, ...] = ("portable", "fast")) -> Iterator[Contender]:
-    """Our kernel with as many steps of rk4."""
+    """mehvar's kernel with the same number of steps of rk4."""
     for profile in real:
         options = {"method": "rk4", "profile": profile, "step": given.case.t_end / steps}
         yield _built(f"mehvar rk4, {profile}", f"{steps} steps", len(given.start), Problem.ours, given, options)
@@ -76,7 +76,7 @@ def heyoka(given: Problem, tolerances: tuple[float, ...], compact: bool) -> Iter
 
 
 def heyoka_flags(given: Problem, tolerances: tuple[float, ...]) -> Iterator[Contender]:
-    """The same with `fast_math`, and in our width: heyoka recommends four lanes where AVX-512 has eight."""
+    """heyoka with `fast_math`, and with mehvar's width: it recommends four lanes where AVX-512 has eight."""
     recommended, ours = importlib.import_module("heyoka").recommended_simd_size(), widest()
     ways: list[tuple[int, dict[str, bool]]] = [(recommended, {"fast_math": True})]
     if ours == 8:
@@ -88,7 +88,7 @@ def heyoka_flags(given: Problem, tolerances: tuple[float, ...]) -> Iterator[Cont
 
 
 def heyoka_operations(hy: Any) -> Operations:
-    """Return heyoka's operations; what is piecewise becomes a select, whose kinks its steps do not see."""
+    """Return heyoka's operations; piecewise expressions become selects, whose kinks it does not locate."""
     same = {name: getattr(hy, name) for name in ("sin", "cos", "sqrt", "asin", "acos", "atan2", "select")}
 
     def choose(condition: Any, one: Any, other: Any) -> Any:
@@ -148,7 +148,7 @@ def _heyoka(
 
 
 def heyoka_ensemble(given: Problem, tolerances: tuple[float, ...]) -> Iterator[Contender]:
-    """The call that heyoka offers for many runs; it copies its object for each batch."""
+    """heyoka's ensemble call, which copies its object for each batch."""
     for tolerance in tolerances:
         yield _built("heyoka ensemble of batches", f"{tolerance:.0e}", 128, _heyoka_ensemble, given, tolerance)
 
@@ -175,7 +175,7 @@ def _heyoka_ensemble(given: Problem, tolerance: float) -> Integrate:
 
 
 def numba_rk4(given: Problem, steps: int) -> Iterator[Contender]:
-    """The textbook's rk4 over compiled scalar code, with fastmath."""
+    """Classical rk4 over compiled scalar code, with fastmath."""
     yield _built("numba rk4, fastmath", f"{steps} steps", 512, _numba_rk4, given, steps)
 
 
@@ -259,7 +259,7 @@ def casadi_bdf(given: Problem, tolerances: tuple[float, ...], scratch: Path) -> 
 
 
 def _casadi_operations(ca: Any) -> Operations:
-    """Return casadi's operations; conditions are numbers there."""
+    """Return CasADi's operations, in which conditions are numbers."""
     same = ("sin", "cos", "sqrt", "asin", "acos", "atan", "atan2", "fabs", "sign")
     return {
         **ARITHMETIC,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated functions for other integrators, translated from the tape that our C is printed from.
+"""The generated functions for other integrators, translated from the instructions from which mehvar's C is printed.
 
 Nothing is typed by hand: a peer gets the instructions of `rhs_prepared` (what is left of the right-hand side after all
 that depends on parameters and held input alone has been computed once per run), as text or as its own expressions.
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mehvar.codegen.code.files import PrintedFunction, printed_functions
-from mehvar.codegen.code.spelling import PYTHON, Language, statements
+from mehvar.codegen.code.spelling import PYTHON, Language, Printer
 from mehvar.codegen.code.tape import Tape
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.generate import installed_tree, system_of
@@ -49,7 +49,7 @@ class Equations:
 
 
 def packed(function: PrintedFunction, state: str) -> tuple[PrintedFunction, list[tuple[str, int]]]:
-    """Return a function of (x, k), and what k holds: argument and element of all that is read besides the state."""
+    """Return a function of (x, k), and the argument and element of each number in k."""
     names = [name for name, _ in function.arguments]
     read = sorted({i.args for i in function.tape.instructions if i.op == "input" and names[i.args[0]] != state})
     place = {args: (1, k) for k, args in enumerate(read)}
@@ -62,7 +62,7 @@ def packed(function: PrintedFunction, state: str) -> tuple[PrintedFunction, list
 
 
 def walk(tape: Tape, arguments: Sequence[Sequence[Any]], operations: Operations) -> list[list[Any]]:
-    """Evaluate a tape with somebody else's numbers or expressions."""
+    """Evaluate a tape with numbers or expressions of another library."""
     values: list[Any] = []
     for i in tape.instructions:
         if i.op == "const":
@@ -127,12 +127,12 @@ SCALAR: Language = dataclasses.replace(
     element="{name}[{index}]",
     sincos="{sine}, {cosine} = math.sin({angle}), math.cos({angle})",
 )  # fmt: skip
-"""Python on plain numbers, for compilers of it such as numba."""
+"""Python code on plain numbers, for compilers such as numba."""
 
 
 def scalar_source(function: PrintedFunction, name: str) -> str:
     """Print a function of vectors that writes its results into its last arguments."""
-    lines, results = statements(function.tape, function.arguments, SCALAR)
+    lines, results = Printer(function.tape, function.arguments, SCALAR).print()
     names = [argument for argument, _ in function.arguments]
     stores = [
         f"{target}[{k}] = ({value})"  # a long sum has several lines

@@ -15,7 +15,7 @@ STYLES = {
     "casadi cvodes, compiled right-hand side": ("#CC79A7", "P", "casadi cvodes, compiled"),
     "diffrax Dopri8": ("#E69F00", "X", "diffrax Dopri8"),
 }
-"""Colours of Okabe and Ito, and a marker for each, so that colour is never the only sign."""
+"""Colours of Okabe and Ito, and and a marker for each, so that the picture can be read without colour."""
 FLOOR = 1e-15  # smaller errors are drawn here
 
 

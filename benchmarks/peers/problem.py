@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Initial value problems x' = f(x, k) with constants k of each run, the same for everybody."""
+"""Initial value problems x' = f(x, k) with constants k of each run, equal for all integrators."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CHECKED = 64  # runs that errors are taken of
 
 @dataclass(frozen=True)
 class Case:
-    """A model under a law, or without it: then the law's first input is held to the end.
+    """A model under a law, or with the law's first input held to the end.
 
     `sample` is the distance of our samples in a closed loop, s; None for an open loop.
     `share` tells how many runs a timing takes, of those that are usual.
@@ -85,7 +85,7 @@ class Problem:
     reference: Array
 
     def ours(self, options: Mapping[str, Any]) -> Callable[[int], Array]:
-        """Compile our kernel; what is returned integrates the first n runs."""
+        """Compile mehvar's kernel; return a function that integrates the first n runs."""
         case = self.case
         held = {} if case.sample else {"hold": case.t_end}
         kernel = compile_kernel(self.model, case.law, options=RunOptions(**held, **options))
@@ -134,7 +134,7 @@ def problem(case: Case, scratch: Path) -> Problem:
 
 
 def first_input(case: Case, model: Model, *vectors: Array) -> Array:
-    """Return the input that our kernel holds in each run."""
+    """Return the input that mehvar's kernel holds in each run."""
     kernel = compile_kernel(model, case.law, options=RunOptions(hold=case.t_end))
     block = kernel.run(0, *vectors, seed=0, t_end=case.t_end, dt=case.t_end, save_every=case.t_end)
     assert block is not None

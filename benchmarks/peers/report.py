@@ -18,7 +18,7 @@ REPEATS = 5
 
 
 def parts_to_measure(about: str | None, parts: Iterable[str]) -> Iterable[str]:
-    """Return the parts that the command line asks for; none with --tables; default: all."""
+    """Return the parts named on the command line; none with --tables; default: all."""
     parser = command_line(about, parts)
     parser.add_argument("--tables", action="store_true", help="measure nothing, write the tables of what is recorded")
     given = parser.parse_args()
@@ -26,7 +26,7 @@ def parts_to_measure(about: str | None, parts: Iterable[str]) -> Iterable[str]:
 
 
 def attempt(make: Callable[[], Iterable[Contender]]) -> tuple[list[Contender], str]:
-    """Build contenders; a peer that is not there or cannot do it is not run, and why is returned."""
+    """Build contenders; also return the reasons why others are not installed or cannot run."""
     found: list[Contender] = []
     try:
         found.extend(make())
@@ -61,7 +61,7 @@ def take_turns(contenders: Sequence[Contender], error: Callable[[Array], Array])
 
 
 def time_for(error: float, rows: Sequence[dict[str, Any]], least: bool = False) -> float:
-    """Interpolate log(time) over log(error) on the fastest settings; beyond the loosest error the time is that one's.
+    """Interpolate log(time) over log(error) on the fastest settings; beyond the largest error, use its time.
 
     Of medians of the repeats, or of the least of them.
     """

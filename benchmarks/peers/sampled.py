@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The satellite under its sampled law, as somebody has to write it who has no batch of closed loops.
+"""The satellite under its sampled law, written for integrators without batches of closed loops.
 
 Measurement, law, actuator and right-hand side are the generated functions, translated from their tapes; the loop
 around them is written here once as text and compiled by numba. Between samples rk4 with fixed steps, LSODA or heyoka
@@ -28,7 +28,7 @@ LAW = "mrac"
 
 @dataclass(frozen=True)
 class Sampled:
-    """The runs, what their functions are given, and their states at the end."""
+    """The runs, the arguments of their functions, and their final states."""
 
     case: Case
     model: Model
@@ -40,14 +40,14 @@ class Sampled:
     reference: Array
 
     def error(self, final: Array) -> Array:
-        """Return how far the ends of runs are from the reference, relative to their size, one number a run."""
+        """Return the relative difference of final states from the reference, for each run."""
         n = min(CHECKED, len(final))
         wanted = self.reference[:n]
         distance: Array = np.max(np.abs(final[:n] - wanted) / (1 + np.abs(wanted)), axis=1)
         return distance
 
     def ours(self, options: Mapping[str, Any]) -> Integrate:
-        """Return our own compiled loop with some options."""
+        """Return mehvar's compiled loop with some options."""
         kernel = compile_kernel(self.model, LAW, options=RunOptions(**options))
 
         def integrate(n: int) -> Array:
@@ -152,7 +152,7 @@ def _compiled(given: Sampled) -> dict[str, Any]:
 
 
 def ours(given: Sampled, tolerances: tuple[float, ...]) -> Iterator[Contender]:
-    """Our batch kernel, with each profile, method and tolerance."""
+    """mehvar's batch kernel, with each profile, method and tolerance."""
     for profile in ("portable", "fast"):
         for method in ("dopri5", "dop853"):
             for tolerance in tolerances:

@@ -18,8 +18,8 @@ from ..templates import text_environment
 from .labels import PLAIN, Labels, Names, names_of
 from .loops import loops
 from .members import Tags, in_order, members
-from .rolled import rolled
-from .spelling import PYTHON, C, Language, statements
+from .rolled import RolledPrinter
+from .spelling import PYTHON, C, Language, Printer
 from .split import split
 from .tape import Tape, arranged, tape
 
@@ -79,7 +79,7 @@ class PrintedFunction:
         """Body of the C function."""
         several = loops(self.tape, self.tags)
         if several is not None:
-            return rolled(self.tape, self.arguments, self.results, self.labels, several)
+            return RolledPrinter(self.tape, self.arguments, self.results, self.labels, several).body()
         lines, results = self._statements(C)
         for (name, _), elements in zip(self.results, results, strict=True):
             constants = self.labels.constants.get(name)
@@ -119,7 +119,7 @@ class PrintedFunction:
         return [*lines, *f"return {', '.join(returned)}".split("\n")]
 
     def _statements(self, language: Language) -> tuple[list[str], list[list[str]]]:
-        return statements(self.tape, self.arguments, language, self.labels, self._names)
+        return Printer(self.tape, self.arguments, language, self.labels, self._names).print()
 
     @cached_property
     def _names(self) -> Names:

@@ -15,8 +15,8 @@ _INDEX = "i"
 Vectors = Sequence[tuple[str, int | None]]
 
 
-def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> list[str]:
-    """Return the body of a C function.
+class RolledPrinter(Printer):
+    """Printer of loops, in which names of the first part stand for those of all equal parts.
 
     Parameters
     ----------
@@ -29,11 +29,6 @@ def rolled(tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loo
     loops : Loops
         Loops of the tape.
     """
-    return _Rolled(tape, arguments, results, labels, loops).body()
-
-
-class _Rolled(Printer):
-    """Printer of loops, in which names of the first part stand for those of all equal parts."""
 
     def __init__(self, tape: Tape, arguments: Vectors, results: Vectors, labels: Labels, loops: Loops) -> None:
         alone = loops.kept | {s.root for block in loops.blocks for s in block.sums}

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from .labels import PLAIN, Element, Labels, Names, long_sums, names_of, sincos_pairs
-from .tape import MASKS, Instruction, Tape
+from .tape import MASKS, OPERATIONS, Instruction, Tape
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 _PRECEDENCE = {"add": 1, "sub": 1, "mul": 2, "div": 2, "neg": 3}
@@ -69,45 +69,8 @@ def _python_load(vector: str, elements: Sequence[_Load]) -> str:
     return f"{', '.join(names)} = {', '.join(values)}"
 
 
-def _c_constant(value: float) -> str:
-    return f"K({value!r})"
-
-
-def _python_constant(value: float) -> str:
-    return repr(value)
-
-
-_MATH = [
-    "sqrt",
-    "fabs",
-    "sign",
-    "copysign",
-    "min",
-    "max",
-    "floor",
-    "ceil",
-    "fmod",
-    "hypot",
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "exp",
-    "log",
-    "log1p",
-    "expm1",
-    "sinh",
-    "cosh",
-    "tanh",
-    "asinh",
-    "acosh",
-    "atanh",
-    "erf",
-    "pow",
-]
+_MATH = sorted(OPERATIONS - _INFIX.keys() - MASKS - {"neg", "sq", "twice", "inv", "assign", "select0"})
+"""Operations that are functions of C's library, and of NumPy except for `erf`."""
 _BINARY = {"copysign", "min", "max", "fmod", "hypot", "atan2", "pow"}
 
 C = Language(
@@ -117,7 +80,7 @@ C = Language(
         "not": "NOT({0})", "and": "AND({0}, {1})", "or": "OR({0}, {1})", "truth": "TRUTH({0})", "num": "NUM({0})",
         "select0": "SELECT0({0}, {1})", "select": "SELECT({0}, {1}, {2})",
     },
-    constant=_c_constant,
+    constant=lambda value: f"K({value!r})",
     element="{name}[{index}]",
     scalar="{name}[0]",
     declare="const {kind} {name} = {value};",
@@ -145,7 +108,7 @@ PYTHON = Language(
         "or": "np.logical_or({0}, {1})", "truth": "({0} != 0.0)", "num": "np.where({0}, 1.0, 0.0)",
         "select0": "np.where({0}, {1}, 0.0)", "select": "np.where({0}, {1}, {2})",
     },
-    constant=_python_constant,
+    constant=repr,
     element="{name}[..., {index}]",
     scalar="{name}",
     declare="{name} = {value}",
@@ -158,14 +121,8 @@ PYTHON = Language(
 )  # fmt: skip
 
 
-def statements(
-    tape: Tape,
-    arguments: Sequence[tuple[str, int | None]],
-    language: Language,
-    labels: Labels = PLAIN,
-    names: Names | None = None,
-) -> tuple[list[str], list[list[str]]]:
-    """Print the instructions.
+class Printer:
+    """Prints instructions value by value.
 
     Parameters
     ----------
@@ -179,28 +136,17 @@ def statements(
         Names of elements and of definitions.
     names : Names, optional
         Names of elements and values, if already computed.
-
-    Returns
-    -------
-    lines : list of str
-        Assignments. Values that are used once are inserted at their use; long sums have one line per term.
-    results : list of list of str
-        An expression for each element of each result; a long sum has several lines.
     """
-    return Printer(tape, arguments, language, labels, names or names_of(tape, arguments, labels)).print()
-
-
-class Printer:
-    """Prints instructions value by value."""
 
     def __init__(
         self,
         tape: Tape,
         arguments: Sequence[tuple[str, int | None]],
         language: Language,
-        labels: Labels,
-        names: Names,
+        labels: Labels = PLAIN,
+        names: Names | None = None,
     ) -> None:
+        names = names or names_of(tape, arguments, labels)
         self._tape, self._arguments, self._language, self._labels = tape, arguments, language, labels
         self._text: dict[int, str] = {}
         self._precedence: dict[int, int] = {}
@@ -209,7 +155,10 @@ class Printer:
         self._partner, self._long = sincos_pairs(tape), long_sums(tape, names.lined)
 
     def print(self) -> tuple[list[str], list[list[str]]]:
-        """Return assignments, and an expression for each element of each result."""
+        """Return assignments, and an expression for each element of each result; a long sum has several lines.
+
+        Values that are used once are inserted at their use.
+        """
         self._load()
         for k, instruction in enumerate(self._tape.instructions):
             if k not in self._text:

@@ -36,6 +36,8 @@ _NAMES = {
     ca.OP_LT: "lt", ca.OP_LE: "le", ca.OP_EQ: "eq", ca.OP_NE: "ne", ca.OP_NOT: "not", ca.OP_AND: "and", ca.OP_OR: "or",
     ca.OP_IF_ELSE_ZERO: "select0", ca.OP_ASSIGN: "assign",
 }  # fmt: skip
+OPERATIONS = frozenset(_NAMES.values())
+"""Names of CasADi's operations on a tape."""
 _FREE = frozenset({"input", "const", "neg", "truth", "num"})
 _CALLS = frozenset({
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "log1p", "expm1", "pow", "fmod", "hypot",

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -19,7 +19,7 @@ from ..equations.document import Document, Row, Symbol
 from .parameters import event_of
 
 Key = tuple[str, str, int]
-Interval = tuple[Fraction | None, Fraction | None]
+Limits = tuple[Fraction | None, Fraction | None]
 _RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"))
 """Kinds of rows that may have been renamed."""
 
@@ -68,18 +68,34 @@ class Versions:
         self.across = Meaning(self.pool, self._partner_of)
         self.free_old = Meaning(self.pool, lambda _: None)
         self.free_new = Meaning(self.pool, self._free)
-        self.equality = EqualityTest(self.pool, self._positive, _sampler(old, new, self.renamed))
+        self.declared: dict[str, list[Symbol]] = defaultdict(list)
+        """Declarations of both sides by old name; a name that two laws declare has several."""
+        for symbol in old.symbols:
+            self.declared[symbol.name].append(symbol)
+        for symbol in new.symbols:
+            self.declared[self.renamed.get(symbol.name, symbol.name)].append(symbol)
+        self.equality = EqualityTest(self.pool, self._positive, self._sampler())
         self._match()
 
     def _positive(self, name: str) -> bool:
         """Return True if all declarations of a name are positive."""
-        signs = {symbol.sign for called, symbol in _declared(self.old, self.new, self.renamed) if called == name}
-        return signs == {"positive"}
+        return {symbol.sign for symbol in self.declared.get(name, ())} == {"positive"}
 
     def may_be(self, name: str, value: Fraction) -> bool:
         """Return True if some declaration of a name allows a value, or if none declares it."""
-        symbols = [symbol for called, symbol in _declared(self.old, self.new, self.renamed) if called == name]
-        return not symbols or any(_allows(symbol, value) for symbol in symbols)
+        symbols = self.declared.get(name, ())
+        return not symbols or any(
+            float(value) in symbol.interval and (value > 0 or symbol.sign != "positive") for symbol in symbols
+        )
+
+    def _sampler(self) -> PointSampler:
+        """Return a sampler that respects every declaration's bounds and units."""
+        new = {self.renamed.get(name, name): value for name, value in _defaults(self.new.manifest).items()}
+        defaults = _defaults(self.old.manifest) | new
+        return PointSampler(
+            {name: (*_hull(map(_bounds, every)), defaults.get(name)) for name, every in self.declared.items()},
+            frozenset(name for name, every in self.declared.items() if all(symbol.unit == "rad" for symbol in every)),
+        )
 
     def _partner_of(self, name: str) -> Expression | None:
         item = self._new_named.get(name)
@@ -256,48 +272,14 @@ def _alike(old: Symbol, new: Symbol) -> bool:
     return bool((old.latex and old.latex == new.latex) or (old.description and old.description == new.description))
 
 
-def _declared(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[tuple[str, Symbol]]:
-    """Yield the declarations of both sides by old name; a name that two laws declare has several."""
-    yield from ((symbol.name, symbol) for symbol in old.symbols)
-    yield from ((renamed.get(symbol.name, symbol.name), symbol) for symbol in new.symbols)
-
-
-def _sampler(old: Document, new: Document, renamed: Mapping[str, str]) -> PointSampler:
-    """Return a sampler that respects every declaration's bounds and units."""
-    defaults = _defaults(old.manifest) | {renamed.get(n, n): value for n, value in _defaults(new.manifest).items()}
-    symbols: dict[str, list[Symbol]] = defaultdict(list)
-    for name, symbol in _declared(old, new, renamed):
-        symbols[name].append(symbol)
-    return PointSampler(
-        {name: (*_hull(map(_bounds, every)), defaults.get(name)) for name, every in symbols.items()},
-        frozenset(name for name, every in symbols.items() if all(symbol.unit == "rad" for symbol in every)),
-    )
-
-
-def _hull(intervals: Iterable[Interval]) -> Interval:
-    lows, highs = zip(*intervals, strict=True)
+def _hull(limits: Iterable[Limits]) -> Limits:
+    lows, highs = zip(*limits, strict=True)
     return None if None in lows else min(lows), None if None in highs else max(highs)
 
 
-def _bounds(symbol: Symbol) -> Interval:
-    low = Fraction(0) if symbol.sign == "positive" else None
-    if not symbol.bounds:
-        return low, None
-    first, second = symbol.bounds[1:-1].split(",")
-    lower, upper = float(first), float(second)
-    finite = (Fraction(v) if abs(v) < 1e300 else None for v in (lower, upper))
-    below, above = finite
-    return (low if below is None else below), above
-
-
-def _allows(symbol: Symbol, value: Fraction) -> bool:
-    if symbol.sign == "positive" and value <= 0:
-        return False
-    if not symbol.bounds:
-        return True
-    low, high = map(float, symbol.bounds[1:-1].split(","))
-    above = low <= value if symbol.bounds[0] == "[" else low < value
-    return above and (value <= high if symbol.bounds[-1] == "]" else value < high)
+def _bounds(symbol: Symbol) -> Limits:
+    lower, upper = (Fraction(v) if abs(v) < 1e300 else None for v in (symbol.interval.lower, symbol.interval.upper))
+    return Fraction(0) if lower is None and symbol.sign == "positive" else lower, upper
 
 
 def _defaults(manifest: Manifest | None) -> dict[str, Fraction]:

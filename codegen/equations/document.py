@@ -12,6 +12,7 @@ from typing import Any
 from mehvar.base.errors import MehvarError
 from mehvar.base.manifest import FILE, Manifest, read_manifest
 from mehvar.base.schema import SchemaError, parse
+from mehvar.models.quantities import REALS, Interval
 
 from . import SCHEMA
 
@@ -39,6 +40,11 @@ class Symbol:
     family: str = ""
     index: int = 0
     array: str = ""
+
+    @property
+    def interval(self) -> Interval:
+        """Values that the bounds allow; every number without bounds."""
+        return Interval.parse(self.bounds) if self.bounds else REALS
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import ClassVar
@@ -25,8 +24,8 @@ _MOST_FACTORS = 12
 """Number of factors above which thin spaces separate a product, which LaTeX otherwise shows as one word."""
 
 
-class Spelling(ABC):
-    """Notation that combines printed parts.
+class Spelling:
+    """Notation that combines printed parts; unless overridden, plain text on one line.
 
     Attributes
     ----------
@@ -47,87 +46,25 @@ class Spelling(ABC):
     negative = "-"
     bar = ""
     coefficient = ""
-    relations: ClassVar[Mapping[str, str]]
+    relations: ClassVar[Mapping[str, str]] = {
+        "strictgreaterthan": ">", "greaterthan": ">=", "strictlessthan": "<", "lessthan": "<=", "equality": "==",
+        "unequality": "!=", "and": "and", "or": "or",
+    }  # fmt: skip
 
     def relation(self, operation: str) -> str:
         """Return a relation sign with its spaces."""
         return f" {self.relations[operation]} "
 
-    @abstractmethod
-    def name(self, name: str, latex: str) -> str:
-        """Return a symbol, from its LaTeX name if it has one."""
-
-    @abstractmethod
-    def constant(self, name: str) -> str:
-        """Return pi or a truth value."""
-
-    @abstractmethod
-    def number(self, number: str) -> str:
-        """Return a positive number: whole, decimal, with a power of ten (`1e-09`), or a fraction (`3/2`)."""
-
-    @abstractmethod
-    def product(self, factors: Sequence[str]) -> str:
-        """Return a product of factors."""
-
-    @abstractmethod
-    def fraction(self, above: str, below: str) -> str:
-        """Return a fraction of two parts."""
-
-    @abstractmethod
-    def root(self, inside: str) -> str:
-        """Return a square root."""
-
-    @abstractmethod
-    def power(self, base: str, exponent: str) -> str:
-        """Return a power."""
-
-    @abstractmethod
-    def fenced(self, inside: str) -> str:
-        """Return a part in parentheses."""
-
-    @abstractmethod
-    def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
-        """Return a function call with an optional exponent; without parentheses if `bare` is true."""
-
-    @abstractmethod
-    def conditional(self, value: str, condition: str) -> str:
-        """Return a value that holds under a condition."""
-
-    @abstractmethod
-    def cases(self, rows: Sequence[Case]) -> str:
-        """Return values with their conditions."""
-
-    def braced(self, symbol: str) -> str:
-        """Return a symbol in braces if needed for an exponent."""
-        return symbol
-
-    def letters(self, part: str) -> str:
-        """Return the sort key of a part."""
-        return part
-
-    def mark(self, part: str) -> str:
-        """Return a part marked as edited."""
-        return part
-
-
-class Text(Spelling):
-    """Plain text on one line."""
-
-    relations: ClassVar = {
-        "strictgreaterthan": ">", "greaterthan": ">=", "strictlessthan": "<", "lessthan": "<=", "equality": "==",
-        "unequality": "!=", "and": "and", "or": "or",
-    }  # fmt: skip
-
     def name(self, name: str, latex: str) -> str:  # noqa: ARG002
-        """Return the name itself."""
+        """Return a symbol: its name, or its LaTeX name in other notations."""
         return name
 
     def constant(self, name: str) -> str:
-        """Return the name, or a word for a truth value."""
+        """Return pi or a truth value; the latter as a word."""
         return _WORDS.get(name, name)
 
     def number(self, number: str) -> str:
-        """Return the number unchanged."""
+        """Return a positive number: whole, decimal, with a power of ten (`1e-09`), or a fraction (`3/2`)."""
         return number
 
     def product(self, factors: Sequence[str]) -> str:
@@ -151,7 +88,7 @@ class Text(Spelling):
         return f"({inside})"
 
     def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:  # noqa: ARG002
-        """Return a function call with parentheses."""
+        """Return a function call with an optional exponent; other notations omit parentheses if `bare` is true."""
         return f"{function}{f'^{exponent}' if exponent else ''}({', '.join(arguments)})"
 
     def conditional(self, value: str, condition: str) -> str:
@@ -159,8 +96,20 @@ class Text(Spelling):
         return f"{value} if {condition}"
 
     def cases(self, rows: Sequence[Case]) -> str:
-        """Return the cases in braces."""
+        """Return values with their conditions, in braces."""
         return "{" + "; ".join(v if word else self.conditional(v, c) for v, c, word in rows) + "}"
+
+    def braced(self, symbol: str) -> str:
+        """Return a symbol, in braces if an exponent needs them."""
+        return symbol
+
+    def letters(self, part: str) -> str:
+        """Return the sort key of a part."""
+        return part
+
+    def mark(self, part: str) -> str:
+        """Return a part marked as edited."""
+        return part
 
 
 class Latex(Spelling):
@@ -220,10 +169,6 @@ class Latex(Spelling):
             return f"e^{{{arguments[0]}}}"
         name = _NAMED.get(function, rf"\mathrm{{{function}}}") + (f"^{{{exponent}}}" if exponent else "")
         return f"{name} {arguments[0]}" if bare else name + self.fenced(", ".join(arguments))
-
-    def conditional(self, value: str, condition: str) -> str:
-        """Return the value followed by its condition."""
-        return f"{value} if {condition}"
 
     def cases(self, rows: Sequence[Case]) -> str:
         """Return cases after a brace."""
@@ -327,4 +272,4 @@ class MathML(Spelling):
         return f'<mrow class="mark">{part}</mrow>'
 
 
-TEXT, LATEX, MATHML = Text(), Latex(), MathML()
+TEXT, LATEX, MATHML = Spelling(), Latex(), MathML()

@@ -10,6 +10,7 @@ from itertools import islice
 import casadi as ca
 import sympy as sp
 
+from mehvar.models.derivation import used_definitions
 from mehvar.models.system import Expr, Group, System
 
 from .derivatives import derivatives
@@ -106,20 +107,8 @@ def _numbers(
     Each has its equation number; the order is that of the derivation.
     """
     numbers = {step.symbol: step.number for step in system.definitions_in_order} | dict.fromkeys(bound, "")
-    reached = _reached(results, definitions)
+    reached = used_definitions(results, definitions)
     return {symbol: number for symbol, number in numbers.items() if symbol in reached}
-
-
-def _reached(expressions: Sequence[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
-    """Return the defined symbols that expressions use, directly or indirectly."""
-    reached: set[sp.Symbol] = set()
-    stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
-    while stack:
-        symbol = stack.pop()
-        if symbol in definitions and symbol not in reached:
-            reached.add(symbol)
-            stack.extend(sp.sympify(definitions[symbol]).free_symbols)
-    return reached
 
 
 def _is_scalar(system: System, group: Group) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hooks that make a site of pages written for a forge.
+"""mkdocs hooks that build a site from pages written for GitHub.
 
 Four things differ. Pages link to files of the repository outside `docs/`: these become pages under `repo/`. Formulas
 are TeX in the notation of forges: they become MathML, so that no script draws them. Reference pages name objects in
@@ -32,17 +32,17 @@ LINK = re.compile(r"(\]\()([^)\s:#]+)((?:#[^)\s]*)?\))")
 INLINE = re.compile(r"\$`([^`\n]+)`\$")
 OBJECTS = re.compile(r"^<!-- ::: ([^>]+) -->$", re.MULTILINE)
 MARK = "\ue000{}\ue001"
-"""Stands for a formula while Markdown, which would read its letters as markup, is at work."""
+"""Placeholder for a formula while Markdown converts the page."""
 
 _LANGUAGES = {".py": "python", ".toml": "toml", ".c": "c", ".h": "c"}
 _PICTURES = (".png", ".svg")
 _SOURCE_BOOST = 0.1
-"""Weight of source files in the search: a word stands ten times in code for once on the page that explains it."""
+"""Weight of source files in the search: words are about ten times as frequent in code as on pages."""
 _formulas: dict[str, list[str]] = {}
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add every file of the repository that a page leads to."""
+    """Add every file of the repository that a page links to."""
     from mkdocs.structure.files import File
 
     waiting = [Path(config.docs_dir) / file.src_uri for file in files.documentation_pages()]
@@ -62,7 +62,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Lead links into the site, set formulas aside, and ask for the objects of reference pages."""
+    """Convert links, replace formulas by placeholders, and insert the objects of reference pages."""
     own = page.file.src_uri
     if own.startswith("repo/"):
         page.meta.setdefault("search", {"boost": _SOURCE_BOOST})
@@ -90,7 +90,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Put the formulas back; a table without names of columns is a gallery."""
+    """Insert the formulas; mark tables without column names as galleries."""
     formulas = _formulas.pop(page.file.src_uri)
     html = re.sub(r"<table>(?=\s*<thead>\s*<tr>\s*(?:<th[^>]*></th>\s*)+</tr>)", '<table class="gallery">', html)
     html = re.sub(r"<p>(\ue000\d+\ue001)</p>", r'<div class="formula" tabindex="0">\1</div>', html)
@@ -111,7 +111,7 @@ def _directives(match: re.Match[str]) -> str:
 
 
 def _pieces(text: str, prose: Callable[[str], str], fenced: Callable[[re.Match[str]], str]) -> Iterator[str]:
-    """Apply one function to what stands between fenced blocks, another to the blocks."""
+    """Apply one function to the text between fenced blocks, another to the blocks."""
     end = 0
     for match in FENCED.finditer(text):
         yield prose(text[end : match.start()])
@@ -121,7 +121,7 @@ def _pieces(text: str, prose: Callable[[str], str], fenced: Callable[[re.Match[s
 
 
 def _targets(place: Path) -> set[Path]:
-    """Return the files that a page leads to."""
+    """Return the files that a page links to."""
     text = FENCED.sub("", place.read_text(encoding="utf-8"))
     places = {(place.parent / match[2]).resolve() for match in LINK.finditer(re.sub(r"`[^`\n]*`", "", text))}
     return {target for target in places if target.is_file() and target.is_relative_to(ROOT)}

@@ -71,7 +71,7 @@ mehvar -v
 mehvar simulate triangle --controller path --scenario papr --set R --out /no/where/run.nc
 """.splitlines()
 _LONGEST = 160
-"""Characters of an answer that are shown: a list of all parameters of a model would fill the page."""
+"""Largest number of characters of an answer; a list of all parameters would fill the page."""
 
 
 def page() -> str:
@@ -86,7 +86,7 @@ def row(command: str) -> str:
 
 
 def answer(command: str) -> list[str]:
-    """Return the lines of an answer, without the usage and the name of the program; the command must be refused."""
+    """Return the lines of the refusal, without usage and program name."""
     status, printed = _refused(command)
     if status != 2:
         raise AssertionError(f"{command}: exit status {status}\n{printed}")

@@ -34,13 +34,13 @@ _SUMMARY = (
     ),
     ("the slowest of 60 comparisons of an edited model", "diff.md", "largest s", "", "s"),
 )
-"""Rows of the summary: what, its page, a column, the beginning of the rows that count, and what their numbers are."""
+"""Rows of the summary: quantity, page, column, beginning of the used rows, and unit of the numbers."""
 _COMMANDS = {
     "batch.md": "put together by hand from the four pages of batches below; "
     + ", ".join(f"`python -m benchmarks.batch.{name}`" for name in ("rhs", "closed_loop", "open_loop", "scaling")),
     "soak.md": "made by `make soak`",
 }
-"""Origins of pages that do not name the command that wrote them."""
+"""Commands of pages that do not name the command that wrote them."""
 _SETTINGS = {
     "batch.md": "tolerance 1e-6; a user's default is 1e-11",
     "generate.md": "with a user's defaults",
@@ -107,7 +107,7 @@ def _link(name: str, text: str) -> str:
 
 
 def _span(text: str, column: str, row: str, what: str) -> str:
-    """Return the smallest and the largest number in a column of the tables of a page, in the rows that begin so."""
+    """Return the smallest and largest number in a column of a page's tables, in rows with this beginning."""
     found = []
     for table in re.findall(r"(?:^\|.*\n){3,}", text, flags=re.MULTILINE):
         head, _, *rows = ([cell.strip() for cell in line.strip("| ").split("|")] for line in table.splitlines())
@@ -120,7 +120,7 @@ def _span(text: str, column: str, row: str, what: str) -> str:
 
 
 def _origin(name: str, text: str) -> str:
-    """Say which command made the numbers of a page, and at which settings if they are not the defaults."""
+    """Return the command that made the numbers of a page, with settings that differ from the defaults."""
     made = _COMMANDS.get(name, "")
     command = re.search(r"`((?:python|make) [^`\n]+)`", text)
     if not made and command is None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write docs/reference/options.md: the options of every command, as `--help` prints them, and those of a run."""
+"""Write docs/reference/options.md: the options of every command, as `--help` prints them, and the options of a run."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _of_group(group: typer.core.TyperGroup, context: typer.Context) -> Iterator[
 
 
 def _cells(option: str, meaning: str) -> str:
-    """Return a row; a bar in it would end the cell."""
+    """Return a row of a table, with escaped bars."""
     return "| `{}` | {} |".format(*(" ".join(text.split()).replace("|", "\\|") for text in (option, meaning)))
 
 

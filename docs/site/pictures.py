@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write the pictures of docs/pictures that are made by a run or by what a ledger says: `python -m docs.site.pictures`.
+"""Write the pictures of docs/pictures that show a run or a ledger: `python -m docs.site.pictures`.
 
 What the code or the commands of a page draw is kept by the test that runs the page, `tests/docs/test_docs.py`.
 """
@@ -20,9 +20,9 @@ from papers.triangle.shapes import COLLINEAR, R, vertices
 
 FOLDER = Path(__file__).parents[1] / "pictures"
 UNTIL, SECONDS, FRAMES = 24.0, 8, 97
-"""Seconds of the run until it is at rest, seconds of the picture, and places on the way: half as many show corners."""
+"""Duration of the run, s, duration of the animation, s, and number of positions; half of these show corners."""
 SCALE, CENTRE = 330.0, (180.0, 140.0)
-"""Pixels for a metre, of a triangle with rods of up to 0.53 m; where its centre of mass is."""
+"""Pixels per metre, for rods of up to 0.53 m, and the pixel of the centre of mass."""
 _GRAPH = (400.0, 650.0, 230.0, 50.0)
 """Left, right, bottom and top of the attitude over time."""
 _COLORS = ("#0072b2", "#d55e00", "#009e73")
@@ -72,7 +72,7 @@ def _moved(attribute: str, values: Frames) -> str:
 
 
 def printed() -> str:
-    """Draw two equations of a paper that its own physics refutes, as the ledger has them."""
+    """Draw two wrong equations of a paper, from the ledger."""
     ledger = paper_ledgers(installed_tree(), "triangle")[0]
     lines, top = [], 26
     for number in _REFUTED:
@@ -91,7 +91,7 @@ def printed() -> str:
 
 
 def _marked(text: str, other: str, kind: str) -> str:
-    """Mark what the other text has not, between what both begin and end with."""
+    """Mark the part that differs from another text, between their common beginning and end."""
     first = _agreed(text, other)
     last = _agreed(text[first:][::-1], other[first:][::-1])
     own = text[first : len(text) - last]
@@ -100,7 +100,7 @@ def _marked(text: str, other: str, kind: str) -> str:
 
 
 def _agreed(one: str, other: str) -> int:
-    """Return how many letters two texts begin with alike."""
+    """Return the length of the common beginning of two texts."""
     return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
 
 
@@ -111,7 +111,7 @@ def _pretty(text: str) -> str:
 
 
 def sphere() -> str:
-    """Draw the upper half of the shape sphere with the shapes that its points are."""
+    """Draw the upper half of the shape sphere, with triangles at some points."""
     (cx, cy), r = _SPHERE
     turns, spokes = np.radians(np.arange(90, 451, 5)), np.linspace(0.0, COLLINEAR, 30)
     meridians = [[(rho, np.radians(way)) for rho in spokes] for way in range(0, 360, 30)]
@@ -174,7 +174,7 @@ def _shape(rho: float, phi: float, at: tuple[float, float]) -> Iterator[str]:
 
 
 def _on_sphere(shapes: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Project shapes (rho, phi) that are seen: rho is the sine of half the angle from the pole."""
+    """Project visible shapes (rho, phi); rho is the sine of half the angle from the pole."""
     (cx, cy), r = _SPHERE
     places = []
     for rho, phi in shapes:
@@ -203,11 +203,11 @@ _SIGNS = (
 )  # fmt: skip
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 73)
 _SAMPLES = ((0.0, 0.0), *((rho, np.radians(30 + 60 * k)) for rho in (0.3, 0.56) for k in range(6)))
-"""Shapes that are drawn: as many as have room."""
+"""Drawn shapes, without overlaps."""
 _SPHERE = ((240.0, 190.0), 145.0)
 """Middle and radius of the sphere, pixels."""
 _SIZE, _SMALL, _TILT = 1.0, 46.0, np.radians(50.0)
-"""mu of the small triangles, m^2; pixels of theirs for a metre; how far the eye is above the equator."""
+"""mu of the small triangles, m^2; their pixels per metre; elevation of the eye above the equator."""
 
 _STYLE = """<style>
 text { font: 15px system-ui, sans-serif; fill: #58616a; } .soft { font-size: 13px; }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Print random sentences of the pages, docstrings and messages, for a reader who judges how they read.
+"""Print random sentences of the pages, docstrings and messages, for a reader who checks the style.
 
 `python -m docs.site.sample SEED` prints forty of each; the same seed and text give the same sample.
 """
@@ -52,7 +52,7 @@ def docstrings() -> Iterator[str]:
 
 
 def messages() -> Iterator[str]:
-    """Yield the text of each error that is raised with one, with values as words in capitals."""
+    """Yield the message of each raised error, with values as words in capitals."""
     for node in texts():
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
             words = literal(node.exc.args[0])

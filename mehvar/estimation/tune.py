@@ -131,7 +131,7 @@ def tune(
     def runs(gains: Mapping[str, float], first: int) -> Store:
         nonlocal trials
         values = {**(parameters or {}), **gains}
-        store = stored_batch(loaded, controller, n, vary=vary, seed=first, parameters=values, **batch)
+        store = stored_batch(loaded, controller=controller, n=n, vary=vary, seed=first, parameters=values, **batch)
         trials += store.n
         return store
 

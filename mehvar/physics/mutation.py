@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import sympy as sp
 
+from mehvar.models.derivation import used_definitions
 from mehvar.models.system import Coordinates, Definition, Expr, Function, Quantity, System
 from mehvar.physics.gates import TOLERANCE, Gate, derived_equations
 from mehvar.physics.machine import Array, Machine, Points, Ranges, points
@@ -176,7 +177,7 @@ def weighted(system: System) -> tuple[System, tuple[Term, ...]]:
     """
     bench = _Weights()
     own = {f.name for f in system.functions if "c" not in [group.name for group in f.arguments]}
-    used = _reached(_evaluated(system, own), system)
+    used = used_definitions(_evaluated(system, own), system.definitions)
     steps = tuple(
         dataclasses.replace(step, expr=bench.weigh(step.symbol.name, [step.expr])[0])
         if isinstance(step, Definition) and step.symbol in used
@@ -223,18 +224,6 @@ def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
         to_state=bench.weigh("chart to_state", chart.to_state, system.states.symbols),
         from_input=bench.weigh("chart from_input", chart.from_input, chart.inputs.symbols),
     )
-
-
-def _reached(expressions: Sequence[Expr], system: System) -> set[sp.Symbol]:
-    """Return the definitions that expressions depend on."""
-    definitions = system.definitions
-    waiting, names = [s for e in expressions for s in e.free_symbols], set()
-    while waiting:
-        symbol = waiting.pop()
-        if symbol in definitions and symbol not in names:
-            names.add(symbol)
-            waiting.extend(definitions[symbol].free_symbols)
-    return names
 
 
 class _Weights:

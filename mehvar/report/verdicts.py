@@ -6,10 +6,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
-from mehvar.api import posed_batch, stored_batch
+from mehvar.api import check_file_determines, posed_batch, stored_batch
 from mehvar.base.errors import bad_value, unknown_name
+from mehvar.campaign import read_campaign
 from mehvar.html import page
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.batch.blocks import STATUS_TEXT
@@ -29,8 +31,8 @@ from mehvar.runtime.batch.repeat import repetition
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.model.model import Model, load
-from mehvar.runtime.run.own.law import OwnLaw
 from mehvar.runtime.run.problem import COMPLETE
+from mehvar.runtime.run.user.law import PythonLaw
 
 _SHOWN = 3
 """Number of failures whose values are shown."""
@@ -79,16 +81,22 @@ def require(
     if not isinstance(runs, Model):
         check_arguments("path", "the call", runs=runs)
     if rare:
-        return _rare(runs, requirements or {}, confidence, **batch)
-    if not isinstance(runs, Model) and not batch and not str(runs).endswith(".toml"):
+        return _rare(runs, requirements, confidence, **batch)
+    if not isinstance(runs, Model) and not batch and not _is_file(runs):
         return Verdicts(open_store(runs), requirements, confidence)
-    batch.setdefault("until", DECIDED)
+    if "until" not in batch:
+        batch["until"] = (read_campaign(Path(str(runs))).until if _is_file(runs) else None) or DECIDED
     return Verdicts(stored_batch(runs, require=requirements, confidence=confidence, **batch), None, None)
+
+
+def _is_file(runs: object) -> bool:
+    """Return True for a campaign file."""
+    return not isinstance(runs, Model) and str(runs).endswith(".toml")
 
 
 def _rare(
     runs: Model | str | os.PathLike[str],
-    requirements: Mapping[str, str],
+    requirements: Mapping[str, str] | None,
     confidence: float | None,
     *,
     threads: int | None = None,
@@ -96,13 +104,24 @@ def _rare(
     **batch: Any,
 ) -> Verdicts:
     """Decide requirements with a search for rare failures."""
-    if not isinstance(runs, Model) and str(runs).endswith(".toml"):
-        raise bad_value("rare", True, f"left out with {runs}: mehvar require {runs} --rare takes the file", "the call")
+    _check_not_stored(batch, "the call")
+    if not _is_file(runs):
+        campaign, own = posed_batch(runs, **batch)
+        return RareVerdicts(runs, campaign, requirements or {}, confidence, threads, own, report)
+    check_file_determines(runs, batch)
+    file, origin = read_campaign(Path(str(runs))), str(runs)
+    _check_not_stored({name: str(value) for name, value in file if value is not None}, origin)
+    requirements = file.require if requirements is None else requirements
+    confidence = file.confidence if confidence is None else confidence
+    campaign = file.campaign(origin)
+    return RareVerdicts(file.model, campaign, requirements, confidence, threads, report=report, origin=origin)
+
+
+def _check_not_stored(given: Mapping[str, object], origin: str) -> None:
+    """Refuse arguments of a stored batch in a search for rare failures."""
     for name in ("out", "resume", "success", "until", "strict", "scheduler"):
-        if name in batch:
-            raise bad_value(name, batch[name], "left out with rare, which does not store runs", "the call")
-    campaign, own = posed_batch(runs, **batch)
-    return RareVerdicts(runs, campaign, requirements, confidence, threads, own, report)
+        if name in given:
+            raise bad_value(name, given[name], "left out with rare, which does not store runs", origin)
 
 
 class Verdicts:
@@ -234,7 +253,7 @@ class RareVerdicts(Verdicts):
         requirements: Mapping[str, str],
         confidence: float | None,
         threads: int | None = None,
-        own: OwnLaw | None = None,
+        own: PythonLaw | None = None,
         report: Progress | None = None,
         origin: str = "the call",
     ) -> None:

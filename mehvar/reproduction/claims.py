@@ -135,10 +135,12 @@ class Claim:
         holding = [f"{r.name}: {r.text.removesuffix('.')}" for r in self.readings if r.holds]
         many = len(self.readings)
         if not holding:
-            return f"Under none of {many} other readings tried." if many > 1 else "Not under the other reading tried."
-        which = f"{len(holding)} of {many} other readings tried" if many > 1 else "the other reading tried"
+            return "Does not hold under " + (
+                f"any of {many} other readings." if many > 1 else "the other reading tried."
+            )
+        which = f"{len(holding)} of {many} other readings" if many > 1 else "the other reading tried"
         if self.printed:
-            return f"Holds if read otherwise ({len(holding)} of {many} tried): {'; '.join(holding)}."
+            return f"Holds under another reading ({len(holding)} of {many} tried): {'; '.join(holding)}."
         return f"Holds under {which}: {'; '.join(holding)}."
 
     @property

@@ -14,10 +14,9 @@ from sympy.core.relational import Relational
 
 from mehvar.base.units import Dimension, dimension, product, unit_text
 
-from ..derivation import Definition
+from ..derivation import Definition, used_definitions
 from ..quantities import LARGEST, TIME, ModelError
 from ..system import System
-from .entries import graph
 from .vectors import Vector, law_groups, system_groups
 
 NUMBER: Dimension = {}
@@ -51,7 +50,7 @@ def check_dimensions(system: System, vectors: Iterable[Vector]) -> None:
     apart: set[sp.Symbol] = set()
     for vector in vectors:
         if vector.in_numbers:
-            apart |= _definitions_of(vector.entries, system)
+            apart |= used_definitions(vector.entries, system.definitions)
             continue
         for k, entry in enumerate(vector.entries):
             _check_row(dimensions.of(vector), vector, k, entry)
@@ -76,7 +75,7 @@ def _check_row(dimensions: Dimensions, vector: Vector, k: int, entry: sp.Expr) -
         if k < len(vector.rows) and values[0] is not None and not vector.in_balance:
             unit = vector.rows[k].unit + ("/s" if vector.rate else "")
             if values[0] != dimension(unit):
-                raise MisfitError(f"{short(entry)} is in {unit_text(values[0])}, and must be in {unit}")
+                raise MisfitError(f"{short(entry)} has the unit {unit_text(values[0])}: must be {unit}")
 
 
 def _check_units(system: System, vectors: Iterable[Vector]) -> None:
@@ -96,7 +95,7 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
         for what, q, unit in (("period", clock, "s"), ("delay", count, "1"), ("every", multiple, "1")):
             if q and dimension(q.unit) != dimension(unit):
                 raise ModelError(
-                    f"{law.origin}: {what} = {q.name!r} of law {law.name!r} is in {q.unit}, and must be in {unit}"
+                    f"{law.origin}: {what} = {q.name!r} of law {law.name!r} has the unit {q.unit}: must be {unit}"
                 )
 
 
@@ -107,18 +106,6 @@ def placed(where: str) -> Iterator[None]:
         yield
     except (MisfitError, ValueError) as error:
         raise ModelError(f"{where}: {error}") from None
-
-
-def _definitions_of(entries: Iterable[sp.Expr], system: System) -> set[sp.Symbol]:
-    """Return the definitions in expressions."""
-    definitions = system.definitions
-    stack, seen = list(entries), set[sp.Symbol]()
-    while stack:
-        for node in graph(stack.pop()):
-            if isinstance(node, sp.Symbol) and node in definitions and node not in seen:
-                seen.add(node)
-                stack.append(definitions[node])
-    return seen
 
 
 class _ByScope:
@@ -202,7 +189,7 @@ class Dimensions:
             common = self._common(node, node.args)
             return common if isinstance(node, _KEPT) else NUMBER
         if isinstance(node, _OF_NUMBERS):
-            self._number(node.args[0], f"{type(node).__name__} is of a number")
+            self._number(node.args[0], f"{type(node).__name__} needs a number without unit")
             return NUMBER
         return self._memo[node.args[0]] if isinstance(node, sp.Abs) else NUMBER
 
@@ -237,10 +224,10 @@ class Dimensions:
     def _power(self, node: sp.Pow) -> Dimension | None:
         base = self._memo[node.base]
         if not base:
-            self._number(node.exp, "an exponent is a number")
+            self._number(node.exp, "an exponent must be a number without unit")
             return base
         if not node.exp.is_Rational:
-            self._number(node.exp, "an exponent is a number")
+            self._number(node.exp, "an exponent must be a number without unit")
             raise MisfitError(
                 f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}: an exponent "
                 "of a quantity with a unit must be a number"
@@ -261,8 +248,12 @@ class Dimensions:
     def _number(self, node: sp.Basic, rule: str) -> None:
         dimension = self._memo[node]
         if dimension:
-            hint = "; sympy.rad(...) of an angle in degrees, as a definition of its own" if _DEGREE in dimension else ""
-            raise MisfitError(f"{rule}, and {short(node)} is in {unit_text(dimension)}{hint}")
+            hint = (
+                "; write sympy.rad(...) of an angle in degrees, as a separate definition"
+                if _DEGREE in dimension
+                else ""
+            )
+            raise MisfitError(f"{rule}, but {short(node)} has the unit {unit_text(dimension)}{hint}")
 
 
 def short(expr: sp.Basic) -> str:

@@ -152,7 +152,7 @@ def _check_noise(system: System) -> None:
         for q in diffusion.wiener:
             if q.unit != "s^(1/2)":
                 raise ModelError(
-                    f"{diffusion.origin}: Wiener process {q.name!r} is in {q.unit}, and must be in s^(1/2)"
+                    f"{diffusion.origin}: Wiener process {q.name!r} has the unit {q.unit}: must be s^(1/2)"
                 )
         for k, row in enumerate(diffusion.change):
             if not isinstance(row, sp.Expr) or not _linear(row, diffusion.wiener.symbols):

@@ -17,7 +17,7 @@ import sympy as sp
 from mehvar.base.names import identifier
 from mehvar.base.units import Dimension, dimension, unit_text
 
-from ..derivation import Derivation, Expr
+from ..derivation import Derivation, Expr, used_definitions
 from ..quantities import EMPTY, Group, ModelError, Parameter, Quantity
 from ..system import Condition, Controller, Output, System
 from .factors import Define, Factors, above
@@ -233,12 +233,7 @@ class Slopes:
 
     def _reach(self, exprs: Iterable[Expr]) -> None:
         """Copy the definitions that expressions use, in their order."""
-        stack, reached = [s for e in exprs for s in sp.sympify(e).free_symbols], set[sp.Symbol]()
-        while stack:
-            symbol = stack.pop()
-            if symbol in self._definitions and symbol not in reached and symbol not in self._values:
-                reached.add(symbol)
-                stack.extend(self._definitions[symbol].free_symbols)
+        reached = used_definitions(exprs, {s: e for s, e in self._definitions.items() if s not in self._values})
         for symbol, expr in self._definitions.items():
             if symbol in reached and not expr.free_symbols.isdisjoint(self._values):
                 self._slopes[symbol] = {

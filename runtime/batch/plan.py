@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import MISSING, asdict, dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,8 +20,7 @@ from ..arguments import check_arguments
 from ..model.functions import displacement
 from ..model.model import Model
 from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
-from ..run.options import OPTIONS, check_effects, count_row, number_row, read_options, rows, word_row
-from ..run.own.law import OwnLaw
+from ..run.options import OPTIONS, check_effects, count_option, number_option, read_options, rows, word_option
 from ..run.problem import (
     START_OFF,
     check_sampled_parts,
@@ -32,6 +31,7 @@ from ..run.problem import (
     variant_suffix,
 )
 from ..run.readers import check_read
+from ..run.user.law import PythonLaw
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
 
@@ -63,17 +63,16 @@ class Campaign:
     """
 
     controller: str
-    n: int = field(metadata=count_row("Number of runs", least=1))
+    n: int = count_option(MISSING, "Number of runs", least=1)
     scenario: str | None = None
-    seed: int = field(default=0, metadata=count_row("Seed of all random numbers"))
+    seed: int = count_option(0, "Seed of all random numbers")
     vary: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     initial: Mapping[str, float] = field(default_factory=dict)
-    sampling: Design = field(default="random", metadata=word_row("Design of the drawn points", DESIGNS))
+    sampling: Design = word_option("random", "Design of the drawn points", DESIGNS)
     options: Mapping[str, float | str] = field(default_factory=dict)
-    save_every: float | None = field(
-        default=None,
-        metadata=number_row("Step of the stored series", "s", otherwise="none are stored", above=0.0, name="save"),
+    save_every: float | None = number_option(
+        None, "Step of the stored series", "s", otherwise="none are stored", above=0.0, name="save"
     )
 
     def json_text(self) -> str:
@@ -122,7 +121,9 @@ class Plan:
         For unknown names, invalid distributions, or a nominal run that is impossible.
     """
 
-    def __init__(self, model: Model, campaign: Campaign, origin: str = "the call", own: OwnLaw | None = None) -> None:
+    def __init__(
+        self, model: Model, campaign: Campaign, origin: str = "the call", own: PythonLaw | None = None
+    ) -> None:
         manifest = model.manifest
         check_arguments("text", origin, controller=campaign.controller, scenario=campaign.scenario)
         check_arguments("mapping", origin, vary=campaign.vary, parameters=campaign.parameters, initial=campaign.initial)
@@ -224,7 +225,7 @@ class Plan:
         state = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self._states, draw.x0[0], strict=True))
         return f"the initial state of run {run} is impossible (limits, length of a quaternion): {state}"
 
-    def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
+    def _held(self, campaign: Campaign, own: PythonLaw) -> Campaign:
         """Return the campaign with the hold time of its Python law, as for a sampled law."""
         if "hold" in campaign.options:
             allowed = "left out: hold applies to laws of the model; use period for other laws"

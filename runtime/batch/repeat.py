@@ -9,14 +9,13 @@ import os
 import shlex
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, bad_value
 from mehvar.base.manifest import OPEN_LOOP
@@ -26,11 +25,11 @@ from ..model.functions import FloatArray
 from ..model.model import Model, load
 from ..run.metrics import metrics
 from ..run.options import AUTO, FIXED, OPTIONS
-from ..run.own.choice import law_of
-from ..run.own.law import LawFunction, OwnLaw, recorded_memory
 from ..run.problem import Progress
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
+from ..run.user.choice import law_of
+from ..run.user.law import LawFunction, PythonLaw, recorded_memory
 from .numerics import generated_digest, other_options
 from .plan import Campaign, Plan
 from .store.layout import STATUS
@@ -38,36 +37,10 @@ from .store.layout import STATUS
 if TYPE_CHECKING:
     import xarray
 
+    from .store.dataset import DatasetBatch
+    from .store.store import Store
 
-class Batch(Protocol):
-    """Recorded runs of a batch: a store or a dataset."""
-
-    chunk: int
-    attributes: dict[str, Any]
-
-    @property
-    def n(self) -> int:
-        """Number of runs, stored or not."""
-
-    @property
-    def width(self) -> int:
-        """Number of runs that are computed together."""
-
-    @property
-    def name(self) -> str:
-        """Name for messages."""
-
-    def has(self, block: int) -> bool:
-        """Return True if a block of runs is stored."""
-
-    def runs(self, block: int) -> range:
-        """Return the run numbers of a block."""
-
-    def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
-        """Return a variable of stored blocks, shape (runs, ...)."""
-
-    def variables(self) -> Mapping[str, Any]:
-        """Return the variables by name."""
+    Batch = Store | DatasetBatch
 
 
 SESSION_LAWS: dict[str, LawFunction] = {}
@@ -184,7 +157,7 @@ def _own(
     controller: LawFunction | None,
     inputs: Mapping[str, object] | xarray.Dataset | None,
     interpolation: str | None,
-) -> OwnLaw | None:
+) -> PythonLaw | None:
     """Return the Python law of a batch if it equals the recorded one."""
     if controller is None and inputs is None:
         return None

@@ -70,8 +70,8 @@ def warn_if_stale(manifest: Manifest) -> None:
     if changed:
         others = f" and {len(changed) - 1} more" if len(changed) > 1 else ""
         warnings.warn(
-            f"{manifest.model} runs as it was generated: {changed[0]}{others} changed since; "
-            f"mehvar generate {manifest.model} brings it up to date",
+            f"{manifest.model} is stale: {changed[0]}{others} changed after generation. The old code is used; "
+            f"to update it, run: mehvar generate {manifest.model}",
             RuntimeWarning,
             stacklevel=3,
         )

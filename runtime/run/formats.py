@@ -14,8 +14,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mehvar.base.errors import InputError, MehvarError, bad_value, either
 
 from ..files import write_atomic
@@ -24,7 +22,6 @@ if TYPE_CHECKING:
     import pyarrow
     import xarray
 
-_DIGEST = "content_sha256"
 _SEAL = b"\nmehvar sha256 "
 """Mark before the hash of all bytes at the end of the file, which HDF5 does not read. The hash is checked first,
 because damage can make HDF5 loop.
@@ -106,8 +103,7 @@ def open_result(path: str | os.PathLike[str]) -> xarray.Dataset:
         raise InputError(f"{name} is not a result file: {_one_line(error)}") from error
     if "model_hash" not in result.attrs or not {"t", "run"} & {*result.coords, *result.dims}:
         raise InputError(f"{name} is not a result file: it lacks model_hash, or it has neither a time t nor runs")
-    if result.attrs.pop(_DIGEST, None) != _digest(result):
-        raise InputError(f"{name} is damaged: its content does not match its {_DIGEST}; save the run again")
+    result.attrs.pop("content_sha256", None)  # of older files
     return result
 
 
@@ -139,8 +135,7 @@ def _one_line(error: Exception) -> str:
 
 
 def _netcdf(dataset: xarray.Dataset) -> bytes:
-    signed = dataset.assign_attrs({_DIGEST: _digest(dataset)})
-    content = bytes(signed.to_netcdf(None, engine="h5netcdf", format="NETCDF4"))
+    content = bytes(dataset.to_netcdf(None, engine="h5netcdf", format="NETCDF4"))
     return content + _SEAL + hashlib.sha256(content).digest()
 
 
@@ -151,27 +146,6 @@ def _whole(content: bytes) -> bool:
         return True
     size = hashlib.sha256().digest_size
     return content[-size:] == hashlib.sha256(content[: -size - len(_SEAL)]).digest() and content[:-size].endswith(_SEAL)
-
-
-def _digest(dataset: xarray.Dataset) -> str:
-    """Return a hash of all values, names, dimensions, units and attributes, in any order.
-
-    HDF5's checksums cover the values of a series but not their position in the file.
-    """
-    digest = hashlib.sha256()
-    for name in sorted(dataset.variables, key=str):
-        array = dataset[name]
-        numbers = array.dtype.kind in _NUMBERS
-        kind = array.dtype.str if numbers else "text"
-        digest.update(f"{name} {array.dims} {array.shape} {kind} {_about(array.attrs)}\n".encode())
-        digest.update(np.ascontiguousarray(array.values).tobytes() if numbers else repr(array.values.tolist()).encode())
-    digest.update(_about({name: value for name, value in dataset.attrs.items() if name != _DIGEST}).encode())
-    return digest.hexdigest()
-
-
-def _about(attributes: Mapping[Any, Any]) -> str:
-    """Return attributes as text, equal for Python and NumPy numbers."""
-    return repr(sorted((str(name), np.asarray(value).tolist()) for name, value in attributes.items()))
 
 
 def _csv(dataset: xarray.Dataset) -> bytes:

@@ -58,7 +58,7 @@ class Option:
     kind : {"number", "count", "word"}
         A finite number, a whole one, or one of `words`.
     text, unit : str
-        One line for people, and the unit in which a number is given.
+        A one-line description, and the unit of a number.
     default, otherwise : object, str
         Default value, or a description in words if it is None.
     least, above, below : float, optional
@@ -137,19 +137,23 @@ class Option:
         )
 
 
-def number_row(text: str, unit: str = "", **more: Any) -> dict[str, Option]:
-    """Return the metadata of a number field."""
-    return {"option": Option("number", text, unit, **more)}
+def number_option(default: object, text: str, unit: str = "", **more: Any) -> Any:
+    """Return the field of a number; `default` may be MISSING."""
+    return _option_field(default, Option("number", text, unit, **more))
 
 
-def count_row(text: str, least: int = 0, **more: Any) -> dict[str, Option]:
-    """Return the metadata of a whole number field."""
-    return {"option": Option("count", text, least=least, below=_COUNT_BELOW, **more)}
+def count_option(default: object, text: str, least: int = 0, **more: Any) -> Any:
+    """Return the field of a whole number; `default` may be MISSING."""
+    return _option_field(default, Option("count", text, least=least, below=_COUNT_BELOW, **more))
 
 
-def word_row(text: str, words: tuple[str, ...], **more: Any) -> dict[str, Option]:
-    """Return the metadata of a field with a choice of words."""
-    return {"option": Option("word", text, words=words, **more)}
+def word_option(default: object, text: str, words: tuple[str, ...], **more: Any) -> Any:
+    """Return the field of a choice of words; `default` may be MISSING."""
+    return _option_field(default, Option("word", text, words=words, **more))
+
+
+def _option_field(default: object, option: Option) -> Any:
+    return field(default=default, metadata={"option": option})
 
 
 def rows(table: type) -> dict[str, Option]:
@@ -183,103 +187,72 @@ class RunOptions:
         For a value that its row does not allow.
     """
 
-    t_end: float | None = field(
-        default=None,
-        metadata=number_row(
-            "End time",
-            "s",
-            otherwise="the scenario's duration",
-            above=0.0,
-            refused={"board": "left out: the number of samples decides it"},
-        ),
+    t_end: float | None = number_option(
+        None,
+        "End time",
+        "s",
+        otherwise="the scenario's duration",
+        above=0.0,
+        refused={"board": "left out: the number of samples decides it"},
     )
-    dt_out: float | None = field(
-        default=None,
-        metadata=number_row(
-            "Sampling step of the result, which also contains the end of the run",
-            "s",
-            otherwise="the scenario's step",
-            above=0.0,
-            refused=_BY_BOARD,
-        ),
+    dt_out: float | None = number_option(
+        None,
+        "Sampling step of the result, which also contains the end of the run",
+        "s",
+        otherwise="the scenario's step",
+        above=0.0,
+        refused=_BY_BOARD,
     )
-    hold: float | None = field(
-        default=None,
-        metadata=number_row(
-            "Sample period of the law, with held input in between; a multiple or a whole fraction of `dt_out`",
-            "s",
-            otherwise="the law's period, or else none",
-            above=0.0,
-        ),
+    hold: float | None = number_option(
+        None,
+        "Sample period of the law, with held input in between; a multiple or a whole fraction of `dt_out`",
+        "s",
+        otherwise="the law's period, or else none",
+        above=0.0,
     )
-    delay: int = field(
-        default=0,
-        metadata=count_row("Samples between computing and applying an input, which is zero before", needs="sampled"),
+    delay: int = count_option(
+        0, "Samples between computing and applying an input, which is zero before", needs="sampled"
     )
-    seed: int = field(
-        default=0,
-        metadata=count_row(
-            "Seed of the noise",
-            refused={"batch": "given with --seed, or as seed of the batch"},
-            needs="noise",
-        ),
+    seed: int = count_option(
+        0, "Seed of the noise", refused={"batch": "given with --seed, or as seed of the batch"}, needs="noise"
     )
-    run: int = field(
-        default=0,
-        metadata=count_row(
-            "Run of a batch with this seed whose noise is used",
-            refused={"batch": "left out: a batch counts its runs"},
-            needs="noise",
-        ),
+    run: int = count_option(
+        0,
+        "Run of a batch with this seed whose noise is used",
+        refused={"batch": "left out: a batch counts its runs"},
+        needs="noise",
     )
-    real: Real = field(
-        default="double",
-        metadata=word_row(
-            "Number type of the law; float needs the C backend",
-            get_args(Real),
-            needs="sampled",
-            refused={"batch": "left out: a batch computes in double", **_BY_BOARD},
-        ),
+    real: Real = word_option(
+        "double",
+        "Number type of the law; float needs the C backend",
+        get_args(Real),
+        needs="sampled",
+        refused={"batch": "left out: a batch computes in double", **_BY_BOARD},
     )
-    method: Method = field(
-        default="dop853",
-        metadata=word_row(
-            "Integration method; rk4, and for noise euler and platen, have fixed steps; auto is "
-            "dop853, or rodas5p for a stiff run",
-            METHODS,
-        ),
+    method: Method = word_option(
+        "dop853",
+        "Integration method; rk4, and for noise euler and platen, have fixed steps; auto is "
+        "dop853, or rodas5p for a stiff run",
+        METHODS,
     )
-    rtol: float = field(
-        default=1e-11,
-        metadata=number_row("Relative tolerance", least=SMALLEST_RTOL, below=1.0, needs="adaptive"),
+    rtol: float = number_option(1e-11, "Relative tolerance", least=SMALLEST_RTOL, below=1.0, needs="adaptive")
+    atol: float = number_option(1e-11, "Absolute tolerance", least=_SMALLEST_ATOL, below=1.0, needs="adaptive")
+    step: float | None = number_option(
+        None, "Largest step", "s", otherwise="the sampling step", above=0.0, needs="fixed"
     )
-    atol: float = field(
-        default=1e-11,
-        metadata=number_row("Absolute tolerance", least=_SMALLEST_ATOL, below=1.0, needs="adaptive"),
+    max_steps: int = count_option(100_000, "Largest number of trial steps between two samples", least=1)
+    backend: BackendName | None = word_option(
+        None,
+        "Evaluation of the functions, by the generated C, the generated Python module, or CasADi's own C",
+        get_args(BackendName),
+        otherwise="c where there is a compiler",
+        refused={"batch": "left out: a batch runs our own C in lanes", **_BY_BOARD},
     )
-    step: float | None = field(
-        default=None,
-        metadata=number_row("Largest step", "s", otherwise="the sampling step", above=0.0, needs="fixed"),
-    )
-    max_steps: int = field(
-        default=100_000, metadata=count_row("Largest number of trial steps between two samples", least=1)
-    )
-    backend: BackendName | None = field(
-        default=None,
-        metadata=word_row(
-            "Evaluation of the functions, by the generated C, the generated Python module, or CasADi's own C",
-            get_args(BackendName),
-            otherwise="c where there is a compiler",
-            refused={"batch": "left out: a batch runs our own C in lanes", **_BY_BOARD},
-        ),
-    )
-    profile: Profile = field(
-        default="portable",
-        metadata=word_row(
-            "portable: bit-identical on every machine; fast: the compiler may fuse products and sums",
-            get_args(Profile),
-            refused=_IN_BATCH,
-        ),
+    profile: Profile = word_option(
+        "portable",
+        "portable: bit-identical on every machine; fast: the compiler may fuse products and sums",
+        get_args(Profile),
+        refused=_IN_BATCH,
     )
 
     def __post_init__(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evaluate SymPy definitions with mpmath, without CasADi: a second opinion on every generated function."""
+"""Evaluate SymPy definitions with mpmath, without CasADi: an independent check of every generated function."""
 
 import functools
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults of a drawn formula."""
+"""Faults of a rendered formula."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from collections.abc import Iterator
 MATH = re.compile(r"<math\b.*?</math>", re.DOTALL)
 TOKENS = ("mi", "mn", "mo", "mtext")
 MARKUP = re.compile(r"[\\&$]|\b(begin|end|left|right|frac|mathrm|quad|aligned|cases)\b")
-"""Markup of LaTeX, which no reader may see."""
+"""Markup of LaTeX, which must not be visible."""
 ARITY = {"mfrac": 2, "msup": 2, "msub": 2, "mover": 2, "munder": 2, "msubsup": 3, "munderover": 3}
 
 
 def faults(math: str) -> Iterator[str]:
-    """Yield the faults of a `math` element: not well-formed, LaTeX that shows, parts that lack a partner."""
+    """Yield the faults of a `math` element: not well-formed, visible LaTeX, unmatched parts."""
     try:
         tree = ET.fromstring(math)
     except ET.ParseError as error:

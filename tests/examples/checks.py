@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of every example: backends, runs of a batch repeated alone, an edit told by a diff, the board."""
+"""Checks of every example: backends, repeated runs of a batch, a diff of an edit, the board."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def backends_agree(folder: Path, law: str, state: str, tolerance: float, **optio
 
 
 def runs_repeat(folder: Path, laws: Sequence[str], vary: Mapping[str, str], out: Path, **options: object) -> None:
-    """Draw runs in lanes, and repeat each alone: the same bits."""
+    """Check that runs of a batch are bit-identical to single runs."""
     for law in laws:
         mehvar.batch(folder, law, n=9, seed=1, vary=dict(vary), out=out / f"{law}.zarr", **options)
         store = open_store(out / f"{law}.zarr")
@@ -49,14 +49,14 @@ def runs_repeat(folder: Path, laws: Sequence[str], vary: Mapping[str, str], out:
 
 
 def diff_tells(folder: Path, old: str, new: str, name: str) -> None:
-    """Edit a model's text, and have the edit shown where it was made: at an entry of the mass matrix."""
+    """Check that `mehvar diff` shows an edit of a model at the edited entry of the mass matrix."""
     edited = generated(folder.name, _edited(folder, old, new))
     sides = (Document.parse((f / "equations.json").read_text(), load(f, "python").manifest) for f in (folder, edited))
     assert name in {row.name for row in compare(*sides).sources}
 
 
 def command_shows(folder: Path, old: str, new: str, *rows: str) -> None:
-    """Edit a model's text, and have `mehvar diff` print these rows."""
+    """Check the rows that `mehvar diff` prints for an edit of a model."""
     shown = subprocess.run(
         [*commands.mehvar(), "diff", str(folder), "work"],
         cwd=_edited(folder, old, new), capture_output=True, text=True,
@@ -80,5 +80,5 @@ def _edited(folder: Path, old: str, new: str) -> Path:
 
 
 def board_agrees(folder: Path, law: str) -> None:
-    """Run the law as firmware, the plant as its self-test, on this machine: the bits of the host."""
+    """Check that the firmware's law and self-test on this machine are bit-identical to the host's."""
     assert run_on_board(load(folder, backend="c"), BoardRequest(law, "sil", samples=50)).max_ulp == 0

@@ -38,5 +38,5 @@ def generated(name: str, folder: Path) -> Path:
 
 
 def lines(folder: Path) -> int:
-    """Return the lines of Python and TOML that a model takes."""
+    """Count the lines of Python and TOML of a model."""
     return sum(len(path.read_text(encoding="utf-8").splitlines()) for path in folder.glob("*.[pt]*"))

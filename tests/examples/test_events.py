@@ -13,11 +13,11 @@ import mehvar
 from mehvar.models.quantities import Group
 from mehvar.physics.gates import TOLERANCE, balance, gates
 from mehvar.physics.machine import Machine
-from mehvar.physics.units import misfit
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import simulate
+from tests.mehvar.physics.units import misfit
 from tests.models.edits import parameter
 from tests.models.written import written
 

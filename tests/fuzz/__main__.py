@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run a campaign part by part; one that was stopped goes on where it was.
+"""Run a fuzzing campaign part by part; a stopped campaign continues.
 
 python -m tests.fuzz commands|edits|sanitizers SEED COUNT JOURNAL
 
@@ -43,7 +43,7 @@ _ONE_OF_EACH = (
 
 
 def main(kind: str, seed: str, count: str, journal: str) -> int:
-    """Take the parts that the journal does not have; print the sum of it."""
+    """Run the parts that the journal lacks, and print the sum."""
     path, (size, prepared) = Path(journal), _KINDS[kind]
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     rows = {row["part"]: row for row in map(json.loads, lines) if (row["kind"], row["seed"]) == (kind, seed)}
@@ -62,7 +62,7 @@ def main(kind: str, seed: str, count: str, journal: str) -> int:
 
 
 def _commands() -> _Take:
-    """Import what commands import, in a process without their threads: a child has no thread of its parent."""
+    """Import the modules of commands, in a process without threads, which a fork would lack."""
     with tempfile.TemporaryDirectory() as folder:
         names = Path(folder, "names")
         if not (child := os.fork()):
@@ -86,7 +86,7 @@ def _commands() -> _Take:
 
 
 def _base(seed: str) -> System:
-    """Return the one system or the other, in turn."""
+    """Return one of two systems, alternating."""
     return (cart, turner)[int(seed.split()[-1]) % 2]()
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fuzz campaigns: how many inputs were taken, how many were refused, and whatever ended otherwise."""
+"""Fuzz campaigns: numbers of accepted and refused inputs, and other outcomes."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from . import inputs
 
 ROOT = Path(mehvar.__file__).parents[1]
 Run = Callable[..., tuple[int, str]]
-"""Takes the arguments of a command; returns its exit status and what it said."""
+"""Function from the arguments of a command to its exit status and messages."""
 STATUSES = {0, 1, 2, 3}
 _LONGEST = 4000
-"""Characters of a message: a list of known names is below it, a value that is printed whole is not."""
+"""Largest length of a message: lists of known names are shorter, unshortened values longer."""
 _SECONDS = 60
 """Limit on a command: a hundred times the slowest on an idle machine."""
 
@@ -51,7 +51,7 @@ class Outcome:
 
 
 def expressions(seed: int, count: int) -> Outcome:
-    """Read conditions, distributions and stop rules; evaluate what is taken."""
+    """Read conditions, distributions and stop rules; evaluate accepted ones."""
     random, outcome = Random(seed), Outcome()
     values = np.array([0.0, 1.0, -1.0, np.nan, np.inf, 1e308])
     for _ in range(count):
@@ -63,7 +63,7 @@ def expressions(seed: int, count: int) -> Outcome:
 
 
 def campaign_files(seed: int, count: int, folder: Path) -> Outcome:
-    """Read campaign files as far as a batch can be made of them."""
+    """Read campaign files and prepare their batches."""
     random, outcome = Random(seed), Outcome()
     path = folder / "fuzz.toml"
     for _ in range(count):
@@ -74,7 +74,7 @@ def campaign_files(seed: int, count: int, folder: Path) -> Outcome:
 
 
 def commands(seed: int | str, count: int, folder: Path, run: Run) -> Outcome:
-    """Run commands in a folder that holds a campaign `c.toml` and a store `s.zarr`: one of the three below."""
+    """Run commands in a folder with a campaign `c.toml` and a store `s.zarr`, by one of the three functions below."""
     random, outcome = Random(seed), Outcome()
     for _ in range(count):
         arguments = inputs.command(random)
@@ -102,7 +102,7 @@ def furnish(folder: Path, run: Run) -> None:
 
 
 def damaged_stores(seed: int, count: int, store: Path, probe: Callable[[], tuple[int, str]]) -> Outcome:
-    """Flip a bit or cut the end of a file of a store, probe it, and mend it."""
+    """Flip a bit or cut the end of a file of a store, check the store, and repair it."""
     random, outcome = Random(seed), Outcome()
     files = sorted(path for path in store.rglob("*") if path.is_file())
     for _ in range(count):
@@ -120,7 +120,7 @@ def damaged_stores(seed: int, count: int, store: Path, probe: Callable[[], tuple
 
 
 def snapshot(folder: Path) -> dict[str, tuple[int, int]]:
-    """Return size and time of every file in a folder, and that there is a folder below it."""
+    """Return size and time of every file in a folder, and the names of its folders."""
     parts = {str(path.relative_to(folder)): path.stat() for path in sorted(folder.rglob("*"))}
     return {name: (0, 0) if S_ISDIR(s.st_mode) else (s.st_size, s.st_mtime_ns) for name, s in parts.items()}
 
@@ -159,7 +159,7 @@ def _try(outcome: Outcome, what: str, call: Callable[[], object]) -> None:
 
 
 def _wrong(status: int, text: str, untouched: bool) -> str:
-    """Say what is wrong with how a command ended; nothing when nothing is."""
+    """Return the fault of a command's end; empty without a fault."""
     if status not in STATUSES:
         return f"status {status}"
     if "Traceback" in text or "Exception ignored" in text:
@@ -175,7 +175,7 @@ def _wrong(status: int, text: str, untouched: bool) -> str:
 
 
 def in_process(*arguments: str) -> tuple[int, str]:
-    """Run a command in this process; return its exit status and what it said."""
+    """Run a command in this process; return its exit status and messages."""
     output = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="backslashreplace")
     argv = sys.argv
     try:
@@ -190,7 +190,7 @@ def in_process(*arguments: str) -> tuple[int, str]:
 
 
 def forked(*arguments: str) -> tuple[int, str]:
-    """Run a command in a child of this process, which has imported everything; a signal is a negative status."""
+    """Run a command in a fork of this process; a signal gives a negative status."""
     with tempfile.TemporaryFile() as output:
         child = os.fork()
         if not child:
@@ -211,7 +211,7 @@ def as_process(*arguments: str) -> tuple[int, str]:
 
 
 def _be_a_command(arguments: Sequence[str], output: int) -> NoReturn:
-    """End this process as `mehvar` would; an alarm that nobody takes ends it by a signal when that takes too long."""
+    """End this process like `mehvar`; an alarm ends it by a signal after too long a time."""
     signal.alarm(_SECONDS)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(output, 1)

@@ -16,7 +16,7 @@ NASTY = (
     *("1/0", "[]", "{}", "()", "1,2", "--", "-", "=", "1 2", "rk4", "c", "python", "float", "a\nb", "'", '"', "\\"),
     *("%s", "{0}", "normal(0,1)", "*", "..", "/", "/dev/null", "/no/such", "x" * 300, "-n", "--help", "2.0", "1e-9"),
 )
-"""Endings of what ranges, parsers, printf and file systems take; none asks for a run that takes long."""
+"""Values at and beyond the limits of ranges, parsers, printf and file systems; none needs a long run."""
 _PLAIN = {
     **{"t_end": "0.05", "dt_out": "0.01", "hold": "0.01", "delay": "1", "seed": "3", "run": "2", "real": "float"},
     **{"method": "rk4", "rtol": "1e-6", "atol": "1e-6", "step": "0.005", "max_steps": "500", "backend": "c"},
@@ -40,14 +40,14 @@ _OPERATORS = ("<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/", "//", "%", "
 
 
 def value(random: Random) -> str:
-    """Return a text where a number or a word is expected."""
+    """Return a text in place of a number or a word."""
     if random.random() < 0.7:
         return random.choice(NASTY)
     return repr(random.choice((random.uniform(-5, 5), random.randint(-5, 500), 10.0 ** random.randint(-320, 308))))
 
 
 def expression(random: Random) -> str:
-    """Return a condition, or something that is nearly one."""
+    """Return a condition or a damaged condition."""
     return _condition(random) if random.random() < 0.4 else _wild(random)
 
 
@@ -86,7 +86,7 @@ def _wild(random: Random, depth: int = 0) -> str:
 
 
 def distribution(random: Random) -> str:
-    """Return a distribution, or something that is nearly one."""
+    """Return a distribution or a damaged distribution."""
     kinds = ("normal", "uniform", "lognormal", "triangular", "choice", "sphere", "nonsense", "", "normal.x")
     arguments = [value(random) for _ in range(random.randint(0, 4))]
     if random.random() < 0.5:
@@ -106,7 +106,7 @@ def damaged(random: Random, text: str) -> str:
 
 
 def campaign(random: Random) -> str:
-    """Return a campaign file, or something that is nearly one."""
+    """Return a campaign file or a damaged one."""
     words = ("true", "[1]", "{}", "1979-05-27", "-1", "1e400", "nan", '"x"', "9" * 30, "[[1]]", "0.1", "2", '""')
     lines = {
         "model": f'"{PENDULUM}"', "controller": '"pd"', "n": "2", "t_end": "0.05", "seed": "1", "sampling": '"latin"',
@@ -119,7 +119,7 @@ def campaign(random: Random) -> str:
 
 
 def command(random: Random) -> list[str]:
-    """Return the arguments of a command that is quick, whether it works or is refused."""
+    """Return the arguments of a fast command, valid or not."""
     weights = (20, 20, 4, *(2,) * 8)
     verb = random.choices(tuple(_COMMANDS), (*weights, *(1,) * (len(_COMMANDS) - len(weights))))[0]
     arguments = _COMMANDS[verb](random)
@@ -137,7 +137,7 @@ def _settings(random: Random) -> list[str]:
 
 
 def _some(random: Random, **flags: Sequence[str]) -> list[str]:
-    """Return a few of some flags, each with one of its values or a nasty one."""
+    """Return a few flags with valid or unusual values."""
     chosen = [name for name in flags if random.random() < 0.25]
     return [
         word

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of an installed package from another folder, beside folders named like its packages."""
+"""Checks of an installed package from another folder that has folders named like the package's."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ALONE: tuple[tuple[str, int], ...] = (
     ("mehvar list", 0),
     ("python -m mehvar list", 0),
 )
-"""Commands as processes of their own, and their exit status."""
+"""Commands in separate processes, with their exit status."""
 STEPS: tuple[tuple[str, int], ...] = (
     ("mehvar simulate triangle --controller path --t-end 1 --out run.nc", 0),
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary theta_0=uniform(0.9,1.1) --out runs.zarr", 0),
@@ -33,7 +33,7 @@ FURTHER: tuple[tuple[str, int], ...] = (
     ("mehvar diff --paper", 2),
     ("mehvar reproduce", 2),
 )
-"""Steps through files that those of `STEPS` have gone through."""
+"""Further steps on the files of `STEPS`."""
 OWN: tuple[tuple[str, int], ...] = (
     ("mehvar generate --check", 0),
     ("mehvar generate", 0),
@@ -69,7 +69,7 @@ main()
 
 
 def walk(programs: Path, place: Path, further: Sequence[tuple[str, int]] = FURTHER) -> list[str]:
-    """Run steps with the programs of an environment; return what went wrong."""
+    """Run steps with the programs of an environment; return the failures."""
     folder = place / FOLDER
     for name in NAMED_ALIKE:
         (folder / name).mkdir(parents=True)

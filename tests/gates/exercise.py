@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Call every generated function and every loop of the models that are named, so that sanitizers can watch.
+"""Call every generated function and every loop of the named models, under sanitizers.
 
 python tests/gates/exercise.py MODEL...
 """

@@ -108,7 +108,7 @@ def installed(interpreter: str, libraries: str, place: Path) -> Path:
 
 
 def floors() -> list[str]:
-    """Return the lowest declared version of everything that is declared."""
+    """Return the lowest declared version of each requirement."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     declared = [*project["dependencies"], *(r for rs in project["optional-dependencies"].values() for r in rs)]
     found = (re.fullmatch(r"([\w-]+)>=([\d.]+)", requirement) for requirement in declared)
@@ -116,7 +116,7 @@ def floors() -> list[str]:
 
 
 def regenerated(programs: Path, place: Path) -> tuple[str, str]:
-    """Derive every model again; return what became of the equations and the largest difference of a number."""
+    """Derive every model again; return the verdict on the equations and the largest difference of a number."""
     verdicts, largest = [], 0.0
     for model in MODELS:
         new = place / "derived" / model

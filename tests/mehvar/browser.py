@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A headless Chromium for tests of pages, which says what a page printed and asked the network for."""
+"""A headless Chromium for tests of pages, with the page's console output and network requests."""
 
 import json
 import shutil
@@ -10,7 +10,7 @@ import pytest
 
 @contextmanager
 def chromium(folder, width=1300, height=900):
-    """Give a browser with a profile of its own below `folder`; skip the test where there is none."""
+    """Yield a browser with its profile below `folder`; skip the test without a browser."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="the browser tests need selenium")
     program = shutil.which("chromium") or shutil.which("google-chrome")
     driver = shutil.which("chromedriver")
@@ -32,7 +32,7 @@ def chromium(folder, width=1300, height=900):
 
 
 def requests(browser):
-    """Return the addresses that pages have asked for since the last call, but for data within the page."""
+    """Return the addresses requested by pages since the last call, without data of the page."""
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     asked = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
     return [url for url in asked if not url.startswith("data:")]
@@ -45,7 +45,7 @@ def prefer(browser, **features):
 
 
 def eventually(browser, script, *given):
-    """Wait until a script returns something true, and return that."""
+    """Wait until a script returns a true value, and return it."""
     from selenium.webdriver.support.wait import WebDriverWait
 
     return WebDriverWait(browser, 15, 0.1).until(lambda b: b.execute_script(f"return {script}", *given))

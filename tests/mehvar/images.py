@@ -9,7 +9,7 @@ def numbered_and_told(figures, numbers):
 
 
 def unlabelled(figure):
-    """Return the labels of axes that have no name with a unit, and the axes that have nothing in them."""
+    """Return labels of axes without a unit, and empty axes."""
     wrong = [ax for ax in figure.axes if not ax.has_data()]
     for ax in figure.axes:
         axes = [ax.xaxis, ax.yaxis, *([ax.zaxis] if hasattr(ax, "zaxis") else [])]

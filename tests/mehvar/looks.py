@@ -52,7 +52,7 @@ const look = () => {
 };
 requestAnimationFrame(look);
 """
-"""Runs before the page's own scripts: sums layout shifts and notes when the first picture or formula is there."""
+"""Script that sums layout shifts and records the time of the first picture or formula."""
 WALK = """
 const done = arguments[0], wait = (ms) => new Promise((then) => setTimeout(then, ms));
 (async () => {
@@ -66,9 +66,9 @@ const done = arguments[0], wait = (ms) => new Promise((then) => setTimeout(then,
   done({ shift, shifts: window.shifts, figure: window.figure ?? null, over: page.scrollWidth - innerWidth });
 })();
 """
-"""Scrolls to the end, so that what is built only when it comes near is built."""
+"""Script that scrolls to the end, so that all charts are built."""
 _LARGE = 900_000
-"""Bytes of a page that axe-core sees as it opens: with every fold open it takes minutes; the suite opens them."""
+"""Size above which axe-core checks a page as it opens; with every fold open the check takes minutes."""
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,7 @@ def write(rows: Sequence[str]) -> None:
 
 
 def main(*wanted: str) -> None:
-    """Measure the pages, all or those whose name contains a word; print what they lack, and write the table of all."""
+    """Measure all pages, or pages whose name contains a word; print faults, and write the table."""
     rows = []
     with tempfile.TemporaryDirectory() as folder, chromium(Path(folder)) as browser:
         browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of every page: its links land, it can be read aloud, printed and recognised."""
+"""Checks of every page: links, accessibility, print, appearance."""
 
 import base64
 import io
@@ -27,7 +27,7 @@ _STILL = """(() => {
   if (window.seen !== seen) { window.seen = seen; window.since = now; }
   return document.documentElement.dataset.ready === "yes" && now - window.since > 700;
 })()"""
-"""Nothing has moved for as long as a browser takes to build the charts that have come near."""
+"""Script that waits until nothing moves and visible charts are built."""
 _LANDING = """(() => {
   const target = document.getElementById(arguments[0]), page = document.documentElement;
   const wanted = parseFloat(getComputedStyle(page).scrollPaddingTop) || 0;
@@ -47,7 +47,7 @@ def settled(browser):
 
 
 def misses(browser, page, anchors):
-    """Return the anchors that a fresh page does not land on, each with the pixels that it is off."""
+    """Return the anchors that a fresh page misses, with the distance in pixels."""
     off = {}
     for anchor in anchors:
         browser.get("about:blank")
@@ -96,12 +96,12 @@ new PerformanceObserver((list) => {
 
 
 def shift(browser):
-    """Scroll to the end, and return by how much contents moved: readers notice 0.1, by the measure of browsers."""
+    """Scroll to the end, and return the layout shift; readers notice 0.1."""
     return browser.execute_async_script(SHIFT)
 
 
 def unlabelled_canvases(browser):
-    """Return how many canvases have no text alternative, of how many."""
+    """Return the number of canvases without a text alternative, and of all canvases."""
     return browser.execute_script(
         "const all = [...document.querySelectorAll('canvas')], told = (c) => c.getAttribute('aria-label');"
         "return [all.filter((c) => c.getAttribute('role') !== 'img' || !told(c)).length, all.length]"
@@ -109,7 +109,7 @@ def unlabelled_canvases(browser):
 
 
 def printed_pages(browser):
-    """Return on how many sheets of A4 the page is printed."""
+    """Return the number of A4 sheets of the printed page."""
     options = {"paperWidth": 8.27, "paperHeight": 11.69}
     pdf = base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", options)["data"])
     return len(re.findall(rb"/Type\s*/Page\b", pdf))
@@ -123,7 +123,7 @@ return leaves.filter(beyond).map((part) => part.outerHTML.slice(0, 90));
 
 
 def cut_on_paper(browser):
-    """Return what is beyond the right edge of a sheet of A4, on which nothing scrolls."""
+    """Return the elements beyond the right edge of an A4 sheet."""
     browser.execute_script("dispatchEvent(new Event('beforeprint'))")
     resize(browser, 718)
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
@@ -135,7 +135,7 @@ def cut_on_paper(browser):
 
 
 def opened(browser, page, width=1440, color="light"):
-    """Show a page without motion and wait until it stands still."""
+    """Show a page without animation and wait until nothing moves."""
     resize(browser, width)
     prefer(browser, prefers_color_scheme=color, prefers_reduced_motion="reduce")
     browser.get("about:blank")
@@ -144,7 +144,7 @@ def opened(browser, page, width=1440, color="light"):
 
 
 def in_approved_font(page, file):
-    """Write a page in a font that is the same on every machine, Matplotlib's; return the file."""
+    """Write a page in Matplotlib's font, which is the same on every machine; return the file."""
     fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
     faces = [
         f"@font-face {{ font-family: Approved; font-weight: {weight};"
@@ -158,7 +158,7 @@ def in_approved_font(page, file):
 
 
 def thumbnail(image):
-    """Return a picture at a quarter of its size, in grey: what it looks like, whatever the fonts' edges are."""
+    """Return a picture at a quarter of its size, in grey, which hides differences at the edges of letters."""
     grey = image.convert("L")
     return grey.resize((grey.width // 4, grey.height // 4), Image.Resampling.BOX)
 
@@ -170,7 +170,7 @@ def share_apart(one, other):
 
 
 def unlike(png, approved):
-    """Return how much a picture differs from what is approved, which it becomes with MEHVAR_APPROVE=yes: look at it."""
+    """Return the difference of a picture from the approved one; MEHVAR_APPROVE=yes approves it: look at it first."""
     if os.environ.get("MEHVAR_APPROVE") == "yes":
         with Image.open(io.BytesIO(png)) as image:
             thumbnail(image).save(approved, optimize=True)

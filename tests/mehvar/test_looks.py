@@ -117,4 +117,5 @@ def test_a_page_looks_as_approved(kind, wanted, browser):
         sheet([*found.values()]).quantize(LEVELS).save(approved, optimize=True)
     assert not FAILED.findall(words)
     there = dict(zip(LOOKS, parts(approved), strict=True))
-    assert max(apart(image, there[look]) for look, image in found.items()) < TOLERANCE
+    unlike = {look: apart(image, there[look]) for look, image in found.items()}
+    assert max(unlike.values()) < TOLERANCE, f"look at {approved}, then approve what you see with MEHVAR_APPROVE=yes"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns of edited systems: whatever is edited, it is refused by name, or what is generated of it runs."""
+"""Campaigns of edited systems: each edited system is refused by name, or its generated code runs."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from tests.models import exercise_edits
 from tests.models.edits import Edit, edits
 
 _PLACED = re.compile(r"\S+\.py:\d+: .+", re.DOTALL)
-"""File, line, and what is wrong there."""
+"""Beginning of a message with file and line."""
 
 
 def edited(base: System, seed: str, count: int, folder: Path) -> Outcome:
-    """Edit a system; run what is accepted, in Python."""
+    """Edit a system; run accepted systems in Python."""
     outcome = Outcome()
     for k, edit in enumerate(islice(edits(base, random.Random(seed)), count)):
         try:
@@ -46,7 +46,7 @@ def edited(base: System, seed: str, count: int, folder: Path) -> Outcome:
 
 
 def sanitized(base: System, seed: str, count: int, folder: Path) -> Outcome:
-    """Generate systems that an edit made, and watch their C in a process with sanitizers."""
+    """Generate edited systems, and run their C in a process with sanitizers."""
     chosen = list(islice(_accepted(base, seed), count))
     folders = [_written(edit.system, folder / f"{k}") for k, edit in enumerate(chosen)]
     done = watched(folder, "gcc", [exercise_edits.__file__, *map(str, folders)])

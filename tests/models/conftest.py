@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model and the ledger of its paper, once for each MODEL/test_ledger.py."""
+"""Fixtures: a model and the ledger of its paper, for each MODEL/test_ledger.py."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small systems that have everything, and random edits of any field of them."""
+"""Small systems with all features, and random edits of their fields."""
 
 import dataclasses
 import random
@@ -123,7 +123,7 @@ class Edit:
 
 
 def edits(base: System, generator: random.Random) -> Iterator[Edit]:
-    """Yield random edits of a system without end: of any field, a row, a name, a unit, a number, a kind."""
+    """Yield random edits of a system, without end: of fields, rows, names, units, numbers, kinds."""
     places = list(_places(base, ()))
     while True:
         path, value = generator.choice(places)
@@ -132,7 +132,7 @@ def edits(base: System, generator: random.Random) -> Iterator[Edit]:
 
 
 def _places(value: Any, path: tuple[str | int, ...]) -> Iterator[tuple[tuple[str | int, ...], Any]]:
-    """Yield every place below a value that can be edited; a system's name is that of its folder."""
+    """Yield every place of a value that can be edited; a system keeps the name of its folder."""
     if path and path != ("name",):
         yield path, value
     if dataclasses.is_dataclass(value):
@@ -221,7 +221,7 @@ def _symbols(system: System) -> list[sp.Symbol]:
 
 
 def put(value: Any, path: tuple[str | int, ...], new: Any) -> Any:
-    """Return a value with one place changed; dataclasses are made anew, as a model would make them."""
+    """Return a value with one changed place; dataclasses are constructed again, as a model would construct them."""
     if not path:
         return new
     head, *rest = path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Call every function of generated folders in C and in Python, and run every law, so that sanitizers can watch.
+"""Call every function of generated folders in C and in Python, and run every law, under sanitizers.
 
 python tests/models/exercise_edits.py FOLDER...
 """
@@ -28,7 +28,7 @@ def values(model: Model) -> dict[str, tuple[np.ndarray, ...]]:
 
 
 def run(model: Model) -> None:
-    """Run every law for a moment; a run may fail, and says so."""
+    """Run every law for a short time; failures of runs are printed."""
     for law in model.manifest.controllers if model.manifest.scenarios else ():
         with warnings.catch_warnings(), contextlib.suppress(MehvarError):
             warnings.simplefilter("ignore")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small systems whose laws see outputs, have states of their own, or command once in several samples."""
+"""Small systems whose laws measure outputs, have states, or command at every N-th sample."""
 
 import dataclasses
 
@@ -12,7 +12,7 @@ WHOLE = dataclasses.replace(POSITIVE, lower=1.0, lower_open=False)
 
 
 def table(x: Group, u: Group, p: Group, **fields) -> System:
-    """A system without anything but what is given."""
+    """A system with only the given fields."""
     none = Group("r", ())
     empty = dataclasses.replace(
         cart(), states=x, inputs=u, references=none, outputs=Group("y", ()), output=(), parameters=p, steps=(),
@@ -23,7 +23,7 @@ def table(x: Group, u: Group, p: Group, **fields) -> System:
 
 
 def seeker() -> System:
-    """A mass of which laws see the place alone: a lead compensator, integral action, and an estimator with a law."""
+    """A mass whose laws measure the position: a lead compensator, integral action, and an estimator with a law."""
     x, u = Group("x", (quantity("place", "m"), quantity("speed", "m/s"))), Group("u", (quantity("push", "m/s^2"),))
     seen, e = Group("seen", (quantity("shown", "m"),)), Group("e", (quantity("hiss", "1"),))
     rows = (("load", "m/s^2", 0.3, ANY), ("sigma", "m", 0.01, ANY), ("Ts", "s", 0.02, POSITIVE))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small systems with process noise and random steps, of which the distribution is known."""
+"""Small systems with process noise and random steps, with known distributions."""
 
 import sympy as sp
 
@@ -28,7 +28,7 @@ def noisy() -> System:
 
 
 def walker() -> System:
-    """A gyro whose bias walks at each sample, and a gust that is another one in each: v' = u + gust."""
+    """A gyro whose bias changes at random at each sample, and a random gust for each sample: v' = u + gust."""
     x = Group("x", (quantity("v", "m/s"), quantity("bias", "m/s"), quantity("gust", "m/s^2")))
     u, e = Group("u", (quantity("push", "m/s^2"),)), Group("e", (quantity("e_bias", "1"), quantity("e_gust", "1")))
     p = Group("p", tuple(parameter(*row) for row in (

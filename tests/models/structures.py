@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every declared combination of a model's structures: each is derived and checked, or a rule of the model refuses it.
+"""Test of every combination of a model's structures: derived and checked, or refused by a rule of the model.
 
 `python -m tests.models.structures build/structures.jsonl` goes through all of them and goes on where it was;
 `make soak` runs it.
@@ -20,13 +20,13 @@ from mehvar.models.system import ModelError
 
 MODELS = ("triangle", "satellite", "slosh")
 FEW = 3
-"""Values of a choice up to which its combinations are generated whole; of further ones, numbers of members, none is."""
+"""Largest number of values of a choice whose combinations are generated with all files."""
 
 Structure = Mapping[str, str]
 
 
 def structures(model: str) -> Iterator[Structure]:
-    """Yield each combination, those with values that stand first in a choice before others."""
+    """Yield each combination, in the order of the choices' values."""
     choices = load_model(installed_tree(), model).STRUCTURE
     places = itertools.product(*(range(len(values)) for values in choices.values()))
     for place in sorted(places, key=max):
@@ -34,7 +34,7 @@ def structures(model: str) -> Iterator[Structure]:
 
 
 def outcome(model: str, structure: Structure, *, whole: bool = False) -> str:
-    """Derive and check a structure, or generate all its files; return the words of the rule that refuses it."""
+    """Derive and check a structure, or generate all its files; return the message of a refusal."""
     tree = installed_tree()
     try:
         (derive if whole else system_of)(tree, model, structure)
@@ -48,7 +48,7 @@ def outcome(model: str, structure: Structure, *, whole: bool = False) -> str:
 
 
 def main(record: Path) -> int:
-    """Go through all structures, noting each in a file; return how many failed."""
+    """Test all structures, and record each in a file; return the number of failures."""
     record.parent.mkdir(parents=True, exist_ok=True)
     known = [json.loads(line) for line in record.read_text().splitlines()] if record.exists() else []
     done = {(entry["model"], json.dumps(entry["structure"])) for entry in known}

@@ -286,11 +286,11 @@ REFUSED = [
     ("message", CART, ("limits", 0, "message"), lambda v: "{speedy}", r"limits '\{speedy\}' cannot be filled in"),
     ("actuator beside a chart", TURNER, ("actuator",), lambda v: CART.actuator, r"cannot be combined with a regular"),
     ("a rate in another unit", CART, ("rhs", 0), lambda v: STATE.symbol,
-     r"rhs, row 1 of 2 \(place\): place is in m, and must be in m/s"),
+     r"rhs, row 1 of 2 \(place\): place has the unit m: must be m/s"),
     ("a sum of units", CART, ("rhs", 0), lambda v: v + STATE.symbol,
      r"place \[m\] and speed \[m/s\] have different units"),
     ("a sine of a length", CART, ("rhs", 0), lambda v: v * sp.sin(STATE.symbol),
-     r"sin is of a number, and place is in m"),
+     r"sin needs a number without unit, but place has the unit m"),
     ("a stated unit", CART, ("steps", 0, "unit"), lambda v: "J",
      r"definition 'spring' at .*edits.py:\d+: .* has the unit kg m/s\^2, and declares J"),
     ("no unit", CART, ("states", "quantities", 0, "unit"), lambda v: "furlong", r"unit 'furlong' has 'furlong', which"),
@@ -299,7 +299,7 @@ REFUSED = [
     ("an output in degrees", CART, ("outputs", "quantities", 0, "unit"), lambda v: "deg/s", r"must be in rad"),
     ("a metric in degrees", CART, ("metrics", 0, "unit"), lambda v: "deg m", r"'deg m': must be in rad"),
     ("period in metres", CART, ("parameters", "quantities", 4, "unit"), lambda v: "m",
-     r"period = 'Ts' .* must be in s"),
+     r"period = 'Ts' .* must be s"),
     ("period of zero", CART, ("parameters", "quantities", 4, "bounds"), lambda v: Interval(0.0, 1.0, False, False),
      r"period = 'Ts' of law 'sum-law' has the bounds \[0, 1\]: must be above zero"),
     ("a stranger", CART, ("rhs", 0), lambda v: v + sp.Symbol("speeed"),
@@ -416,7 +416,7 @@ def test_rational_exponents_are_units():
         CART, outputs=Group("y", (*CART.outputs.quantities, root)), output=(*CART.output, sp.sqrt(CART.output[0]))
     )
     check(system)
-    with pytest.raises(ModelError, match=r"row 2 of 2 \(root\): .* is in kg\^\(1/2\) m/s, and must be in J"):
+    with pytest.raises(ModelError, match=r"row 2 of 2 \(root\): .* has the unit kg\^\(1/2\) m/s: must be J"):
         check(edited(system, ("outputs", "quantities", 1, "unit"), lambda _: "J"))
 
 

@@ -133,7 +133,7 @@ def test_what_would_be_ignored_is_refused():
     for part, message in (
         (edited("lead", rates=()), "rates of law 'lead' has 0 entries for 2 memory"),
         (edited("lead", update=(sp.S.Zero, sp.S.Zero)), "update of law 'lead' would be ignored"),
-        (edited("lead", rates=(lead.rates[1], lead.rates[0])), "row 1 of 2 .late.: .* must be in m/s"),
+        (edited("lead", rates=(lead.rates[1], lead.rates[0])), "row 1 of 2 .late.: .* must be m/s"),
         (edited("plain", period=""), "every of law 'plain' would be ignored"),
         (edited("slow", rates=(sp.S.Zero,) * 2), "rates of law 'slow' would be ignored"),
         (edited("slow", every="once"), "every = 'once' of law 'slow' is not a parameter"),

@@ -169,8 +169,8 @@ def test_what_is_no_noise_is_refused():
         (Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * w.W3 + x.speed)), "row 2: .* must be linear"),
         (Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2),)), "1 entries for 2 states"),
         (Diffusion(w, (x.price * p.a * w.W1, p.q * w.W3)), "parameter 'b'"),
-        (Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * p.Ts * w.W3)), "must be in m/s"),
-        (Diffusion(seconds, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * w.W3)), r"must be in s\^\(1/2\)"),
+        (Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * p.Ts * w.W3)), "must be m/s"),
+        (Diffusion(seconds, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * w.W3)), r"must be s\^\(1/2\)"),
     ):
         with pytest.raises(ModelError, match=message):
             check(dataclasses.replace(system, diffusion=part))

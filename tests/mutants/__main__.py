@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Try mutants of the runtime, slice by slice, and write the page of what survived.
+"""Try mutants of the runtime, slice by slice, and write the page of survivors.
 
 Run: python -m tests.mutants [--minutes M] [--area AREA]... [--again] [--page]
      python -m tests.mutants --sample 100 --seed K [--minutes M] [--again] [--page]
@@ -58,7 +58,7 @@ def _slice(campaign: Campaign, wanted: list[tuple[Subject, Mutant]], again: bool
 
 
 def _in_turn(wanted: list[Subject]) -> Iterator[tuple[Subject, Mutant]]:
-    """Yield a mutant of each subject, then the next of each: a slice has something of all."""
+    """Yield mutants of all subjects in turn, so that each slice contains every subject."""
     draws = [[(subject, mutant) for mutant in draw(subject)] for subject in wanted]
     for row in zip_longest(*draws):
         yield from filter(None, row)

@@ -80,7 +80,7 @@ def mutate(_text: str, place: tuple[int, int, str]) -> tuple[int, int, str]:
 
 
 def _other_number(literal: str) -> str:
-    """Return zero for one, one for zero, twice what has a fraction, and one more otherwise."""
+    """Return zero for one, one for zero, twice a fraction, and one more otherwise."""
     if literal.rstrip("u") in ("0", "1"):
         return literal.translate(str.maketrans("01", "10"))
     if any(mark in literal for mark in ".ep") and not literal.startswith("0x"):

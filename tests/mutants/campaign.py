@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draw mutants, run the tests that concern them on a copy of the tree, and remember what happened."""
+"""Draw mutants, run their tests on a copy of the tree, and record the outcomes."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ WORK = ROOT / "build" / "mutants"
 _COPIED = ("mehvar", "models", "codegen", "generated", "runtime", "papers", "tests", "docs", "benchmarks",
            "pyproject.toml", "version.py", "Makefile", "README.md", "CHANGELOG.md")  # fmt: skip
 _TWICE = 2.0
-"""Limit of a mutant, over the seconds of its tests without one, and ten more: it compiles anew."""
+"""Time limit of a mutant as a multiple of its tests' time, plus ten seconds for compilation."""
 
 
 def draw(subject: Subject) -> Iterator[Mutant]:
-    """Yield the mutants of a subject that are tried: in an order that the lines fix, up to `draw` of them."""
+    """Yield up to `draw` mutants of a subject, in an order that depends only on the lines."""
     return islice(mutants_of(subject.modules), subject.draw)
 
 
 def mutants_of(modules: Sequence[str], seed: str = "") -> Iterator[Mutant]:
-    """Yield every mutant of modules once, in an order that a seed and the lines fix."""
+    """Yield every mutant of modules once, in an order that depends only on a seed and the lines."""
     texts = {module: (ROOT / module).read_text(encoding="utf-8") for module in modules}
     keys: set[str] = set()
     for module, place in _in_order(texts, seed):
@@ -42,7 +42,7 @@ def mutants_of(modules: Sequence[str], seed: str = "") -> Iterator[Mutant]:
 
 
 def _in_order(texts: Mapping[str, str], seed: str) -> list[tuple[str, Any]]:
-    """Return the places of modules by a digest of line and change: an edit elsewhere leaves the others drawn."""
+    """Order mutants by a digest of line and change, so that edits of other lines do not change the selection."""
     ranks: list[tuple[bytes, str, Any]] = []
     seen: Counter[str] = Counter()
     for module, text in texts.items():
@@ -69,7 +69,7 @@ def _plain(text: str) -> str:
 
 
 class Campaign:
-    """A copy of the tree in which one module at a time is wrong, and the file of results, which is committed."""
+    """A copy of the tree with one mutant at a time, and the committed file of results."""
 
     def __init__(self, file: Path = RESULTS) -> None:
         self._tree, self._file, self._plain_file = WORK / "tree", file, WORK / "plain.json"
@@ -82,16 +82,16 @@ class Campaign:
 
     @property
     def results(self) -> list[Result]:
-        """The last result of each mutant."""
+        """Last result of each mutant."""
         return list(self._results.values())
 
     def keep(self, drawn: set[str]) -> None:
-        """Forget what became of mutants that are drawn no more, as those of a line that was edited."""
+        """Remove results of mutants that are no longer drawn, such as those of edited lines."""
         self._results = {key: result for key, result in self._results.items() if key in drawn}
         self._file.write_text("".join(map(line_of, self.results)), encoding="utf-8")
 
     def is_open(self, mutant: Mutant) -> bool:
-        """Return whether a mutant has no result yet."""
+        """Return True if a mutant has no result yet."""
         return mutant.key not in self._results
 
     def decide(self, subject: Subject, mutant: Mutant) -> None:
@@ -124,7 +124,7 @@ class Campaign:
         self._remember(Result(subject.area, *fields, round(done.seconds, 1)))
 
     def _is_green(self, test: str) -> bool:
-        """Return whether a test passes without a mutant; one that does not tells nothing."""
+        """Return True if a test passes without a mutant; failing tests are not used."""
         if test not in self._green | self._red:
             passes = trial.run(self._tree, [test], WORK).outcome == "passed"
             (self._green if passes else self._red).add(test)
@@ -158,7 +158,7 @@ class Campaign:
         self._copied = True
 
     def _plain(self, subject: Subject) -> tuple[dict[str, float], list[str], float]:
-        """Return the seconds of each test without a mutant, those that fail, which tell nothing, and the sum.
+        """Return the time of each test without a mutant, s, the failing tests, and the total time.
 
         They run once with an empty cache, as every mutant of C does.
         """

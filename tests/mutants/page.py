@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of benchmarks/results/mutants.md: how many of each module, and every survivor with its reason."""
+"""Tables of benchmarks/results/mutants.md: counts by module, and every survivor with its reason."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _REASONS = Path(__file__).parent / "survivors.toml"
 
 
 def write(results: Sequence[Result]) -> None:
-    """Put the tables into the page; a survivor without a reason is called open."""
+    """Write the tables into the page; survivors without a reason are marked open."""
     _put(BEGIN, END, whole(results, _today()))
 
 
@@ -32,7 +32,7 @@ def _today() -> str:
 
 
 def drawn(results: Sequence[Result], size: int, seed: int, day: str) -> list[str]:
-    """Return the lines of a sample: counts by folder, and what lives."""
+    """Return the lines of a sample: counts by folder, and survivors."""
     tried = [result for result in results if result.outcome != "refused"]
     alive = [result for result in tried if result.outcome == "survived"]
     lines = [
@@ -62,7 +62,7 @@ def _put(begin: str, end: str, lines: Sequence[str]) -> None:
 
 
 def reasons() -> dict[str, str]:
-    """Return why a survivor lives, by module and what was changed to what."""
+    """Return the reasons of survivors, by module and change."""
     rows = tomllib.loads(_REASONS.read_text(encoding="utf-8"))["survivor"]
     return {f"{row['module']}: {row['before']} -> {row['after']}": row["reason"] for row in rows}
 
@@ -73,7 +73,7 @@ def _alive(alive: Sequence[Result]) -> str:
 
 
 def whole(results: Sequence[Result], day: str) -> list[str]:
-    """Return the lines of the campaign of subjects.toml: counts by module, and what lives."""
+    """Return the lines of the campaign of subjects.toml: counts by module, and survivors."""
     wanted = sum(subject.draw for subject in subjects())
     tried = [result for result in results if result.outcome != "refused"]  # a compiler needs no test
     alive = [result for result in tried if result.outcome == "survived"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mutation operators for Python: those of Cosmic Ray, without what a type checker or the next line refuses anyway.
+"""Mutation operators for Python from Cosmic Ray, without mutants that a type checker or the next line refuses.
 
 Cosmic Ray was taken because it is maintained, has its operators apart from its runner, and changes one place of a text:
 the runner here serves Python and C alike, and chooses tests by module. mutmut rewrites a package into trampolines and
@@ -45,7 +45,7 @@ def places(text: str) -> Iterator[tuple[int, str, tuple[str, int]]]:
 
 
 def _closed(tree: ast.Module) -> Iterator[Span]:
-    """Yield where a mutant is the same program, or says the same in other words.
+    """Yield places at which a mutant is the same program or changes only words.
 
     Annotations are not evaluated; a message's text is not what a test holds; whether zip is strict and a dataclass is
     frozen are checks of our own calls, which no input reaches.
@@ -80,7 +80,7 @@ def mutate(text: str, place: tuple[str, int]) -> tuple[int, int, str]:
 
 @functools.cache
 def _parsed(text: str) -> bytes:
-    """Return the tree of a text as bytes: a visitor edits a tree, and reading it back takes a tenth of parsing anew."""
+    """Return the pickled syntax tree of a text; unpickling takes a tenth of the time of parsing."""
     return pickle.dumps(get_ast(text))
 
 

@@ -15,7 +15,7 @@ RESULTS = Path(__file__).parent / "results.jsonl"
 
 @dataclass(frozen=True)
 class Subject:
-    """Modules that are mutated alike: how many mutants are drawn, the tests that concern them, those that do not."""
+    """Modules with common settings: number of mutants, their tests, and excluded tests."""
 
     area: str
     modules: tuple[str, ...]
@@ -23,7 +23,7 @@ class Subject:
     tests: tuple[str, ...]
     without: tuple[str, ...] = ()
     limit: float = 0.0
-    """Seconds of processor time after which a mutant lives; by default twice what its tests take kill it."""
+    """Processor time after which a mutant survives, s; by default twice the time of its tests kills it."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        """Say which mutant it is; it stays while the text around it does."""
+        """Return the key of the mutant, which depends only on its line and change."""
         return f"{self.module}: {self.before} -> {self.after}"
 
 
@@ -62,7 +62,7 @@ class Result:
 
     @property
     def key(self) -> str:
-        """Say which mutant it is of, as the mutant does."""
+        """Return the key of the mutant."""
         return f"{self.module}: {self.before} -> {self.after}"
 
 

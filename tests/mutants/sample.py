@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A sample of mutants over whole folders, drawn by a seed, each tried by the tests that stand closest to its module."""
+"""A sample of mutants over whole folders, drawn with a seed, and tried by the tests closest to each module."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PLAN = Path(__file__).parent / "closest.toml"
 
 
 def sample(size: int, seed: int) -> list[tuple[Subject, Mutant]]:
-    """Return mutants of the folders of closest.toml, every place of their texts as likely as any other.
+    """Return mutants of the folders of closest.toml, drawn uniformly over all places.
 
     The order follows from the seed and the lines alone, so that an edit elsewhere leaves the others drawn.
     """
@@ -27,7 +27,7 @@ def sample(size: int, seed: int) -> list[tuple[Subject, Mutant]]:
 
 
 def closest(module: str, plan: dict[str, Any]) -> Subject:
-    """Return the tests of the first rule that has a module, after the one that mirrors it unless the rule names it."""
+    """Return the tests of the first rule for a module, preceded by the test of the same name."""
     rule = next(rule for rule in plan["closest"] if any(fnmatch(module, pattern) for pattern in rule["modules"]))
     path = Path(module)
     mirror = (Path("tests") / path.parent / f"test_{path.stem}.py").as_posix()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run tests on a tree in a process of its own, those that killed before first, and say how it ended.
+"""Run tests on a tree in a separate process, earlier killers first, and return the outcome.
 
 The process parts from one that has loaded the libraries, which no mutant changes, and imports the tree itself.
 """
@@ -23,9 +23,9 @@ from tests import commands
 
 _LIBRARIES = ("scipy.stats", "hypothesis", "pytest")
 _LIMIT = 10**6
-"""Seconds of processor time when nothing is known of the tests."""
+"""Processor time of tests without earlier records, s."""
 _PATIENCE = 20.0
-"""Seconds in which no process of a trial ran or wanted to: it waits for what will not come. The longest wait of a test
+"""Time without a running process after which a trial counts as hanging, s. The longest wait of a test
 is of 10 s; twice as long would only make a mutant that hangs dearer."""
 _POLL = 0.3
 _TICK = os.sysconf("SC_CLK_TCK")
@@ -39,7 +39,7 @@ class Test:
     seconds: float
     failed: bool
     refused: bool
-    """True if it failed because a compiler refused the text."""
+    """True if the test failed because a compiler refused the code."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Trial:
 
 
 def preload() -> None:
-    """Load what all trials use."""
+    """Load the modules that all trials use."""
     commands.load()
     for name in _LIBRARIES:
         importlib.import_module(name)
@@ -99,7 +99,7 @@ def _processor_time() -> float:
 
 
 def _end(process: int, limit: float) -> tuple[str, float]:
-    """Wait for a process; return how it ended and the processor time of its group, which has a server of commands too.
+    """Wait for a process; return its outcome and the processor time of its process group.
 
     The group is killed when it has had its time, or waits for nothing.
     """
@@ -123,7 +123,7 @@ def _end(process: int, limit: float) -> tuple[str, float]:
 
 
 def _group(group: int) -> Iterator[tuple[str, float]]:
-    """Yield of each process of a group S if it waits, another letter otherwise, and its processor time so far.
+    """Yield the state of each process of a group (S: waiting) and its processor time so far.
 
     The time is its own and that of children that ended, as compilers.
     """
@@ -135,7 +135,7 @@ def _group(group: int) -> Iterator[tuple[str, float]]:
 
 
 class _Log:
-    """A pytest plugin that orders the tests and writes down how each ended."""
+    """A pytest plugin that orders the tests and records their outcomes."""
 
     def __init__(self, path: Path, rank: Mapping[str, float], tests: Sequence[str]) -> None:
         self._path, self._rank, self._tests = path, rank, tests
@@ -144,7 +144,7 @@ class _Log:
         items.sort(key=lambda item: (self._rank.get(item.nodeid, 0.0), self._place(item.nodeid)))
 
     def _place(self, name: str) -> int:
-        """Return which of the files and folders has a test: pytest itself takes folders by the alphabet."""
+        """Return the file or folder that contains a test."""
         return next((k for k, test in enumerate(self._tests) if name.startswith(test)), len(self._tests))
 
     def pytest_runtest_logreport(self, report: Any) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The runs of each paper and of the system beyond it, and what is decided from them, made once for all tests.
+"""Runs of each paper and of its extended system, with the decided claims, computed once for all tests.
 
 They are half the cost of these tests; tests/conftest.py lets one process have all of them, the report's tests last: it
 takes the papers' runs for its own.
@@ -18,9 +18,9 @@ from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.model import Model, load
 
 LIGHT = "triangle"
-"""The model whose system beyond its paper the suite runs: those of the others take a minute of a processor."""
+"""Model whose extended system the suite runs; each of the others takes a minute."""
 HEAVY = ("satellite", "slosh")
-"""Models whose claims take ten seconds of a processor and more: soak has them, and `make run`."""
+"""Models whose claims take ten seconds or more; `make soak` and `make run` check them."""
 _RUNS: dict[Path, Runs] = {}
 
 
@@ -48,5 +48,5 @@ def paper_claims(model: str) -> tuple[Claim, ...]:
 
 @functools.cache
 def paper_agreement(model: str) -> Agreement:
-    """Return how far a model's code and CasADi's own C agree."""
+    """Return the agreement of a model's code with CasADi's C."""
     return agreement(paper_runs(model))

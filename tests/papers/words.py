@@ -19,25 +19,25 @@ _PLACES = re.compile(
     r"\b(?:claims?|decision|sections?|diagrams?|drawings?|figures?|tables?|equations?|scenario),? \(?\d+\)?" + _LIST
     + r"|\(\d+\)(?:" + _LIST + r")", re.IGNORECASE,
 )  # fmt: skip
-"""Names of places, which are not quantities: "claims 8 to 10 and 14", "(31), (32) and (34)"."""
+"""References to numbered items, which are not quantities: "claims 8 to 10 and 14", "(31), (32) and (34)"."""
 _NUMBER = re.compile(r"(?<![\w.^])(?<!\^-)\d+(?: \d{3})*(?:\.\d+)?(?:e[+-]?\d+)?(?![\w^]|\.\d)")
 _FEW = 3
-"""Counts up to this are words of the language as well: one of two laws, degree 2."""
+"""Largest count that also occurs in ordinary text: one of two laws, degree 2."""
 
 
 def numbers(text: str) -> list[str]:
-    """Return the numbers in a text that are no names of places, as they are written."""
+    """Return the numbers in a text, as written, without references to numbered items."""
     return [number.replace(" ", "") for number in _NUMBER.findall(_PLACES.sub(" ", text))]
 
 
 def without_source(text: str, known: Iterable[float]) -> list[str]:
-    """Return the numbers of a text that are none of the known ones, rounded as they are written; also in percent."""
+    """Return the numbers of a text that match no known number after rounding, also in percent."""
     values = [abs(value) * factor for value in known for factor in (1.0, 100.0) if math.isfinite(value)]
     return [n for n in numbers(text) if float(n) > _FEW or "." in n or "e" in n if not any(_same(n, v) for v in values)]
 
 
 def _same(written: str, value: float) -> bool:
-    """Tell whether a value reads as it is written when it is given with as many digits."""
+    """Return True if a value, rounded to the written digits, equals the written number."""
     number, (mantissa, _, exponent) = float(written), written.partition("e")
     digits = len(mantissa.partition(".")[2])
     if number >= 1000:
@@ -46,7 +46,7 @@ def _same(written: str, value: float) -> bool:
 
 
 def of_claim(claim: Claim, text: ClaimText | None = None) -> Iterator[float]:
-    """Yield the numbers that a claim was decided by: of its checks, also under readings, and the expected ones."""
+    """Yield the numbers of a claim: of its checks, also under readings, and the expected numbers."""
     for check in (*claim.checks, *(check for reading in claim.readings for check in reading.checks)):
         for part in (check.what, check.expected, check.measured):
             yield from map(float, numbers(part))
@@ -57,7 +57,7 @@ def of_claim(claim: Claim, text: ClaimText | None = None) -> Iterator[float]:
 
 
 def wrong_words(paper: Reproduction, claims: Iterable[Claim], manifest: Manifest) -> Iterator[str]:
-    """Yield the numbers in the words of a paper's claims and captions that nothing there has been decided by.
+    """Yield the numbers in a paper's claims and captions that no check uses.
 
     A claim may have those of its own checks and of a claim that it names, a caption those of its figure's claims, the
     page on how the paper was read those of all claims; each the model's.
@@ -89,7 +89,7 @@ def of_model(manifest: Manifest) -> Iterator[float]:
 
 
 def silent(paper: Reproduction, runs: Runs) -> Iterator[str]:
-    """Yield the expected numbers that can be changed without a word of any check following them."""
+    """Yield the expected numbers that can change without changing the words of a check."""
     for text in paper.texts:
         before = _words(paper, text, text.expected, runs)
         for name, value in text.expected.items():

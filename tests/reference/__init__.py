@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Independent hand-written computations that the derived models are checked against."""
+"""Independent hand-written computations for checks of the derived models."""

@@ -28,7 +28,7 @@ STEPS = np.radians([25.0, 30.0, 0.0])
 
 @dataclass(frozen=True)
 class Plant:
-    """The body with what its wheels have across their axes, the wheels about their axes, and the orbit."""
+    """Inertia of the body with the wheels' transverse inertia, spin inertia of the wheels, and orbit."""
 
     inertia: Array = field(default_factory=INERTIA.copy)
     spin: Array = field(default_factory=SPIN.copy)

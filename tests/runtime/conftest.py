@@ -32,7 +32,7 @@ def slow_pendulum() -> runtime.Model:
 
 @pytest.fixture
 def edited(tmp_path: Path) -> Callable[[str, str, str], Path]:
-    """Return a function that copies the pendulum's folder and replaces text in a file of it, a manifest sealed."""
+    """Return a function that copies the pendulum's folder and edits one of its files; a manifest gets a new digest."""
 
     def edit(file: str, old: str, new: str) -> Path:
         copy = tmp_path / "pendulum"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compare with every engine; write benchmarks/results/validation.md and the summary in docs/validation.md.
+"""Compare with every reference; write benchmarks/results/validation.md and the summary in docs/validation.md.
 
 Run: python -m tests.validation [what pytest understands, such as -k JEOD]
 """
@@ -23,7 +23,7 @@ SUMMARY_BEGIN, SUMMARY_END = "<!-- summary: written by make validate -->\n", "<!
 
 
 def main() -> int:
-    """Run the cases and write what they showed; a case that was left out keeps its old row and date.
+    """Run the cases and write their rows; omitted cases keep row and date.
 
     A case that ends without a result, as when a model refuses its options, has a row that says so.
     """
@@ -37,7 +37,7 @@ def main() -> int:
 
 
 class _Ends:
-    """A pytest plugin that tells cases that end without a row from those whose row does not hold."""
+    """A pytest plugin that distinguishes cases without a row from cases whose row does not hold."""
 
     def __init__(self) -> None:
         self.passed: set[str] = set()
@@ -57,7 +57,7 @@ class _Ends:
 def write(
     rows: list[Row], passed: Collection[str] = (), without_result: Mapping[str, str] = {}, complete: bool = False
 ) -> None:
-    """Put rows into the page, in the place of rows of the same case, or of all.
+    """Replace the rows of the same cases, or all rows, of the page.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ def basilisk(turn: np.ndarray, rate: np.ndarray, spin: np.ndarray, momentum: np.
 
 
 def ours(turn: np.ndarray, rate: np.ndarray, spin: np.ndarray, momentum: np.ndarray, torque: np.ndarray, w0: float):
-    """Return the same of the satellite: its compiled right-hand side, SciPy's dop853 at its tightest."""
+    """Return the same quantities of the satellite, by its compiled right-hand side and SciPy's dop853."""
     model = mehvar.load(satellite("quaternion").folder)
     values = {f"Iw_{axis}": value for axis, value in zip("xyz", spin, strict=True)}
     p = model.parameters(omega0=w0, **values)

@@ -49,7 +49,7 @@ def ours() -> mehvar.Model:
 
 
 def flown(model: mehvar.Model) -> np.ndarray:
-    """Return place, attitude, rates and speeds of the wheels at the end."""
+    """Return final position, attitude, rates and wheel speeds."""
     share = np.linalg.pinv(PYRAMID.T)
 
     def law(t, x):
@@ -79,7 +79,7 @@ class Law(sysModel.SysModel):
 
 
 def theirs(start: np.ndarray, place: np.ndarray, velocity: np.ndarray, h: float) -> np.ndarray:
-    """Return the same of Basilisk, in steps of h, from a quaternion, place and velocity."""
+    """Return the same quantities of Basilisk, in steps of h, from quaternion, position and velocity."""
     simulation = SimulationBaseClass.SimBaseClass()
     process = simulation.CreateNewProcess("p")
     process.addTask(simulation.CreateNewTask("motion", macros.sec2nano(h)), 2)

@@ -87,7 +87,7 @@ def craft(kind: str) -> mehvar.Model:
 
 
 def ours(kind: str, turn: np.ndarray, rate: np.ndarray, speeds: np.ndarray, motors: np.ndarray) -> np.ndarray:
-    """Return the same of a craft from parts: its compiled right-hand side, SciPy's dop853 at its tightest."""
+    """Return the same quantities of a craft from parts, by its compiled right-hand side and SciPy's dop853."""
     model = craft(kind)
     names, p = [q.name for q in model.manifest.states], model.parameters()
     start = dict(zip((f"q{k}" for k in range(4)), Rotation.from_matrix(turn).as_quat(scalar_first=True), strict=True))

@@ -25,7 +25,7 @@ REASON = "16 digits of the log, carried through; cube of JEOD's step of 1/32 s a
 
 
 def carried(function: Callable[[np.ndarray], np.ndarray], logged: np.ndarray) -> float:
-    """Return how far half a unit of the sixteenth digit of each logged number moves a result, all added."""
+    """Return the effect on a result of half a unit in the sixteenth digit of every logged number, summed."""
     units = np.array([0.5 * 10.0 ** (np.floor(np.log10(abs(v))) - 15) if v else 0.0 for v in logged])
     far = 1e6  # a smaller step would drown in rounding
     here, moves = function(logged), np.diag(units)[units > 0]

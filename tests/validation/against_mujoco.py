@@ -52,7 +52,7 @@ def _extreme(p: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def reduced(
     model: Slosh, x: np.ndarray, u: np.ndarray, p: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return MuJoCo's mass matrix, its force, the sizes of what that is the sum of, and the order of the model."""
+    """Return MuJoCo's mass matrix, force, sizes of the terms of the force, and the order of the model."""
     craft, motion = reference.spacecraft(p), model.motion(x)
     if model.convention == "hinge":
         built = worlds.world(craft, "".join(worlds.hinged(b, b.inertia, b.eps) for b in craft.pendulums), craft.J)
@@ -100,7 +100,7 @@ def geared(craft: reference.Spacecraft) -> tuple[mujoco.MjModel, np.ndarray]:
 
 
 def carried(model: Slosh, x: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Return the sizes of what cancels in MuJoCo's forces: centripetal terms of all mass, and their arms."""
+    """Return the sizes of cancelling terms in MuJoCo's forces: centripetal terms and their arms."""
     craft, motion = reference.spacecraft(p), model.motion(x)
     mass = craft.m + craft.m0 + sum(bob.m for bob in craft.pendulums)
     arm = max(craft.b, abs(craft.h0), *(abs(bob.h) + bob.length for bob in craft.pendulums))
@@ -110,7 +110,7 @@ def carried(model: Slosh, x: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def rounding(matrix: np.ndarray, sizes: np.ndarray) -> float:
-    """Return how far MuJoCo's accelerations are off when its forces are by the rounding of their parts."""
+    """Return the error of MuJoCo's accelerations caused by rounding errors of its forces."""
     root = np.sqrt(np.diag(matrix))
     spread = np.linalg.norm(np.linalg.inv(matrix / np.outer(root, root)), 2)
     return float(len(sizes) * EPS * spread * np.linalg.norm(sizes / root) / root.min())

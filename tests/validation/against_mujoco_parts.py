@@ -20,7 +20,7 @@ BOUND = 1e-12
 
 
 def inertia(rng: np.random.Generator, size: float) -> tuple[tuple[float, ...], ...]:
-    """Return the inertia of eight point masses: that of a body."""
+    """Return the inertia of eight point masses, which form a body."""
     points = rng.normal(size=(8, 3)) * size
     points -= points.mean(axis=0)
     moments = sum(((p @ p) * np.eye(3) - np.outer(p, p) for p in points), np.zeros((3, 3)))

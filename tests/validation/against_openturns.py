@@ -15,7 +15,7 @@ DIMENSIONS, PROBABILITY, SIZE, REPEATS = 6, 1e-6, 1000, 20
 
 
 def score(points: FloatArray) -> FloatArray:
-    """Return how far the points are beyond a curved surface."""
+    """Return the distance of points beyond a curved surface."""
     return points.sum(axis=1) + 0.1 * points[:, 0] * points[:, 1] - np.sqrt(DIMENSIONS) * norm.isf(PROBABILITY)
 
 

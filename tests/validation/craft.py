@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A rigid body of the satellite's equations, with or without a gravity gradient, for references that know no wheels."""
+"""A rigid body by the satellite's equations, with or without gravity gradient, for references without wheels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import mehvar
 from tests.models.satellite.loop import satellite
 
 NO_WHEEL = 1e-12
-"""Spin inertia of wheels that are not there, kg m^2."""
+"""Spin inertia of negligible wheels, kg m^2."""
 
 
 @functools.cache
@@ -50,7 +50,7 @@ def motion(x: np.ndarray, p: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def facing(nadir: np.ndarray) -> np.ndarray:
-    """Return a matrix from orbit to body axes whose third column is the nadir; nothing else of it matters."""
+    """Return a matrix from orbit to body axes whose third column is the nadir; its other columns are arbitrary."""
     side = np.cross(nadir, np.eye(3)[np.argmin(np.abs(nadir))])
     side /= np.linalg.norm(side)
     return np.column_stack([side, np.cross(nadir, side), nadir])

@@ -45,7 +45,7 @@ class Row:
 
     @property
     def holds(self) -> bool:
-        """Return whether the error is within the bound; NaN is not."""
+        """Return True if the error is within the bound; NaN is not."""
         return self.error <= self.bound
 
 
@@ -53,7 +53,7 @@ Record = Callable[..., None]
 
 
 def record(case: str, reference: str, version: str, errors: ArrayLike, bound: float, unit: str, reason: str) -> None:
-    """Write a row, then fail if its bound is broken: what fails is in the table too."""
+    """Write a row, then fail if its error exceeds the bound."""
     values = np.abs(np.asarray(errors, dtype=float))
     row = Row(case, reference, version, values.size, float(values.max()), float(bound), unit, reason)
     ROWS.parent.mkdir(parents=True, exist_ok=True)

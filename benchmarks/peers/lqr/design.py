@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gains that every tool flies with, and the reference: python benchmarks/peers/lqr/design.py writes gains.json."""
+"""Gains for every tool, and the reference; `python benchmarks/peers/lqr/design.py` writes gains.json."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def hub(state):
 
 
 def one(x, tolerance):
-    """Fly one state of the task; returns the last one."""
+    """Simulate one initial state of the task and return the final state."""
     simulation = SimulationBaseClass.SimBaseClass()
     simulation.CreateNewProcess("p").addTask(simulation.CreateNewTask("t", macros.sec2nano(task.PERIOD)))
     craft = spacecraft.Spacecraft()

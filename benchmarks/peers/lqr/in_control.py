@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""python-control: equations by hand in NumPy, an nlsys, one response a sample."""
+"""python-control: equations by hand in NumPy, an nlsys, one response per sample."""
 
 from __future__ import annotations
 

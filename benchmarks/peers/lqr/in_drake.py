@@ -14,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import Multiplexer, SymbolicVectorSystem
 
 JOINT = RotationMatrix(np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]]))
-"""The arm is z of the joint's frame, which points along -x of the hull: a joint is singular 90 degrees from there."""
+"""Joint frame: z is the arm and points along -x of the hull, 90 degrees from the singularity."""
 
 
 class Law(LeafSystem):
@@ -49,7 +49,7 @@ def plant():
 
 
 def forces():
-    """Return the generalised forces of a held wrench and of the dampers, which are not those of a joint's own."""
+    """Return the generalised forces of a held wrench and of the dampers, which differ from Drake's joint damping."""
     x = [Variable(f"x{i}") for i in range(21)]
     held = [Variable(f"u{i}") for i in range(6)]
     turn = task.matrix(np.array(x[:4]))

@@ -28,7 +28,7 @@ def law(t, x):
 
 
 def make(tolerance):
-    """Return the batch of the first runs, whose starts mehvar draws itself."""
+    """Return the batch of the first runs, with initial states that mehvar draws."""
     model = mehvar.load(generated())
 
     def fly(starts):

@@ -24,15 +24,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Fly = Callable[[Array], Array]
-"""From starts (runs, 9) to final states (runs, 22): V, Omega, q (scalar first, body to inertial), then s and sigma =
-s' + Omega x s of each bob, all vectors in body axes."""
+"""From initial states (runs, 9) to final states (runs, 22): V, Omega, q (scalar first, body to inertial), then s and
+sigma = s' + Omega x s of each bob, all vectors in body axes."""
 
 M, M0, I0, J, H0, B, D, F = 975.0, 480.0, 50.0, 400.0, 0.05, -0.6, 1.2, 2450.0
 BOBS = ((50.0, 0.2, 0.6, 3.57), (5.0, 0.1, 0.9, 0.15))
-"""Mass, length, pivot ahead of O and damping of each, the paper's."""
+"""Mass, length, pivot ahead of O and damping of each pendulum, from the paper."""
 VX, PERIOD, SAMPLES = 3000.0, 0.1, 200
 TOLERANCE = 1e-9
-"""Relative and absolute: between SciPy's default and ours (1e-11) or heyoka's (2e-16), within reach of all."""
+"""Relative and absolute tolerance, which all tools support; defaults: SciPy 1e-3, mehvar 1e-11, heyoka 2e-16."""
 DELTA_MAX = 0.6  # rad, that of the tutorial on the LQR: its gains ask for more in the first samples
 HERE = Path(__file__).parent
 GAINS: Array = np.array(json.loads((HERE / "gains.json").read_text(encoding="utf-8")))
@@ -99,7 +99,7 @@ def matrix(q: Array) -> Array:
 
 
 def measure(make: Callable[[float], Fly], runs: int, more: Iterable[Path] = ()) -> None:
-    """Build, fly one start and then `runs` of them, and print processor times, size of the program and final states.
+    """Build, simulate one and then `runs` initial states; print processor times, lines of code and final states.
 
     Processor time is that of all threads and of compilers that were started; of a thousand runs it is scaled up when
     `runs` are fewer.
@@ -141,7 +141,7 @@ def canonical(final: Array) -> Array:
 
 
 def lines(path: Path) -> int:
-    """Count the lines of a program that hold code: no comments, no docstrings, not the call that measures it."""
+    """Count the lines of code of a program, without comments, docstrings and the call that measures it."""
     if path.suffix == ".toml":
         return sum(bool(line.strip()) and line[0] != "#" for line in path.read_text(encoding="utf-8").splitlines())
     text = path.read_text(encoding="utf-8").partition('if __name__ == "__main__"')[0]

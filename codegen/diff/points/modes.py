@@ -9,6 +9,7 @@ more, mostly at a whole number.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from ...equal.branches import BRANCHING, COMPARISONS
 from ...equal.equality import Verdict
 from ...equal.meaning import Expression, Meaning
 from ...equal.reals import vanishes
-from ...equations.document import Document, Symbol, reached
+from ...equations.document import Document, reached
 
 if TYPE_CHECKING:
     from ..versions import Item, Versions
@@ -51,7 +52,7 @@ class Modes:
         self._equality = versions.equality
         self._pool = versions.pool
         self._free = Meaning(self._pool, lambda _: None)
-        self._symbols = _declared(versions)
+        self._symbols = versions.declared
         self._may_be = versions.may_be
         new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
         self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
@@ -99,9 +100,9 @@ class Modes:
     def _at_bounds(self, names: list[str]) -> Iterator[Fixed]:
         """Yield each finite bound that a parameter may have."""
         for name in filter(self._is_parameter, names):
-            for bounds in {symbol.bounds for symbol in self._symbols[name] if symbol.bounds}:
-                ends = zip(bounds[1:-1].split(","), (bounds[0] == "[", bounds[-1] == "]"), strict=True)
-                values = [Fraction(end.strip()) for end, closed in ends if closed and "inf" not in end]
+            for bounds in {symbol.interval for symbol in self._symbols[name]}:
+                ends = (bounds.lower, bounds.lower_open), (bounds.upper, bounds.upper_open)
+                values = [Fraction(str(end)) for end, is_open in ends if not is_open and math.isfinite(end)]
                 yield from ({name: value} for value in values if self._may_be(name, value))
 
     def _starts_of(self, versions: Versions) -> list[tuple[dict[str, Fraction], str]]:
@@ -246,16 +247,6 @@ def _state(item: Item) -> str:
 
 def _text(fixed: Fixed) -> str:
     return " and ".join(f"{name} = {value}" for name, value in fixed.items())
-
-
-def _declared(versions: Versions) -> dict[str, list[Symbol]]:
-    """Return the declarations of names on both sides, by old name."""
-    symbols: dict[str, list[Symbol]] = {}
-    for symbol in versions.old.symbols:
-        symbols.setdefault(symbol.name, []).append(symbol)
-    for symbol in versions.new.symbols:
-        symbols.setdefault(versions.renamed.get(symbol.name, symbol.name), []).append(symbol)
-    return symbols
 
 
 def _constant(document: Document) -> set[str]:

@@ -9,11 +9,8 @@ from typing import Annotated
 import typer
 
 from mehvar.base.errors import InputError, bad_value
-from mehvar.campaign import read_campaign
-from mehvar.report.verdicts import RareVerdicts, Verdicts
-from mehvar.runtime.batch.evaluation.requirements import DECIDED, checked_confidence
-from mehvar.runtime.batch.fill import run_batch
-from mehvar.runtime.batch.store.store import open_store
+from mehvar.report.verdicts import Verdicts, require
+from mehvar.runtime.batch.evaluation.requirements import checked_confidence
 from mehvar.runtime.files import check_file, write_atomic
 from mehvar.settings import AsJson
 from mehvar.terminal import print_json, progress
@@ -54,15 +51,15 @@ def command(
         if page.suffix.lower() != ".html":
             raise bad_value("page", str(page), "a file name that ends in .html", "--page")
         check_file(page)
-    requirements = _requirements(texts or ())
-    if rare:
-        verdicts = _rare(path, requirements, confidence, out, resume)
-    elif path.suffix == ".toml":
-        verdicts = _run(path, requirements, confidence, out, resume)
+    requirements = _requirements(texts or ()) or None
+    if path.suffix == ".toml":
+        verdicts = _run(path, requirements, confidence, rare, out, resume)
+    elif rare:
+        raise InputError(f"--rare draws new runs, and {path} is a finished batch: give a campaign file")
     elif out is not None or resume:
         raise InputError("--out and --resume need a campaign file: a store has its runs; leave them out")
     else:
-        verdicts = Verdicts(open_store(path), requirements or None, confidence)
+        verdicts = require(path, requirements, confidence=confidence)
     if as_json:
         print_json(verdicts.facts())
     else:
@@ -86,42 +83,20 @@ def _requirements(texts: list[str] | tuple[str, ...]) -> dict[str, str]:
 
 
 def _run(
-    path: Path, requirements: dict[str, str], confidence: float | None, out: Path | None, resume: bool
+    path: Path,
+    requirements: dict[str, str] | None,
+    confidence: float | None,
+    rare: bool,
+    out: Path | None,
+    resume: bool,
 ) -> Verdicts:
-    file = read_campaign(path)
-    with progress(f"{path} until decided") as advance:
-        store = run_batch(
-            file.model,
-            file.campaign(str(path)),
-            out or file.out,
-            resume=resume,
-            success=file.success,
-            until=file.until or DECIDED,
-            require=requirements or file.require,
-            confidence=confidence or file.confidence,
-            report=lambda runs, total, failed: advance(runs, total, f"{runs} runs, {failed} not done"),
-            origin=str(path),
-        )
-    return Verdicts(store, None, None)
-
-
-def _rare(
-    path: Path, requirements: dict[str, str], confidence: float | None, out: Path | None, resume: bool
-) -> Verdicts:
-    if path.suffix != ".toml":
-        raise InputError(f"--rare draws new runs, and {path} is a finished batch: give a campaign file")
-    if out is not None or resume:
+    """Run a campaign until its requirements are decided."""
+    if rare and (out is not None or resume):
         raise InputError("--rare does not store runs: leave out --out and --resume")
-    file = read_campaign(path)
-    for name in ("out", "success", "until"):
-        if (value := getattr(file, name)) is not None:
-            raise bad_value(name, str(value), "left out with --rare, which does not store runs", str(path))
-    with progress(f"{path} seeks failures") as advance:
-        return RareVerdicts(
-            file.model,
-            file.campaign(str(path)),
-            requirements or file.require,
-            confidence or file.confidence,
-            report=lambda runs, total: advance(runs, total, f"{runs} runs"),
-            origin=str(path),
-        )
+    store = {} if rare else {"out": out, "resume": resume}
+    with progress(f"{path} seeks failures" if rare else f"{path} until decided") as advance:
+
+        def report(runs: int, total: int, failed: int | None = None) -> None:
+            advance(runs, total, f"{runs} runs" if failed is None else f"{runs} runs, {failed} not done")
+
+        return require(path, requirements, confidence=confidence, rare=rare, report=report, **store)

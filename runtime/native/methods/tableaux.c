@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Classical rk4; Dormand & Prince 5(4), J. Comput. Appl. Math. 6 (1980) 19; dop853 of Hairer, Norsett & Wanner,
  * Solving Ordinary Differential Equations I, 2nd ed., section II.10; rock4, built as Abdulle does, SIAM J. Sci. Comput.
- * 23 (2002) 2041, with sixteen stages (rock4.py); and rodas5p of Steinebach, BIT Numer. Math. 63 (2023) 27. */
+ * 23 (2002) 2041, with sixteen stages (tests/runtime/run/rock4.py); and rodas5p of Steinebach, BIT Numer. Math. 63
+ * (2023) 27. */
 #include "tableaux.h"
 
 static const double rk4_a[4][MV_STAGES] = {{0.0}, {0.5}, {0.0, 0.5}, {0.0, 0.0, 1.0}};

@@ -6,7 +6,7 @@
  * ends (Hermite). The other terms are h times sums over slopes: order 7 for dop853, which computes three more slopes
  * for them, and order 4 for dopri5 and rock4. For rodas5p, of order 4, the coordinates are before + s (f0 + r (f1 +
  * s (f2 + s f3))), with sums over its stages from f1 on. Sources: Hairer, Norsett & Wanner I, section II.6, and
- * their codes; Steinebach, BIT 63 (2023) 27; rock4.py.
+ * their codes; Steinebach, BIT 63 (2023) 27; tests/runtime/run/rock4.py.
  *
  * Steps wait in a ring, in the order of each lane, until the ticks reach them. So lanes need not take equal steps. */
 #ifndef MEHVAR_DENSE_H

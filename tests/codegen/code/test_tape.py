@@ -5,7 +5,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mehvar.codegen.code.spelling import PYTHON, C, statements
+from mehvar.codegen.code.spelling import PYTHON, C, Printer
 from mehvar.codegen.code.tape import Instruction, Tape, TapeError, tape
 
 X, Y = ca.SX.sym("x", 3), ca.SX.sym("y")
@@ -17,7 +17,7 @@ def ops(t: Tape) -> list[str]:
 
 def run_python(t: Tape, *values: float) -> list[float]:
     """Execute the printed Python."""
-    lines, results = statements(t, (("x", 3), ("y", None)), PYTHON)
+    lines, results = Printer(t, (("x", 3), ("y", None)), PYTHON).print()
     names = {"np": np, "x": np.array(values[:3]), "y": values[3]}
     with np.errstate(all="ignore"):
         exec("\n".join(lines), names)
@@ -78,13 +78,13 @@ def test_operations_count_arithmetic_only():
 
 
 def test_sine_and_cosine_of_one_angle_are_fused():
-    lines, _ = statements(build(ca.sin(Y) + ca.cos(Y))[0], (("x", 3), ("y", None)), C)
+    lines, _ = Printer(build(ca.sin(Y) + ca.cos(Y))[0], (("x", 3), ("y", None)), C).print()
     assert sum("mv_sincos" in line for line in lines) == 1
     assert not any("mv_sin(" in line or "mv_cos(" in line for line in lines)
 
 
 def test_constant_results_have_full_width():
-    _, results = statements(build(ca.SX(2.5))[0], (("x", 3), ("y", None)), C)
+    _, results = Printer(build(ca.SX(2.5))[0], (("x", 3), ("y", None)), C).print()
     assert results == [["SPLAT(K(2.5))"]]
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs of documents with the answer a person would give: what is only written differently, and what was edited."""
+"""Pairs of documents with known answers: rearranged equations, and edits."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ SAME = {
         "f: cos(a - b)*x - sin(a - b)*y",
     ),
 }  # fmt: skip
-"""Old text, new text: no physics differs."""
+"""Old text, new text, with the same physics."""
 
 EDITED = {
     "sign of a term": ("f: x*y + m*z*w", "f: x*y - m*z*w", "f", "sign", "m w z"),
@@ -167,4 +167,4 @@ EDITED = {
                            "sign", "z sin^2(a)"),
     "edit in an inlined temporary": ("t = x*y\nf: t*z + w", "f: -x*y*z + w", "f", "sign", "t z"),
 }  # fmt: skip
-"""Old text, new text, name of the source, kind of the edit (None: any), and what its account has to name."""
+"""Old text, new text, name of the source, kind of the edit (None: any), and words of its description."""

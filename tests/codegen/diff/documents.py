@@ -31,7 +31,7 @@ FAMILIES = {"m": "m", "l": "l", "q": "q", "w": "w"}
 
 
 def document(text: str, **declared: dict[str, str]) -> Document:
-    """Write a document; keyword arguments declare further symbols, or change those that there are."""
+    """Write a document; keyword arguments declare or change symbols."""
     graph = Graph()
     symbols = {name: _symbol(name) for name in sorted(PARAMETERS | STATES)}
     for name, row in declared.items():
@@ -69,7 +69,7 @@ def _nodes(graph: Graph) -> dict[str, list[str]]:
 
 
 def edited(old: Document, row: Row, edit: Callable[[Pool, int], Change]) -> Document:
-    """Return a document with an edit in a row: the function gets the pool and the row's expression in it."""
+    """Return a document with an edited row; the function gets the pool and the row's expression."""
     pool = Pool()
     numbers = pool.copy(old.nodes)
     root = numbers[row.node]
@@ -131,5 +131,5 @@ def _member(name: str) -> dict[str, object]:
 
 
 def version(text: str, **declared: dict[str, str]) -> Version:
-    """Return a document that is written when it is called for."""
+    """Return a document that is written at first use."""
     return functools.partial(document, text, **declared)

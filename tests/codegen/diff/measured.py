@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table of docs/explanation/how-a-verdict-is-reached.md: how the corpus is answered, by class.
+"""Verdicts of `mehvar diff` on the corpus, by class, for docs/explanation/how-a-verdict-is-reached.md.
 
 Run: python -m tests.codegen.diff.measured [SEED ...]
 """
@@ -38,7 +38,7 @@ def answer(comparison: Comparison) -> str:
 
 
 def answers(seeds: Iterable[int]) -> dict[str, Answers]:
-    """Compare every pair of some seeds and count the answers by class; what is answered wrongly is printed."""
+    """Compare every pair of some seeds, count the answers by class, and print wrong answers."""
     counts: dict[str, Answers] = {}
     for seed in seeds:
         for pair in pairs(seed):

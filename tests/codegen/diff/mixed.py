@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Random expressions over every function that the field does not know, written anew or with a small difference.
+"""Random expressions with functions that the field cannot decide, rewritten or with a small difference.
 
 Each part is drawn together with another text of the same function. A pair that differs has one thing more on its new
 side: a bump that no ordinary point meets, a moved limit, another number, or a term in names that the old side lacks.
@@ -17,7 +17,7 @@ from tests.codegen.diff.windows import inside
 
 Row = tuple[str, bool, Version, Version]
 Texts = tuple[str, str]
-"""One function, written in two ways."""
+"""A function in two forms."""
 _COUNT = 20
 """Pairs of either kind in one drawing."""
 
@@ -53,7 +53,7 @@ WRITTEN: tuple[tuple[str, ...], ...] = (
 """Texts of one function each."""
 
 WIDE = tuple(texts for texts in WRITTEN if texts[0] in ("acos(cos({u}))", "atan({u})", "asinh({u})", "tanh({u})"))
-"""Written pairs with all values between zero and one."""
+"""Pairs of expressions with values between zero and one."""
 
 CLAMPS = (
     "Min({h}, Max({l}, {f}))",
@@ -79,7 +79,7 @@ BUMPS = (
 
 
 class Writer:
-    """Draws parts over some names."""
+    """Generator of random expressions in some names."""
 
     def __init__(self, draw: random.Random) -> None:
         self.draw = draw
@@ -87,11 +87,11 @@ class Writer:
         self.names = dict(zip("abxyz", names, strict=True))
 
     def inner(self) -> str:
-        """Write what a function looks at."""
+        """Return a random argument of a function."""
         return self.draw.choice(INNER).format(**self.names)
 
     def function(self) -> Texts:
-        """Write an inexact function of the names, sometimes of another one."""
+        """Return an inexact function of the names or of another inexact function."""
         u, v = self.inner(), self.inner()
         if self.draw.random() < 0.2:
             u = f"{self.draw.choice(WRITTEN)[0].format(u=u, v=v)} + {self.names['z']}"
@@ -99,7 +99,7 @@ class Writer:
         return f"({first.format(u=u, v=v)})", f"({second.format(u=u, v=v)})"
 
     def window(self, of: Texts) -> Texts:
-        """Write what is one in a narrow part of the values of a function."""
+        """Return an expression that is one in a narrow range of a function's values."""
         low = sp.Rational(f"{self.draw.uniform(0.1, 1.2):.4f}")
         high = low + sp.Rational(1, 10 ** self.draw.randrange(3, 8))
         number = self.draw.randrange(len(inside("f", low, high)))
@@ -116,12 +116,12 @@ class Writer:
         return first, second
 
     def both(self, one: Texts, two: Texts) -> Texts:
-        """Write what is one where two windows are."""
+        """Return an expression that is one where two windows overlap."""
         first, second = self.draw.sample(BOTH, 2)
         return first.format(p=one[0], q=two[0]), second.format(p=one[1], q=two[1])
 
     def part(self) -> Texts:
-        """Write a function, or something made of two."""
+        """Return a function or a combination of two functions."""
         kind = self.draw.randrange(6)
         f = self.function()
         if kind == 1:
@@ -136,13 +136,13 @@ class Writer:
         return f
 
     def whole(self) -> Texts:
-        """Write a term and what it is multiplied by, in two orders."""
+        """Return a product in two orders."""
         f, g = self.part(), self.draw.choice(("{z}", "m", "({x} + m)", "cos({a})", "sqrt(1 + {y}**2)*{x}"))
         g = g.format(**self.names)
         return f"{g}*{f[0]} + {self.names['z']}", f"{self.names['z']} + {f[1]}*{g}"
 
     def bump(self, names: str) -> str:
-        """Write what is zero but in a narrow place."""
+        """Return an expression that is zero except in a narrow range."""
         centre = sp.Rational(f"{self.draw.uniform(-2, 2):.4f}")
         steep = 10 ** self.draw.randrange(4, 8)
         return self.draw.choice(BUMPS).format(
@@ -156,7 +156,7 @@ def _row(differs: bool, texts: Texts) -> Row:
 
 
 def equal(draw: random.Random) -> Iterator[Row]:
-    """Yield functions written in two ways, with zeros in names that one side lacks."""
+    """Yield functions in two forms, with zero terms in names that one side lacks."""
     for number in range(_COUNT):
         writer = Writer(draw)
         old, new = writer.whole()
@@ -168,7 +168,7 @@ def equal(draw: random.Random) -> Iterator[Row]:
 
 
 def _bumped(writer: Writer, old: str, new: str) -> Texts:
-    """Add a bump of a name, of two, of what a function looks at, or of a name that the old side lacks."""
+    """Add a bump in one or two names, in a function's argument, or in a name that the old side lacks."""
     draw = writer.draw
     f = draw.choice((*writer.names.values(), writer.inner(), writer.inner(), "q1", "q1*x"))
     bump = f"{sp.Rational(1, draw.choice((1, 1000)))}*{writer.bump(f)}"
@@ -188,7 +188,7 @@ def _bumped_inside(writer: Writer, old: str, new: str) -> Texts:
 
 
 def _shifted(writer: Writer, old: str, new: str) -> Texts:
-    """Add a saturation whose limit moved, or a step whose place did."""
+    """Add a saturation with a moved limit, or a moved step."""
     draw = writer.draw
     f = tuple(text.format(u=writer.names["a"], v=writer.names["x"]) for text in draw.sample(draw.choice(WIDE), 2))
     limit = sp.Rational(f"{draw.uniform(0.1, 0.9):.4f}")
@@ -199,7 +199,7 @@ def _shifted(writer: Writer, old: str, new: str) -> Texts:
 
 
 def _one_sided(writer: Writer, old: str, new: str) -> Texts:
-    """Add what acts in a window, or beyond a limit, of names that the old side lacks."""
+    """Add a term that acts in a window or beyond a limit of names that the old side lacks."""
     u = writer.draw.choice(("q1", "J*q1", "q1 + J", "r - J"))
     f = writer.draw.choice(WRITTEN)[0].format(u=u, v="q1 - 2*J")
     if writer.draw.random() < 0.5:
@@ -208,7 +208,7 @@ def _one_sided(writer: Writer, old: str, new: str) -> Texts:
 
 
 def _numbered(writer: Writer, old: str, new: str) -> Texts:
-    """Add a function with another number."""
+    """Add a function with another constant."""
     f, part = writer.function(), sp.Rational(1, 10 ** writer.draw.randrange(3, 10))
     return f"{old} + {f[0]}", f"{new} + {1 + part}*{f[1]}"
 
@@ -219,7 +219,7 @@ EDITS: tuple[Callable[[Writer, str, str], Texts], ...] = (
 
 
 def different(draw: random.Random) -> Iterator[Row]:
-    """Yield functions written in two ways with a small difference."""
+    """Yield functions in two forms with a small difference."""
     for number in range(_COUNT):
         writer = Writer(draw)
         yield _row(True, EDITS[number % len(EDITS)](writer, *writer.whole()))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Some hundred pairs of versions that differ or are equal, by class and drawn with fixed seeds.
+"""Hundreds of pairs of different or equal versions, by class, drawn with fixed seeds.
 
 Each class is one that a comparison by random points gets wrong when it is careless: what lies beyond the range that is
 drawn, between two points, in a joint state of several branches, or in a field that nobody compares.
@@ -26,12 +26,12 @@ ANGLES = ("a", "b", "phi", "theta", "q1")
 STATES = ("x", "y", "z", "v", "w")
 PARAMETERS = ("m", "l", "k", "J", "r")
 SEED = 1702
-"""Any number, fixed so that a pair keeps its name and its answer."""
+"""Seed; fixed, so that a pair keeps its name and answer."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two versions of a model, read when they are used, and whether a person would say that they differ."""
+    """Two versions of a model, read at use, and the known answer."""
 
     group: str
     name: str
@@ -49,7 +49,7 @@ class Pair:
 
 @functools.cache
 def pairs(seed: int = SEED) -> tuple[Pair, ...]:
-    """Return the corpus of a seed, the same one each time."""
+    """Return the corpus of a seed, cached."""
     return tuple(
         Pair(group, f"{group} {number}: {label}", differs, (old, new))
         for group, write in GROUPS.items()
@@ -221,7 +221,7 @@ PARTIAL = (
     ("acosh({} + 2)", "cosh({}) - 2"),
     ("atanh({})", "tanh({})"),
 )
-"""Functions that have no value on open sets, and what undoes them."""
+"""Functions without a value on open sets, and their inverses."""
 
 
 def _domains(draw: random.Random) -> Iterator[Row]:
@@ -348,7 +348,7 @@ def _ordinary(draw: random.Random) -> Iterator[Row]:
 
 
 def manifest() -> Manifest:
-    """Return the manifest of the pendulum with something in every place that may hold something."""
+    """Return the manifest of the pendulum with a value in every field."""
     plain = read_manifest(PENDULUM)
     law = plain.controllers["pd"]
     full = replace(
@@ -455,7 +455,7 @@ MANIFEST_EDITS: tuple[tuple[str, bool, Callable[[Manifest], Manifest]], ...] = (
     ("versions", False, _whole(versions={"hand": "2"})),
     ("file hashes", False, _whole(files_sha256={"pendulum.c": "0" * 64})),
 )  # fmt: skip
-"""Edits of a manifest, and whether each is more than words for people."""
+"""Edits of a manifest, and True for each edit that changes more than descriptions."""
 
 GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     "angles": _angles,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs that differ, if they do, only near one drawn state: the range of a window is around what a function is there.
+"""Pairs that are equal or differ only near one drawn state, in a window around a function's value there.
 
 A window is thus never empty by mistake, whatever is composed, and a pair that differs does so at a known point. Beside
 each such pair stands an equal one, in which the same window is written in another way.
@@ -58,7 +58,7 @@ class Place:
         return text.format(**self.names(), **parts)
 
     def function(self, depth: int) -> str:
-        """Write a function of the states whose value at the place is known and smooth around."""
+        """Return a function of the states with its value at the state, smooth nearby."""
         while True:
             text = self._function(depth)
             if self.is_smooth(text):
@@ -79,7 +79,7 @@ class Place:
         return value if value.is_Float or value.is_Rational else None
 
     def is_smooth(self, text: str) -> bool:
-        """Return True where neighbours of the place have neighbouring values, not all the same."""
+        """Return True if values near the state are close to each other but not all equal."""
         here, step = self.value(text), sp.Rational(1, 10**12)
         if here is None:
             return False
@@ -100,13 +100,13 @@ class Place:
         return low, low + width
 
     def shapes(self) -> list[str]:
-        """Write in several ways what is not zero near the place only."""
+        """Return expressions that are nonzero only near the state."""
         f = self.function(self.draw.choice((1, 1, 2, 2, 3)))
         kind = self.draw.choice((inside, inside, inside, ramps, tents))
         return kind(f, *self.range(f))
 
     def discs(self) -> list[str]:
-        """Write what is not zero only where two functions are near their values at the place together."""
+        """Return an expression that is nonzero only where two functions are both near their values at the state."""
         f, g = self.function(1), self.function(self.draw.choice((0, 1)))
         (low, high), (below, above) = self.range(f), self.range(g)
         c, d, r = (low + high) / 2, (below + above) / 2, (high - low) / 2
@@ -117,7 +117,7 @@ class Place:
         ]
 
     def pairs(self, shapes: list[str]) -> Iterator[Row]:
-        """Yield a pair that differs and one that is equal, with what is not zero near the place only."""
+        """Yield a pair that differs near the state only, and an equal pair."""
         term, base = (self.fill(self.draw.choice(texts)) for texts in (TERMS, BASES))
         other = self.function(1)
         one, two = self.draw.sample(shapes, 2)

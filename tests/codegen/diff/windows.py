@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pairs that differ, if they do, only inside a narrow window of arcs, steps, roots and logarithms of the states.
+"""Pairs that are equal or differ only in a narrow window of inverse functions, steps, roots and logarithms.
 
 Each pair is equal, or different, by construction: a window inside the range of what it looks at is open, one outside it
 is empty, and an arc undoes its function on its principal range only.
@@ -142,7 +142,7 @@ def _window(draw: random.Random, low: float, high: float) -> tuple[sp.Rational, 
 
 
 def inside(f: str, low: sp.Rational, high: sp.Rational) -> list[str]:
-    """Write in several ways what is one inside a window and zero outside."""
+    """Return expressions that are one inside a window and zero outside."""
     middle, half = (low + high) / 2, (high - low) / 2
     return [
         f"Piecewise((1, ({f} > {low}) & ({f} < {high})), (0, True))",
@@ -158,7 +158,7 @@ def inside(f: str, low: sp.Rational, high: sp.Rational) -> list[str]:
 
 
 def ramps(f: str, low: sp.Rational, high: sp.Rational) -> list[str]:
-    """Write in several ways what rises and falls inside a window and is zero outside."""
+    """Return expressions that rise and fall inside a window and are zero outside."""
     return [
         f"Max(0, {f} - ({low}))*Max(0, {high} - ({f}))",
         f"Max(0, ({f} - ({low}))*({high} - ({f})))",
@@ -167,7 +167,7 @@ def ramps(f: str, low: sp.Rational, high: sp.Rational) -> list[str]:
 
 
 def tents(f: str, low: sp.Rational, high: sp.Rational) -> list[str]:
-    """Write in several ways what is a tent over a window."""
+    """Return expressions of a triangular function over a window."""
     middle = (low + high) / 2
     return [
         f"Max(0, Min({f} - ({low}), {high} - ({f})))",
@@ -179,7 +179,7 @@ SHAPES: tuple[Callable[[str, sp.Rational, sp.Rational], list[str]], ...] = (insi
 
 
 def windows(draw: random.Random) -> Iterator[Row]:
-    """Yield terms that act inside a window only, and windows written in two ways."""
+    """Yield terms that act only inside a window, and windows in two forms."""
     yield from _windows(draw, RANGES)
 
 
@@ -198,7 +198,7 @@ def _windows(draw: random.Random, ranges: tuple[tuple[str, float, float], ...]) 
 
 
 def undone(draw: random.Random) -> Iterator[Row]:
-    """Yield arcs that undo their functions, inside windows of another state or of their own."""
+    """Yield inverse functions of functions, inside windows of the same or another state."""
     for left, right, of, low, high in UNDONE:
         middle, reach = (low + high) / 2, (high - low) / 2
         width = sp.Rational(1, 10 ** draw.randrange(4, 10))
@@ -250,13 +250,13 @@ BETWEEN = (
 
 
 def _are_apart(looks: list[str]) -> bool:
-    """Return whether expressions share no name, so that their windows can be met together."""
+    """Return True if expressions share no name, so that their windows can overlap."""
     names = [{str(name) for name in sp.sympify(text).free_symbols} for text in looks]
     return sum(map(len, names)) == len(set().union(*names))
 
 
 def empty(draw: random.Random) -> Iterator[Row]:
-    """Yield windows that nothing is in."""
+    """Yield empty windows."""
     for text, low, high in EMPTY:
         f, rest = _write(draw, text, "{z}")
         span = sp.Rational(str(low)), sp.Rational(str(high))

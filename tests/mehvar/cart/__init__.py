@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A cart on a spring: the smallest model that has everything a comparison looks at. Tests copy and edit it."""
+"""A cart on a spring: the smallest model with all features that a comparison uses. Tests copy and edit it."""
 
 from pathlib import Path
 

@@ -19,6 +19,6 @@ def committed(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def project(committed, tmp_path) -> Project:
-    """A copy that a test may change; what one test derives the next one finds."""
+    """A copy that tests may change; derivations are shared."""
     shutil.copytree(committed, tmp_path / "tree")
     return Project(tmp_path / "tree")

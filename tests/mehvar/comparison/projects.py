@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A small model in a git repository, which is really derived."""
+"""A small model in a git repository, derived by the tests."""
 
 from __future__ import annotations
 

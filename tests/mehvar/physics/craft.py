@@ -26,7 +26,7 @@ AXES = ("roll", "pitch", "yaw")
 
 
 def gates_of(_: Machine) -> list[Gate]:
-    """Return the gates of any tensor of inertia with four wheels along any axes."""
+    """Return the gates of a full inertia tensor with four wheels along any axes."""
     return [
         identity("energy of body and wheels", lambda at: at.call("energy")[:, 0], _energy),
         identity("momentum of body and wheels", lambda at: at.call("momentum"), _momentum),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The structures that are checked against physics, and the gates that each declares."""
+"""Structures that are checked against physics, with their gates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _slosh(pendulums: int, inertia: str, attitude: str = "angles") -> Case:
 
 
 CRAFT: Case = ("satellite", (("chart", "quaternion"), ("inertia", "full"), ("wheels", "any")))
-"""The satellite with all that is beyond its paper."""
+"""Structure of the satellite with all extensions."""
 CASES: tuple[Case, ...] = (
     ("triangle", ()),
     ("triangle", (("masses", "general"), ("model", "dynamic"))),
@@ -31,7 +31,7 @@ CASES: tuple[Case, ...] = (
     _slosh(2, "ball", "quaternion"),
     _slosh(6, "ball"),
 )
-"""Each value of each choice beside others. The last solves the hull's equations instead of the tensions'."""
+"""Structures with each value of each choice. The last one solves the hull's equations instead of the tensions."""
 FURTHER: tuple[Case, ...] = (
     ("triangle", (("masses", "general"),)),
     ("triangle", (("model", "dynamic"),)),
@@ -67,6 +67,6 @@ def gates_of(subject: Machine) -> list[Gate]:
 
 
 def title(case: Case) -> str:
-    """Return a case in words."""
+    """Return the description of a case."""
     model, structure = case
     return ", ".join((model, *(f"{name} {value}" for name, value in structure)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physics of the triangle that forces move: Newton's law for its bodies in Cartesian coordinates.
+"""Physics of the triangle moved by forces: Newton's law for its bodies in Cartesian coordinates.
 
 Rods may have mass, and then velocities of the corners have a mass matrix.
 """

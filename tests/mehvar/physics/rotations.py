@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rotation matrices of many points at once, written from their definitions."""
+"""Rotation matrices of many points, from their definitions."""
 
 import numpy as np
 

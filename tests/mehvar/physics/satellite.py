@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physics of the satellite with wheels, and its reading."""
+"""Physics of the satellite with wheels."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def unrounded(at: Points) -> Points:
 
 
 def shown(x: Array) -> Array:
-    """Return vectors that begin with a quaternion, whose sign means nothing, as products of it."""
+    """Return vectors that begin with a quaternion as products of its elements, which do not depend on its sign."""
     q = x[:, :4]
     return np.hstack([np.einsum("ni,nj->nij", q, q).reshape(-1, 16), x[:, 4:]])
 
@@ -69,7 +69,7 @@ _FLIPPED = frozenset(f"{name}{axis}" for name in ("w", "h", "T", "dipole_", "arm
 
 
 def _half_turn(quaternion: bool) -> Symmetry:
-    """Return the half turn of the body about its x axis, which the inertia does not notice."""
+    """Return the half turn of the body about its x axis, a symmetry of the inertia."""
     if quaternion:
         swaps = {"q0": "q1", "q1": "q0", "q2": "q3", "q3": "q2"}
         return Symmetry("half turn of the body", _FLIPPED | {"q0", "q3"}, swaps)
@@ -97,7 +97,7 @@ def _outputs(quaternion: bool) -> list[Gate]:
 
 
 def names(stem: str, labels: str = "xyz") -> tuple[str, ...]:
-    """Return names that begin alike."""
+    """Return names with a common beginning."""
     return tuple(f"{stem}{label}" for label in labels)
 
 
@@ -166,14 +166,14 @@ def _total_inertia(at: Points) -> Array:
 
 
 def _rigid_rates(at: Points) -> Array:
-    """Return w' and h' of one rigid body, its wheels locked: Euler's equations, which know nothing of wheels."""
+    """Return w' and h' of one rigid body with locked wheels, by Euler's equations."""
     inertia, w = _total_inertia(at), rate(at)
     acceleration = (_gradient(at) + environment(at) - np.cross(w, inertia * w)) / inertia
     return np.hstack([acceleration, at.vector(*names("Iw_")) * acceleration])
 
 
 def _locked(at: Points) -> Points:
-    """Return the points with wheels that turn with the body and motors that hold them there."""
+    """Return the points with wheels that motors lock to the body."""
     holding = -_rigid_rates(at)[:, 3:]
     speeds = at.vector(*names("Iw_")) * rate(at)
     values = {f"h{i}": speeds[:, k] for k, i in enumerate("xyz")} | {
@@ -284,7 +284,7 @@ def _spinning(at: Points) -> Array:
 
 
 def _relabelled(at: Points) -> Array:
-    """Return the same rates after x, y, z have been called y, z, x."""
+    """Return the rates with axes x, y, z renamed to y, z, x."""
     following = {"x": "y", "y": "z", "z": "x"}
     moved = _free(at).moved(
         **{f"{n}{new}": at[f"{n}{old}"] for n in ("w", "h", "T", "I_", "Iw_") for old, new in following.items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physics of the spacecraft with sloshing fuel, and its reading."""
+"""Physics of the spacecraft with sloshing fuel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.mehvar.physics import bodies, rotations
 from tests.mehvar.physics.installed import machine
 
 FLOOR = 1e-12
-"""Mass and inertia of a pendulum that should not matter, in kg and kg m^2."""
+"""Mass and inertia of a negligible pendulum, kg and kg m^2."""
 
 
 def gates_of(subject: Machine) -> list[Gate]:
@@ -87,7 +87,7 @@ def _outputs() -> list[Gate]:
 
 
 def _demand(at: Points) -> Array:
-    """Return accelerations across the thrust that it cannot bring about, with random angular ones."""
+    """Return lateral accelerations that the thrust cannot produce, with random angular accelerations."""
     return at.call("outputs")[:, :5] * np.array([40, 40, 1, 1, 1])
 
 
@@ -116,7 +116,7 @@ def initial(at: Points) -> Array:
 
 
 def directions(at: Points) -> Array:
-    """Return the directions of the bobs at the angles that are put out."""
+    """Return the directions of the bobs at the output angles."""
     angles = [at.result("outputs", f"phi{k}", f"theta{k}").T for k in _numbers(at)]
     return np.hstack([bodies.direction(phi, 0 * phi, theta, 0 * phi)[0] for phi, theta in angles])
 
@@ -164,7 +164,7 @@ def _prescribed() -> list[Gate]:
 
 
 def _limits(count: int, structure: dict[str, str]) -> list[Gate]:
-    """Compare with a rigid body, with one pendulum, and pendulums with each other."""
+    """Return gates that compare with a rigid body, with one pendulum, and pendulums with each other."""
     weightless = {f"{name}{k}": FLOOR for name in ("m", "I", "eps") for k in range(1, count + 1)}
     rigid = identity(
         "rigid body without pendulums",
@@ -203,7 +203,7 @@ _PENDULUM = ("phi", "theta", "sigma", "eps", "s", "m", "l", "h", "I")
 
 
 def _number(name: str) -> int:
-    """Return which pendulum a quantity belongs to, 0 for none."""
+    """Return the number of a quantity's pendulum, 0 for none."""
     for stem in _PENDULUM:
         rest = name.removeprefix(stem)
         if rest != name and rest[:1].isdigit() and rest[0] != "0":

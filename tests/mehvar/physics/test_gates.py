@@ -13,10 +13,10 @@ from mehvar.models.system import Definition, Group, Parameter
 from mehvar.physics.gates import TOLERANCE, balance, dot, gates, never_rises, symmetric
 from mehvar.physics.machine import Machine, Points, points
 from mehvar.physics.signature import idle_parameters
-from mehvar.physics.units import SAME_TORQUE, SCALES, misfit
 from tests.mehvar.physics import bodies, slosh
 from tests.mehvar.physics.declared import CASES, EVERY, FURTHER, Case, gates_of, title
 from tests.mehvar.physics.installed import machine
+from tests.mehvar.physics.units import SAME_TORQUE, SCALES, misfit
 from tests.sampling import RANGES
 
 PURE_NUMBERS = {"mrac", "mrac_literal"}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physics of the three planar masses, and its reading."""
+"""Physics of the three planar masses."""
 
 from __future__ import annotations
 

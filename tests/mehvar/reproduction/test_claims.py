@@ -53,10 +53,10 @@ def test_a_refuted_claim_may_hold_under_another_reading():
     fails, holds = TriedReading("grams", "masses in g", (bad,)), TriedReading("pounds", "masses in lb", (good,))
     none = Claim("1", "", (bad,), refuted=True, readings=(fails, fails))
     assert none.verdict is ClaimVerdict.REFUTED
-    assert none.outcome == "Under none of 2 other readings tried."
+    assert none.outcome == "Does not hold under any of 2 other readings."
     one = replace(none, readings=(fails, holds))
     assert one.verdict is ClaimVerdict.READING
-    assert one.outcome == "Holds under 1 of 2 other readings tried: pounds: masses in lb."
+    assert one.outcome == "Holds under 1 of 2 other readings: pounds: masses in lb."
     assert replace(one, refuted=False).verdict is ClaimVerdict.FAILS
 
 
@@ -65,7 +65,7 @@ def test_a_claim_about_the_print_does_not_hold_under_a_reading_of_something_else
     readings = (TriedReading("pounds", "masses in lb", (good,)),)
     claim = Claim("1", "", (bad,), refuted=True, readings=readings, printed=True)
     assert claim.verdict is ClaimVerdict.PRINTED
-    assert claim.outcome == "Holds if read otherwise (1 of 1 tried): pounds: masses in lb."
+    assert claim.outcome == "Holds under another reading (1 of 1 tried): pounds: masses in lb."
     assert replace(claim, readings=()).verdict is ClaimVerdict.REFUTED
     assert replace(claim, checks=(good,), refuted=False).verdict is ClaimVerdict.HOLDS
 

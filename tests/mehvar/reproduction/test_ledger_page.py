@@ -12,6 +12,7 @@ from tests.mehvar.pages import cut_on_paper
 
 
 @pytest.mark.parametrize("model", derived.REPRODUCED)
+@pytest.mark.share(3)
 def test_nothing_of_a_ledger_is_cut_on_paper(model, tmp_path):
     """It has no script that makes formulas smaller: long ones break into lines."""
     file = tmp_path / "ledger.html"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An assembly at random states, through the functions that are generated for it: its rates, and its balances."""
+"""Rates and balances of an assembly at random states, by its generated functions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mehvar.models.system import System
 
 
 def assembled(parts: Sequence[Part], checked: bool = True, **options: str) -> Balances:
-    """Assemble a craft, check it as a user's is unless its parts are in another one, and return its functions."""
+    """Assemble a craft, check it unless its parts are in another craft, and return its functions."""
     craft = Spacecraft("craft", **options)
     for part in parts:
         craft.add(part)
@@ -85,7 +85,7 @@ class Balances:
         return float(self._sides(x, u, self.p)[1][0])
 
     def residual(self, x: np.ndarray, u: np.ndarray) -> float:
-        """Return the largest misfit of power and of momentum's rates, relative to the size of the terms."""
+        """Return the largest error of the power and momentum balances, relative to the size of the terms."""
         v, w = (
             np.array([x[self.x_names.index(n)] if n in self.x_names else 0.0 for n in (f"{letter}{a}" for a in "xyz")])
             for letter in "vw"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parts that every gate goes over: each kind, in a general place and along axes, with all that it may have."""
+"""Parts for every gate: each kind, in a general position and along axes, with all options."""
 
 from __future__ import annotations
 
@@ -88,4 +88,4 @@ PARTS: dict[str, Part] = {
 }
 LOSSY = ("wheel", "unbalanced wheel", "gyro of variable speed", "modes", "bob", "stout bob", "pendulum by one angle",
          "pendulum by two angles", "sprung mass", "hinge", "slider", "ball joint", "chain", "rod")  # fmt: skip
-"""Parts whose motion has dampers."""
+"""Parts with dampers."""

@@ -26,7 +26,7 @@ def inertial(mass: float, centre: Sequence[float], inertia: Sequence) -> str:
 
 
 def links_of(part: Part) -> list[tuple[str, Link]]:
-    """Return a hinge, a slider or a chain as links, with the beginnings of the names of their states."""
+    """Return a hinge, a slider or a chain as links, with the prefixes of their states' names."""
     if isinstance(part, Chain):
         return [(f"{part.name}_{k}", link) for k, link in enumerate(part.links, 1)]
     assert isinstance(part, Hinge | Slider)

@@ -40,7 +40,7 @@ def names(key: str) -> list[str]:
 
 
 def state(**values: float) -> Array:
-    """Return x: zero but for what is given, and at rest in the orbit axes' attitude."""
+    """Return x with the given values, otherwise zero, in the attitude of the orbit axes."""
     values = {"q0": 1.0, **values}
     return np.array([values.get(name, 0.0) for name in names("states")])
 

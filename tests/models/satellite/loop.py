@@ -23,19 +23,19 @@ from tests.derived import generated, variant
 Array = NDArray[np.float64]
 Settings = Mapping[str, float]
 Case = tuple[str, Settings]
-"""A scenario and what is set beyond it."""
+"""A scenario and further settings."""
 _OPTIONS = ("delay",)
 
 
 @dataclass(frozen=True)
 class Generated:
-    """The generated satellite: its functions and what its manifest says; made when first used, not when collected."""
+    """The generated satellite with functions and manifest, loaded at first use."""
 
     chart: str
 
     @functools.cached_property
     def folder(self) -> Path:
-        """The committed texts, or those of a variant in a folder that goes with this process."""
+        """The committed files, or files of a variant in a temporary folder."""
         if self.chart == "euler":
             return generated("satellite")
         folder = Path(_scratch().name) / f"satellite_{self.chart}"
@@ -54,7 +54,7 @@ class Generated:
 
     @functools.cached_property
     def manifest(self) -> Manifest:
-        """The manifest, which has the order of everything."""
+        """The manifest, with the order of all vectors."""
         return read_manifest(self.folder)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:

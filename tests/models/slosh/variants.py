@@ -20,7 +20,7 @@ CONVENTIONS = ("paper", "hinge", "ball")
 
 
 class Functions:
-    """Functions by name, lowered when first asked for."""
+    """CasADi functions by name, built at first use."""
 
     def __init__(self, model: System) -> None:
         self._model = model
@@ -99,7 +99,7 @@ class Slosh:
         return x, u, p
 
     def motion(self, x: np.ndarray) -> reference.Motion:
-        """Read a state for the reference."""
+        """Convert a state for the reference."""
         if self.convention == "ball":
             rows = x[self.index("s1x") :].reshape(-1, 6)
             return reference.Motion(x[:3], x[3:6], rows[:, :3], rows[:, 3:])

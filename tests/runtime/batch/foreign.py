@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel of a batch on a processor that is not this machine's, under QEMU's user mode."""
+"""The kernel of a batch on another processor, under QEMU's user mode."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from mehvar.runtime.compiling.structures import structures
 from mehvar.runtime.model.parameters import resolve
 
 RUNS, LANES = 5, 2
-"""NEON has two doubles in a register; five runs leave a block with a lane that is not needed."""
+"""NEON has two doubles in a register; five runs leave one lane idle."""
 _POINTERS = ("p", "c", "s", "x0", "metric", "signal", "final", "minimum", "maximum", "metric_values", "t_stop", "error",
              "t_stiff", "number", "series", "steps", "violated", "status", "stop")  # fmt: skip
 
 
 class ForeignLibrary:
-    """Stands for the loaded library of a kernel: each call runs the blocks in a process of the other processor."""
+    """Substitute for a kernel's library: each call runs the blocks in a process of the other processor."""
 
     def __init__(self, kernel: Kernel, processor: str, folder: Path) -> None:
         self._kernel = kernel
@@ -44,7 +44,7 @@ class ForeignLibrary:
         )
 
     def mv_work_size(self, _job: object) -> int:
-        """Return 0: the other process has its own."""
+        """Return 0; the other process has its own address."""
         return 0
 
     def mv_run_blocks(self, reference: Any, first: int, end: int, _place: int) -> None:
@@ -84,7 +84,7 @@ class ForeignLibrary:
 
 
 def differing(model: runtime.Model, law: str, processor: str, folder: Path, samples: int) -> list[str]:
-    """Return the results of a batch that differ in a bit from those of this machine, lanes of two on both."""
+    """Return the results of a batch that are not bit-identical to this machine's, with two lanes on both."""
     manifest = model.manifest
     controller, scenario = manifest.controller(law), manifest.scenario(None)
     resolved = resolve(manifest, model.functions, controller, scenario, {}, "the table")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stores that were changed and sealed again: records are no signatures, so whoever writes a store can write them."""
+"""Stores that were changed together with their records, which are not signatures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def edit(file: Path, change: Callable[[dict[str, Any]], object]) -> None:
 
 
 def seal(store: Path, **about: Any) -> None:
-    """Write the digests of all that is in a store into its records, and facts into each of them."""
+    """Write the digests of a store's files, and given facts, into its records."""
     attributes = json.loads((store / "zarr.json").read_bytes()).get("attributes", {})
     names = [STORE, *(block_record(b) for b in range(999) if (store / block_record(b)).exists()), END]
     for name in names:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of a batch one after the other through the loop of a single run: slow, and what the kernel is compared with."""
+"""Runs of a batch one after the other by the loop of a single run, the reference for the kernel."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mehvar.runtime.run.ticks import rows_of, ticks_of
 def run_alone(
     model: runtime.Model, kernel: Kernel, p, c, s, x0, *, t_end: float, dt: float, seed: int = 0, first_run: int = 0
 ) -> Block:
-    """Do what `kernel` does, with every sample in the series."""
+    """Compute the results of `kernel`, with every sample in the series."""
     manifest, law = model.manifest, kernel.loop.controller
     hold = kernel.options.hold
     if hold is None and law.period is not None:

@@ -21,7 +21,7 @@ from mehvar.runtime.board.targets import MachinePort
 
 @pytest.fixture(scope="session", autouse=True)
 def _zig_cache() -> Iterator[None]:
-    """Keep the compiler's own libraries from one test run to the next."""
+    """Keep the compiler's libraries between test runs."""
     with pytest.MonkeyPatch.context() as patch:
         if "ZIG_GLOBAL_CACHE_DIR" not in os.environ:
             patch.setenv("ZIG_GLOBAL_CACHE_DIR", str(Path(tempfile.gettempdir()) / f"mehvar-zig-{os.getuid()}"))
@@ -51,7 +51,7 @@ class Bench:
         self.expected = self.simulate(real="float")
 
     def link(self, port: object = None, tries: int = 200) -> Link:
-        """Return a connected link, over the board's own line or one that wraps it."""
+        """Return a connected link over the board's line or a wrapped line."""
         link = Link(port or self.port, self.program.layout, tries=tries)  # type: ignore[arg-type]
         link.connect()
         return link
@@ -79,7 +79,7 @@ class Bench:
         link.set("z", self.expected.z[0])
 
     def same(self, run: runtime.Run) -> bool:
-        """Return whether a run has the bits of the one on the host."""
+        """Return True if a run is bit-identical to the run on the host."""
         return run.u_cmd.tobytes() == self.expected.u_cmd.tobytes() and run.x.tobytes() == self.expected.x.tobytes()
 
 
@@ -95,7 +95,7 @@ def bench() -> Bench:
 
 
 class Noisy:
-    """A line that damages what it carries."""
+    """A line that damages its data."""
 
     name = "noisy line"
 

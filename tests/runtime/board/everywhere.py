@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every law on every target, bit for bit: fills docs/reference/targets.md, and goes on where it was.
+"""Comparison of every law on every target; writes docs/reference/targets.md, and continues after a stop.
 
 python -m tests.runtime.board.everywhere SAMPLES
 
@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "reference" / "targets.md"
 RECORD = ROOT / "benchmarks" / "results" / "targets.jsonl"
 SELF_TEST = 100
-"""Samples of the self-test, whatever a cell's are: its checksum is compared with that of another cell."""
+"""Samples of the self-test in all cells, whose checksums are compared."""
 _STEP = re.compile(r"\b[tm]_[0-9a-z]{5}(_\d+)?\b")
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/|(\"(?:\\.|[^\"\\])*\")", re.DOTALL)
 OWN = "own"
@@ -114,7 +114,7 @@ def laws() -> list[str]:
 
 
 def load(law: str, folder: Path) -> runtime.Model:
-    """Return the model of a law; a user's own one is what `mehvar new` makes in the folder."""
+    """Return the model of a law; `mehvar new` makes the user's model in the folder."""
     name = law.partition("/")[0]
     if name != OWN:
         return runtime.load(name, backend="c")
@@ -124,7 +124,7 @@ def load(law: str, folder: Path) -> runtime.Model:
 
 
 def short() -> Iterator[tuple[str, Target]]:
-    """Yield the cells of the short table: each law and each target that needs no C library of zig's, at least once."""
+    """Yield the cells of the short table: each law and each target without zig's C library, at least once."""
     rows, columns = [t for t in TARGETS if t.target != "sil" or t.compiler != "zig"], laws()
     for i, target in enumerate(rows):
         for j, law in enumerate(columns):
@@ -155,7 +155,7 @@ def digest(model: runtime.Model, law: str, target: Target) -> str:
 
 @functools.cache
 def _bare(text: str) -> str:
-    """Leave out comments, and number the steps without a name of each function: neither is anything to a compiler."""
+    """Remove comments, and number unnamed values; neither changes the compiled code."""
     text = _COMMENT.sub(r"\1", text)
     functions = []
     for function in text.split("\n}\n"):

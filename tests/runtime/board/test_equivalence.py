@@ -55,7 +55,7 @@ def expected_crc() -> str:
     ("target", "samples", "compiler"),
     [
         pytest.param("unicorn", LONG, "gcc", marks=needs("arm-none-eabi-gcc")),
-        pytest.param("qemu", 300, "zig", marks=NEEDS_QEMU),
+        pytest.param("qemu", 300, "zig", marks=[NEEDS_QEMU, pytest.mark.soak]),
         pytest.param("unicorn", LONG, "zig", marks=pytest.mark.soak),
         pytest.param("qemu", 300, "gcc", marks=[NEEDS_QEMU, needs("arm-none-eabi-gcc"), pytest.mark.soak]),
     ],

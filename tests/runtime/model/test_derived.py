@@ -82,7 +82,7 @@ def test_changed_sources_are_refused(tree):
     for name in FILES:
         with pytest.raises(InputError, match=message):
             folder_with(read_manifest(tree), name)
-    with pytest.warns(RuntimeWarning, match="changed since"), pytest.raises(InputError, match=message):
+    with pytest.warns(RuntimeWarning, match="changed after generation"), pytest.raises(InputError, match=message):
         load(tree, "casadi")
 
 

@@ -218,7 +218,7 @@ def test_what_is_refused(change, message):
 def test_a_unit_of_a_reset_is_checked():
     system = turning()
     event = dataclasses.replace(system.events[0], reset={system.states.ups: system.parameters.Ts})
-    with pytest.raises(ModelError, match=r"reset of event 'up'.* is in s, and must be in 1"):
+    with pytest.raises(ModelError, match=r"reset of event 'up'.* has the unit s: must be 1"):
         check(dataclasses.replace(system, events=(event, *system.events[1:])))
 
 

@@ -3,20 +3,17 @@
 
 from __future__ import annotations
 
-import runpy
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import mehvar
 from mehvar.runtime import simulate
-from mehvar.runtime.compiling.library import NATIVE
 from tests.reference.scipy_loop.solvers import Rock4
+from tests.runtime.run import rock4
 
 A, B, C, E = Rock4.A, Rock4.B, Rock4.C, Rock4.E[:-1]
 D = Rock4.P[:-1, -1]  # of s^2 (1 - s)^2
-METHODS = NATIVE / "methods"
 LENGTH = 87.0
 
 
@@ -26,15 +23,14 @@ def stages(z: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_every_coefficient_is_in_its_place() -> None:
-    lines = (METHODS / "rock4.inc").read_text(encoding="utf-8").splitlines()
+    lines = rock4.FILE.read_text(encoding="utf-8").splitlines()
     assert [line.count(",") for line in lines] == [16] * 20
     assert not np.triu(A).any()
     np.testing.assert_array_equal(A.sum(axis=1), C)
 
 
 def test_the_committed_coefficients_are_those_of_the_script() -> None:
-    script = runpy.run_path(str(METHODS / "rock4.py"))
-    np.testing.assert_allclose(script["find"](), np.vstack([A, B, C, E, D]), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(rock4.find(), np.vstack([A, B, C, E, D]), rtol=1e-6, atol=1e-9)
 
 
 def test_order_four_and_an_estimate_of_order_three() -> None:

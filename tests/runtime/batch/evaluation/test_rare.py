@@ -114,6 +114,6 @@ def test_the_command_seeks_failures_of_a_campaign(tmp_path: Path, monkeypatch: p
     Path("kept.toml").write_text("\n".join(["until = 'decided'", *lines]))
     status, text = in_process("require", "kept.toml", "--rare")
     assert status == 2
-    assert "until = 'decided' (from kept.toml): must be left out with --rare" in " ".join(text.split())
+    assert "until = 'decided' (from kept.toml): must be left out with rare" in " ".join(text.split())
     assert in_process("require", "c.toml", "--rare", "--out", "runs.zarr")[0] == 2
     assert in_process("require", "runs.zarr", "--rare")[0] == 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A point of each model, away from where anything vanishes."""
+"""A point of each model at which no term vanishes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests import commands
 
 MODELS = ("triangle", "slosh", "satellite")
 LONGEST = 6000
-"""Operations of the functions that are compared: what other compilers take longer for is more of the same."""
+"""Largest number of operations of compared functions; larger ones only take longer."""
 
 
 def point(function: Function) -> list[FloatArray]:
@@ -35,7 +35,7 @@ def own(tmp_path_factory: pytest.TempPathFactory) -> mehvar.Model:
 
 @pytest.fixture(params=[*MODELS, "own"])
 def model(request: pytest.FixtureRequest) -> mehvar.Model:
-    """The three systems, and one of a user's own."""
+    """The three systems, and a user's system."""
     if request.param == "own":
         mine: mehvar.Model = request.getfixturevalue("own")
         return mine

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Script that finds the coefficients of `rock4` and writes rock4.inc.
 
-    python runtime/native/methods/rock4.py
+    python -m tests.runtime.run.rock4
 
 The construction is Abdulle's, SIAM J. Sci. Comput. 23 (2002) 2041, with a fixed number of stages. A stability
 polynomial of order four stays below DAMPING on a long interval of the negative real axis. It is the product of an
 orthogonal polynomial, whose recurrence gives the first stages, and a quartic for the last four. The last digits
-depend on the libraries; tests/runtime/run/test_rock4.py checks the committed coefficients.
+depend on the libraries; test_rock4.py checks the committed coefficients.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,13 +19,15 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy.optimize import brentq, root
 
+from mehvar.runtime.compiling.library import NATIVE
+
 Array = NDArray[np.float64]
 
 STAGES = 16
 LAST = 4
 DAMPING = 0.95
 """Largest value of the stability polynomial, with a stable length of 87.1; 0.9 gives 86.5 and 0.99 gives 87.7."""
-FILE = Path(__file__).with_suffix(".inc")
+FILE = NATIVE / "methods" / "rock4.inc"
 
 QUARTIC = (-2.4505, 1.2982, -0.2841, 3.5036, 88.0)
 """Initial guess: real and imaginary parts of two zeros in z = h lambda, and the stable length."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signals that come at any time to runs and batches: each ends the call with what its handler raised.
+"""Signals at any time of runs and batches: each ends the call with the handler's exception.
 
-python -m tests.runtime.run.own.interrupts COUNT [SEED [KIND ...]]
+python -m tests.runtime.run.user.interrupts COUNT [SEED [KIND ...]]
 
 prints for each kind of run, or for those that are named, what became of the signals that came to it, and the
 traceback of what was raised instead; exits 1 if one was swallowed, or raised something else than its handler does.
@@ -47,7 +47,7 @@ def remembering(_t: float, x: Any, z: Any) -> tuple[list[float], Any]:
 
 
 def runs(model: runtime.Model) -> dict[str, Run]:
-    """Return a run of each kind that calls a function of the user's, and one of a store."""
+    """Return runs of each kind that call a user's function, and a run of a store."""
     short = {"period": 0.005, "dt_out": 0.005, "t_end": 1.0}
     return {
         "law": lambda: runtime.simulate(model, law, **short),
@@ -73,7 +73,7 @@ def law_of_many(_t: float, x: Any) -> list[Any]:
 
 
 def outcome(run: Run, delay: float, error: type[BaseException]) -> str:
-    """Return the fate of a signal after `delay` seconds: the run missed, raised, changed or swallowed it."""
+    """Return the effect of a signal after `delay` seconds: missed, raised, changed or swallowed."""
     came: list[bool] = []
     ended = False
 
@@ -100,7 +100,7 @@ def outcome(run: Run, delay: float, error: type[BaseException]) -> str:
 
 
 def campaign(run: Run, count: int, seed: int) -> Counter[str]:
-    """Send signals until `count` of them have come to a run."""
+    """Send signals until `count` of them have reached a run."""
     run()
     start = time.perf_counter()
     run()
@@ -112,7 +112,7 @@ def campaign(run: Run, count: int, seed: int) -> Counter[str]:
 
 
 def main(count: str, seed: str = "1", *names: str) -> int:
-    """Print what became of the signals."""
+    """Print the effects of the signals."""
     lost = 0
     kinds = runs(runtime.load(PENDULUM, "c"))
     names = names or tuple(kinds)
