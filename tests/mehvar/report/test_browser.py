@@ -157,7 +157,8 @@ DRAWN = """
 const host = document.createElement("div"), done = arguments[0], long = "a name that is as long as half of the panel";
 host.style.width = "420px";
 document.body.append(host);
-const lines = [{ name: long, color: "blue", dash: [6, 4], y: [0, 1] }, { name: `${long} too`, color: "green", y: [1, 0] }];
+const lines = [{ name: long, color: "blue", dash: [6, 4], y: [0, 1] }];
+lines.push({ name: `${long} too`, color: "green", y: [1, 0] });
 const levels = [{ at: 0.5, color: "grey", dash: [2, 3], width: 1 }];
 const chart = Report.panel(host, { x: [0, 1], lines, levels, limits: [0, 1] }, Report.group("drawn"));
 setTimeout(() => {
