@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 
 from .arrays import ROOT, Array, Files, group_metadata, text
 from .attributes import NAMES, batch_hash
-from .chunks import Folder
-from .records import FORMAT, STORE, Record, file_digest
+from .chunks import Memory
+from .records import FORMAT, Record
 
 STATUS = "status"
 NOT_RUN = 255
@@ -92,19 +91,14 @@ class Layout:
         for name, coordinate in self.coordinates.items():
             coordinates[name].write(files, 0, _values(coordinate))
 
-    def build_files(self, folder: Path) -> None:
-        """Write the layout with the store's record into an empty folder."""
-        self.build(Folder(folder))
-        (folder / STORE).parent.mkdir()
-        (folder / STORE).write_bytes(self.record(folder).content())
+    def files(self) -> dict[str, bytes]:
+        """Return the files that `build` writes, by name."""
+        files = Memory()
+        self.build(files)
+        return files
 
-    def record(self, folder: Path) -> Record:
-        """Return the record of the files written by `build`."""
-        own = [
-            *folder.rglob(ROOT),
-            *(path for name in self.coordinates for path in (folder / name).rglob("c/*")),
-        ]
-        digests = {path.relative_to(folder).as_posix(): file_digest(path) or "" for path in sorted(own)}
+    def record(self, digests: Mapping[str, str]) -> Record:
+        """Return the record of these files by their digests."""
         return Record(self.about(runs=self.n), digests)
 
 
