@@ -22,7 +22,7 @@ from ...run.problem import COMPLETE
 from ..blocks import STATUS_TEXT
 from ..dispersions import read_dispersions
 from ..sampling import OPEN_DESIGNS, FloatArray
-from ..store.layout import NOT_RUN, STATUS
+from ..store.layout import NOT_RUN, STATUS, array_of, number_units
 from ..store.records import CURE, DamageError
 from ..store.store import Store
 from .binomial import lower_bound, ranks
@@ -34,8 +34,6 @@ _SLAB_BYTES = 2**26
 """Number of bytes of series that are read at once, 64 MiB, of which quantiles need several copies. Half as many
 double the passes over large chunks.
 """
-SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
-"""Pattern of a name of one number per run in its summary."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share describes only these runs",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
@@ -136,26 +134,18 @@ def notes(store: Store) -> dict[str, str]:
 
 def scalars(store: Store) -> dict[str, str]:
     """Return the unit of every name in conditions; each is one number per run."""
-    units: dict[str, str] = {}
     attributes = store.array_attributes().get("variable", {})
     wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
-    for name, variable in store.variables().items():
-        if not variable.dimension and name not in (STATUS, "violated", "steps"):
-            units[name] = variable.attributes.get("units", "1")
-        elif variable.dimension in ("state", "variable", "event"):
-            units |= {f"{name}({of})": wide.get(of, "1") for of in store.coordinate(variable.dimension)}
-    return units
+    return number_units(store.variables().values(), store.coordinate, wide)
 
 
 def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
     """Return a number of each stored run, by a name of `scalars`."""
-    match = SUMMARY.match(name)
-    if not match:
+    array, place = array_of(name, store.coordinate)
+    if place is None:
         return store.read(name, blocks)
-    array, of = match.groups()
-    places = list(store.coordinate(store.variables()[array].dimension))
     selection = store.stored() if blocks is None else blocks
-    return np.concatenate([store.read(array, [block])[:, places.index(of)] for block in selection])
+    return np.concatenate([store.read(array, [block])[:, place] for block in selection])
 
 
 @dataclass(frozen=True)
