@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,14 @@ from ...run.problem import COMPLETE
 from ..blocks import STATUS_TEXT
 from ..dispersions import read_dispersions
 from ..sampling import OPEN_DESIGNS, FloatArray
+from ..store.dataset import Batch
 from ..store.layout import NOT_RUN, STATUS, array_of, number_units
 from ..store.records import CURE, DamageError
-from ..store.store import Store
 from .binomial import lower_bound, ranks
 from .conditions import Criterion
+
+if TYPE_CHECKING:
+    from ..store.store import Store
 
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -56,7 +59,7 @@ class Success:
     def __init__(self, text: str | None, origin: str = "success") -> None:
         self._criterion = None if text is None else Criterion(text, origin)
 
-    def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
+    def __call__(self, store: Batch, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return True for each successful run of some stored blocks."""
         status = store.read(STATUS, blocks)
         if self._criterion is None:
@@ -104,7 +107,7 @@ class StopRule:
 
         self._success = success or Success(None)
 
-    def count(self, store: Store, block: int) -> tuple[int, ...]:
+    def count(self, store: Batch, block: int) -> tuple[int, ...]:
         """Return the number of successful runs in a block."""
         return (int(np.count_nonzero(self._success(store, [block]))),)
 
@@ -127,19 +130,19 @@ def design_of(attributes: Mapping[str, Any]) -> str:
     return "listed" if any(d.listed for d in dispersions) else str(campaign.get("sampling", "random"))
 
 
-def notes(store: Store) -> dict[str, str]:
+def notes(store: Batch) -> dict[str, str]:
     """Return the reasons in a store why a metric has no value in any run."""
     return {name: v.attributes["note"] for name, v in store.variables().items() if "note" in v.attributes}
 
 
-def scalars(store: Store) -> dict[str, str]:
+def scalars(store: Batch) -> dict[str, str]:
     """Return the unit of every name in conditions; each is one number per run."""
     attributes = store.array_attributes().get("variable", {})
     wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
     return number_units(store.variables().values(), store.coordinate, wide)
 
 
-def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
+def column(store: Batch, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
     """Return a number of each stored run, by a name of `scalars`."""
     array, place = array_of(name, store.coordinate)
     if place is None:
@@ -264,7 +267,7 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
     return verification.whole, writer
 
 
-def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
+def _endings(store: Batch, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
     """Return the numbers of runs that each event ended, in total and at their start, failures first."""
     ends = store.array_attributes().get("event", {}).get("ends", ())
     if not any(ends):
@@ -282,24 +285,24 @@ def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
 NO_METRICS = "the model declares no metrics (in scenarios.toml, or System(metrics=...))"
 
 
-def metric_names(store: Store) -> list[str]:
+def metric_names(store: Batch) -> list[str]:
     """Return the model's metrics in a store, in the model's order."""
     names: list[str] = json.loads(store.attributes["metrics"])
     return names
 
 
-def summary_names(store: Store) -> list[str]:
+def summary_names(store: Batch) -> list[str]:
     """Return the names of the metrics; for a model without metrics, of the final states."""
     return metric_names(store) or [f"final({state})" for state in store.coordinate("state")]
 
 
-def drawn_names(store: Store) -> list[str]:
+def drawn_names(store: Batch) -> list[str]:
     """Return the drawn values in a store, in the order of the dispersions."""
     names: list[str] = json.loads(store.attributes["drawn"])
     return names
 
 
-def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
+def worst(store: Batch, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
     """Return the runs with the largest values, largest first; runs without a value are omitted.
 
     Parameters
@@ -321,7 +324,7 @@ def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: 
     return [run for _, run in best]
 
 
-def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
+def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:
     """Return quantiles over the runs of a stored series, shape (quantiles, samples), without ended runs.
 
     Raises
@@ -347,7 +350,7 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
     return np.concatenate(parts, axis=1)
 
 
-def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
+def metric_statistics(store: Batch, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
     """Return the statistics of one number per run over some blocks, by a name of `scalars`."""
     attributes = number_attributes(store, name)
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
@@ -383,11 +386,11 @@ def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: st
     )
 
 
-def number_attributes(store: Store, name: str) -> Mapping[str, Any]:
+def number_attributes(store: Batch, name: str) -> Mapping[str, Any]:
     """Return unit, description and note of one number per run."""
     if name in (variables := store.variables()):
         return variables[name].attributes
-    return {"units": scalars(store)[name], "long_name": "where the run ended"}
+    return {"units": scalars(store)[name], "long_name": "where the run ended" if name.startswith("final(") else name}
 
 
 def _ends(values: FloatArray) -> list[tuple[int, float]]:
