@@ -96,9 +96,9 @@ class Quantity:
     name : str
         ASCII identifier, the same in C, Python and result files.
     unit : str
-        SI unit, radians inside; "1" for a dimensionless number.
+        SI unit, with radians for angles; "1" for a dimensionless number.
     description : str
-        One line for people.
+        A one-line description.
     latex : str, optional
         Spelling in the paper; if empty, SymPy derives it from the name.
     positive : bool, optional

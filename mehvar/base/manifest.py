@@ -114,7 +114,7 @@ class Choice:
     Parameters
     ----------
     name, description : str
-        Its name, and one line for people.
+        Name, and a one-line description.
     values : tuple of str
         Two or more; the first is the default.
     """
@@ -169,7 +169,7 @@ class Controller:
     Attributes
     ----------
     name, title : str
-        Identifier and one line for people.
+        Identifier, and a one-line description.
     memory : tuple of Quantity
         Values that a sampled law keeps between samples, or integrated states of a continuous law.
     period : str or None
@@ -212,7 +212,7 @@ class Scenario:
     Parameters
     ----------
     name, title : str
-        Identifier and one line for people.
+        Identifier, and a one-line description.
     duration, step : float
         Length of the run and sampling step of its result, s.
     values : mapping of str to float
@@ -346,7 +346,7 @@ class Manifest:
     schema : int
         Version of the format.
     model, title, source : str
-        Identifier, one line for people, and the publication.
+        Identifier, a one-line description, and the publication.
     structure : mapping of str to str
         The structural choices it was derived with.
     hash : str
@@ -427,6 +427,11 @@ class Manifest:
     def seen(self) -> tuple[Quantity, ...]:
         """Vector that laws receive: the state, or the measurements if the system has a sensor."""
         return self.measured or self.states
+
+    @property
+    def jump(self) -> int:
+        """Zero or, if states change at samples, one and the number of random numbers of such a step."""
+        return len(self.random_step) + 1 if "jump" in self.functions else 0
 
     def random(self, sampled: bool) -> bool:
         """Return True if runs depend on a seed."""
@@ -636,7 +641,7 @@ def _check_functions(manifest: Manifest) -> None:
         "jump": {"e": len(manifest.random_step)}, "jac_x": {"J": nx * nx}, "jac_u": {"J": nx * nu},
     }  # fmt: skip
     features = {
-        "diffuse": manifest.wiener, "jump": manifest.random_step, "input_delays": manifest.delays,
+        "diffuse": manifest.wiener, "jump": manifest.jump, "input_delays": manifest.delays,
         "guards": manifest.events, "resets": any(event.resets for event in manifest.events),
         "geometry": manifest.geometry,
     }  # fmt: skip

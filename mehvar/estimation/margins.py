@@ -132,11 +132,8 @@ def margins(
             raise bad_value("frequencies", frequencies, "left out without size: only measured margins need them")
         if base.options.get("delay"):
             raise bad_value("delay", base.options["delay"], "0 for the linear loop; give size to measure the margins")
-        if stepped := loaded.manifest.random_step:
-            raise InputError(
-                f"the linear loop leaves out what changes at samples, such as {stepped[0].name.removesuffix('_e')}: "
-                "give size to measure the margins"
-            )
+        if loaded.manifest.jump:
+            raise InputError("the linear loop leaves out states that change at samples: give size to measure margins")
         if not (result := linear_margins(linear_loop(loaded, base))):
             raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
         return result

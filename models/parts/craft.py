@@ -22,6 +22,7 @@ from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame
+from .hub import Pulsed
 from .part import Craft, Motion, Mounted, Part, State, start
 from .readings import readings
 from .sensors import drifting, measuring, watching
@@ -44,7 +45,7 @@ class Spacecraft:
     name : str
         Identifier of the model.
     title : str
-        One line for people.
+        A one-line description.
     attitude : {"quaternion", "euler", "mrp"}
         Chart of the attitude.
     motion : {"free", "attitude", "plane"}
@@ -155,7 +156,7 @@ class Spacecraft:
         write : callable
             Receives a `Law` and returns its commands by the names of the parts.
         title : str
-            One line for people.
+            A one-line description.
         sampled : bool
             True for a law that commands once per period Ts; False for a continuous law.
 
@@ -205,6 +206,9 @@ class Spacecraft:
                 watching(sensor, self.parts, sum(len(part.inputs()) for part in self.parts), self.period.name),
             )
         periods = {law.period for law in controllers}
+        pulsed = [part.name for part in self.parts if isinstance(part, Pulsed) and part.pulses]
+        if pulsed and not any(periods):
+            raise ModelError(f"{self.name}: the pulses of {pulsed[0]} need a sampled law: add one by craft.law")
         users = (actuator, controllers, sensor, random, events, limits)
         used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
         self._refuse_idle(used)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -10,12 +11,16 @@ from typing import Annotated
 import sympy as sp
 
 from ..derivation import Expr
+from ..events import Event
 from ..geometry import Shape
-from ..quantities import Quantity
+from ..quantities import ModelError, Quantity
+from ..system import Condition
 from .frame import AXES, ZERO, point_inertia
-from .part import Aggregates, Load, Mounted, Part, points
+from .part import Aggregates, Jump, Load, Motion, Mounted, Part, State, points
 from .values import Number, Tensor, Vector, direction, place, scalar, tensor
 
+_OFF = sp.Rational(1, 10**6)
+"""Error of a clock at the end of a period, far above rounding and far below a sample."""
 _AXES_COLORS = ("blue", "vermillion", "green")
 
 
@@ -100,7 +105,56 @@ class ExternalForce(Part):
 
 
 @dataclass(frozen=True)
-class Thruster(Part):
+class Pulsed(Part):
+    """A part that switches itself off within a sample period; NAME_off is the located event."""
+
+    @property
+    @abstractmethod
+    def pulses(self) -> bool:
+        """False for a part that acts during whole periods."""
+
+    @abstractmethod
+    def share(self, at: Mounted) -> Expr:
+        """Return the share of a period in which the part acts."""
+
+    @property
+    def _clock(self) -> Quantity:
+        """The clock falls from 2 by 1 in a period; at the end of the pulse it goes to minus the share, then to -1.
+
+        The part acts where the clock is above 1/2. The clock is never near that, so that rounding cannot switch. At the
+        end of a period it is 1 or -1, by which `jumps` recognises commands at other instants.
+        """
+        return Quantity(f"{self.name}_clock", "1", f"clock of the pulses of {self.name}")
+
+    def on(self, at: Mounted) -> sp.Basic:
+        """Return the condition that the part acts."""
+        return sp.And(self._clock.symbol > sp.Rational(1, 2), self.share(at) > 0) if self.pulses else sp.true
+
+    def states(self, scenario: object) -> tuple[State, ...]:
+        return (State(self._clock, sp.Integer(2)),) if self.pulses else ()
+
+    def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
+        return (-1 / at.craft.period,) if self.pulses else ()
+
+    def jumps(self, at: Mounted) -> Sequence[Jump]:
+        clock = self._clock.symbol
+        regular = sp.Abs(sp.Abs(clock) - 1) < _OFF
+        return (Jump(self._clock, sp.Piecewise((2, regular), (-2, True))),) if self.pulses else ()
+
+    def limits(self, at: Mounted) -> tuple[Condition, ...]:
+        message = f"the pulses of {self.name} need a command once per period: set hold or period to Ts = {{Ts:g}} s"
+        return (Condition(self._clock.symbol + sp.Rational(3, 2), message),) if self.pulses else ()
+
+    def events(self, at: Mounted) -> tuple[Event, ...]:
+        if not self.pulses:
+            return ()
+        clock, share = self._clock.symbol, self.share(at)
+        title = f"the pulse of {self.name} ends"
+        return (Event(f"{self.name}_off", clock - 2 + share, "falling", {clock: -share}, title=title),)
+
+
+@dataclass(frozen=True)
+class Thruster(Pulsed):
     """A thruster: it pushes along its direction and never pulls.
 
     Parameters
@@ -114,19 +168,39 @@ class Thruster(Part):
     limit : number, optional
         Largest force, N.
     least : number, optional
-        Smallest impulse of a period, N s: a smaller command opens no valve. A command is the mean force of a period, as
-        of pulses that are modulated in width.
+        Smallest impulse of a period, N s: a smaller command opens no valve.
+    pulsed : bool
+        True for a valve that opens at the begin of each sample period, with the force `limit`, for so long that the
+        mean force is the command; it closes at the events NAME_off. False for a constant force.
     """
 
     direction: Annotated[Vector, direction("a", "direction")]
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
     limit: Annotated[Number | None, scalar("Fmax", "N", "largest force")] = None
     least: Annotated[Number | None, scalar("Imin", "N s", "smallest impulse of a period")] = None
+    pulsed: bool = False
+
+    def __post_init__(self) -> None:
+        if self.pulsed and self.limit is None:
+            raise ModelError(f"{self.name}.limit is missing: a pulsed thruster needs the force of its open valve")
+
+    @property
+    def pulses(self) -> bool:
+        return self.pulsed
+
+    def share(self, at: Mounted) -> Expr:
+        return self.inputs()[0].symbol / at.values.limit
 
     def inputs(self) -> tuple[Quantity, ...]:
         return (Quantity(f"{self.name}_force", "N", f"force of {self.name}"),)
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
+        if not self.pulsed:
+            return self.mean_loads(at)
+        force = sp.Piecewise((at.values.limit, self.on(at)), (0, True))
+        return (Load(at.define("thrust", force, "force of the open valve", "N") * at.values.direction, at.values.at),)
+
+    def mean_loads(self, at: Mounted) -> tuple[Load, ...]:
         return (Load(self.inputs()[0].symbol * at.values.direction, at.values.at),)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:

@@ -263,6 +263,15 @@ class State:
     start: Expr = sp.S.Zero
 
 
+@dataclass(frozen=True)
+class Jump:
+    """A state's value after a sample: `after`, and a normal number of standard deviation `size`."""
+
+    state: Quantity
+    after: Expr = sp.S.Zero
+    size: Expr = sp.S.Zero
+
+
 _TURNING = sp.Rational(1, 1000)
 """Of the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A tenth or ten times makes
 the arrows of pictures longer or shorter."""
@@ -461,6 +470,10 @@ class Part(ABC):
         """Return the external load on the part."""
         return ()
 
+    def mean_loads(self, at: Mounted) -> tuple[Load, ...]:
+        """Return the mean loads of a sample period, which are linear in the inputs, for laws."""
+        return self.loads(at)
+
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         """Return the states of the part with initial values from scenario parameters."""
         places = [c.place for c in self.coordinates() if c.place is not None]
@@ -501,6 +514,10 @@ class Part(ABC):
 
     def events(self, at: Mounted) -> tuple[Event, ...]:
         """Return the events that switch the part's equations."""
+        return ()
+
+    def jumps(self, at: Mounted) -> Sequence[Jump]:
+        """Return the changes of the part's states at a sample, before it measures."""
         return ()
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:

@@ -207,7 +207,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
         "NS": len(manifest.scenario_parameters),
         "NOISE": len(manifest.noise),
         "WIENER": len(manifest.wiener),
-        "JUMP": len(manifest.random_step),
+        "JUMP": manifest.jump,
         "STRONG": loop.method == "platen",
         "STIFF_TEST": loop.stiff_test,
         "LIMITS": len(manifest.limits),

@@ -15,8 +15,8 @@ from ..compiling.library import load_native
 from ..compiling.structures import structures
 from .callbacks import Callbacks, addresses
 from .options import INTEGRATORS
-from .own.law import Law
 from .problem import Problem, Status, Trajectory
+from .user.law import Law
 
 _CHUNK_SECONDS = 0.03  # between two checks for interrupts and calls of the progress callback
 
@@ -191,7 +191,7 @@ def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any
         **{"nr": len(manifest.references) + timed, "nm": len(manifest.limits), "ne": problem.noise.shape[-1]},
         nseen=len(manifest.seen),
         nw=len(manifest.wiener),
-        nj=len(manifest.random_step),
+        nj=manifest.jump,
         seed=problem.seed,
         run=problem.run,
         nv=len(numbers),

@@ -27,10 +27,10 @@ from ..model.parameters import Resolved, advice, all_parameters, elements, named
 from . import loop
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
-from .own.choice import law_of
-from .own.law import Law, LawFunction, OwnLaw
 from .problem import START_OFF, Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
 from .readers import check_read
+from .user.choice import law_of
+from .user.law import Law, LawFunction, PythonLaw
 
 if TYPE_CHECKING:
     import xarray
@@ -168,7 +168,7 @@ class Run:
 
 def simulate(
     model: Model | str | os.PathLike[str],
-    controller: str | LawFunction | OwnLaw | None,
+    controller: str | LawFunction | PythonLaw | None,
     scenario: str | None = None,
     parameters: Mapping[str, object] | None = None,
     initial: Mapping[str, object] | None = None,

@@ -15,6 +15,7 @@ import sympy as sp
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
 from ..frame import point_inertia
+from ..hub import Pulsed
 from ..part import Load, Mounted, Part
 from ..values import Number, Vector, direction, place, scalar, vector
 from .orbit import sky
@@ -68,7 +69,7 @@ class Dipole(Part):
 
 
 @dataclass(frozen=True)
-class Magnetorquer(Part):
+class Magnetorquer(Pulsed):
     """A coil or rod whose dipole a law commands; its torque is that of the Earth's field.
 
     Parameters
@@ -79,16 +80,33 @@ class Magnetorquer(Part):
         Axis of its dipole, of any length.
     limit : number, optional
         Largest dipole, A m^2.
+    duty : number, optional
+        Share of each sample period in which it acts, from the begin on. In the rest it is off, so that a magnetometer
+        measures without it; default: it is always on.
     """
 
     axis: Annotated[Vector, direction("a", "axis")]
     limit: Annotated[Number | None, scalar("mmax", "A m^2", "largest dipole")] = None
+    duty: Annotated[Number | None, scalar("duty", "1", "share of a period in which it acts", "(0, 1]")] = None
+
+    @property
+    def pulses(self) -> bool:
+        return self.duty is not None
+
+    def share(self, at: Mounted) -> Expr:
+        share: Expr = at.values.duty
+        return share
 
     def inputs(self) -> tuple[Quantity, ...]:
         return (Quantity(f"{self.name}_dipole", "A m^2", f"magnetic dipole of {self.name}"),)
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
-        return (Load(couple=self.inputs()[0].symbol * at.values.axis.cross(sky(at).field)),)
+        dipole = sp.Piecewise((self.inputs()[0].symbol, self.on(at)), (0, True))
+        return (Load(couple=dipole * at.values.axis.cross(sky(at).field)),)
+
+    def mean_loads(self, at: Mounted) -> tuple[Load, ...]:
+        share = at.values.duty if self.pulses else sp.S.One
+        return (Load(couple=share * self.inputs()[0].symbol * at.values.axis.cross(sky(at).field)),)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         limit = at.values.limit

@@ -17,9 +17,9 @@ import sympy as sp
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
 from ..frame import AXES
-from ..part import Motion, Mounted, State, start
+from ..part import Jump, Motion, Mounted, State, start
 from ..values import Number, Parameters, Vector, place, scalar, vector
-from .instruments import HALF, Jump, Triad, density
+from .instruments import HALF, Triad, density
 
 NONE = (sp.S.Zero,) * len(AXES)
 

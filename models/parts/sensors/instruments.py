@@ -36,15 +36,6 @@ MOST_DELAY = 100
 
 
 @dataclass(frozen=True)
-class Jump:
-    """A state's value after a sample: `after`, and a normal number of standard deviation `size`."""
-
-    state: Quantity
-    after: Expr = sp.S.Zero
-    size: Expr = sp.S.Zero
-
-
-@dataclass(frozen=True)
 class Instrument(Part):
     """A sensor of the quantities `seen`; `errors` has the standard deviations of their Gaussian errors.
 
@@ -159,10 +150,6 @@ class Instrument(Part):
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
         waiting = sum(len(row) for row in self.queue())
         return (*self.own_rates(at, motion), *(sp.S.Zero,) * waiting)
-
-    def jumps(self, at: Mounted) -> Sequence[Jump]:
-        """Return the changes of these states at a sample, before it measures."""
-        return ()
 
 
 @dataclass(frozen=True)

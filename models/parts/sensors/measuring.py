@@ -9,10 +9,10 @@ from dataclasses import replace
 import sympy as sp
 
 from ...derivation import Expr
-from ...quantities import Group, ModelError, Quantity
+from ...quantities import Group, Quantity
 from ...system import Controller, RandomStep, Sensor
-from ..part import Mounted, Part, State
-from .instruments import HALF, Instrument, Jump
+from ..part import Jump, Mounted, Part, State
+from .instruments import HALF, Instrument
 
 Noise = dict[str, Quantity]
 """Random numbers by their names, in the order of use."""
@@ -47,19 +47,15 @@ def _measurement(part: Instrument, at: Mounted, noise: Noise) -> list[Expr]:
 
 
 def drifting(parts: Sequence[tuple[Part, Mounted]], states: Sequence[State]) -> RandomStep | None:
-    """Return the changes of the sensors' states at a sample; None for sensors without states."""
+    """Return the changes of the parts' states at a sample; None without such states."""
     noise: Noise = {}
     after: dict[sp.Symbol, Expr] = {}
     for part, at in parts:
-        if isinstance(part, Instrument):
-            after |= {jump.state.symbol: _changed(jump, noise) for jump in part.jumps(at)}
-            if queue := part.queue():
-                newest = [e.xreplace(after) for e in _measurement(part, at, noise)]
-                older = [q.symbol for row in queue[:-1] for q in row]
-                after |= dict(zip((q.symbol for row in queue for q in row), (*newest, *older), strict=True))
-    if after and not noise:
-        names = ", ".join(part.name for part, _ in parts if isinstance(part, Instrument) and part.queue())
-        raise ModelError(f"{names}: a delay needs a sensor with errors: give it sigma or noise")
+        after |= {jump.state.symbol: _changed(jump, noise) for jump in part.jumps(at)}
+        if isinstance(part, Instrument) and (queue := part.queue()):
+            newest = [e.xreplace(after) for e in _measurement(part, at, noise)]
+            older = [q.symbol for row in queue[:-1] for q in row]
+            after |= dict(zip((q.symbol for row in queue for q in row), (*newest, *older), strict=True))
     symbols = [state.quantity.symbol for state in states]
     return RandomStep(Group("e", tuple(noise.values())), tuple(after.get(s, s) for s in symbols)) if after else None
 

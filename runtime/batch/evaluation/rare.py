@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from mehvar.base.errors import bad_value
 
 from ...model.model import Model, load
-from ...run.own.law import OwnLaw
 from ...run.problem import COMPLETE
+from ...run.user.law import PythonLaw
 from ..blocks import IMPOSSIBLE, Blocks, Values
 from ..plan import Campaign, Plan
 from ..sampling import FloatArray, stream
@@ -43,7 +43,7 @@ def decide_rare(
     requirements: Mapping[str, str],
     confidence: float | None,
     threads: int,
-    own: OwnLaw | None = None,
+    own: PythonLaw | None = None,
     report: Progress | None = None,
     origin: str = "the call",
 ) -> list[Verdict]:

@@ -8,6 +8,7 @@
 #include "mehvar/private/link.h"
 
 enum { VERSION = 2, NAME = 16 };
+enum { TEST_FITS = 1 / (sizeof(mv_app_test) <= MV_BOARD_PAYLOAD) }; /* no division by zero: else it is not compiled */
 #define TWO_BYTES(n) (n) & 0xFF, (n) >> 8
 
 typedef struct {

@@ -140,7 +140,8 @@ def board_law_header(
     link = layout(manifest, law)
     model, upper = identifier(manifest.model), identifier(manifest.model).upper()
     own = f"p[{upper}_P_{identifier(law.period).upper()}]" if law.period else f"K({_number(period)})"
-    payload = max(4 * max(link.sizes) + 1, 4 * raw_numbers(link), 128)
+    nu, nx = len(link.outputs), len(manifest.states)
+    payload = max(4 * max(link.sizes) + 1, 4 * raw_numbers(link), 12 + 4 * (nx + nu), 64 + 4 * nu, 128)
     lines = [
         _LICENSE,
         f"/* {manifest.model} under {law.name}, as the firmware of mehvar calls it. Written by mehvar board. */",

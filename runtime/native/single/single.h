@@ -19,7 +19,7 @@ typedef void mv_6_2(const mv_real *, const mv_real *, const mv_real *, const mv_
 typedef struct {
     int32_t nq, nx, nu, nz, ny, nr, nm, ne; /* coordinates, state, input, memory, outputs, reference, limits, noise */
     int32_t nseen;            /* what the law receives of the state */
-    int32_t nw, nj;           /* Wiener processes, noise of a random step */
+    int32_t nw, nj;           /* Wiener processes; 0, or 1 and the noise of a random step */
     int32_t nv;               /* events */
     int32_t sampled, reference_constant;
     int32_t limits_of_state;  /* limits read no input, and coordinates are states */

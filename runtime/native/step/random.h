@@ -45,7 +45,7 @@ static void mv_diffuse(mv_loop *l, real h)
 static void mv_jump(mv_loop *l, int64_t evaluation)
 {
     real e[JUMP + 1], after[NX];
-    mv_draw(l, MV_OF_RANDOM_STEPS, evaluation, JUMP, e);
+    mv_draw(l, MV_OF_RANDOM_STEPS, evaluation, JUMP - 1, e);
     mv_call_jump(&l->model, l->q, e, after);
     mv_blend(l->alive, l->q, after, NX);
 }

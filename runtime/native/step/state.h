@@ -12,8 +12,8 @@
  *   ALGEBRAIC                        there are algebraic states, whose slope is to be zero instead of their rate
  *   RECORDS_COMMAND                  the record holds what the law asks for beside what acts
  *   DELAYED                          inputs of the plant have delays of their own
- *   WIENER, JUMP, STRONG             numbers of Wiener processes and of the noise of a random step; whether the method is
- *                                    of strong order one, see random.h
+ *   WIENER, JUMP, STRONG             number of Wiener processes; 0 or, with a random step, 1 and the number of its
+ *                                    noise; whether the method is of strong order one, see random.h
  *   STAGES, ORDER                    of the method: slopes k[0] ... k[STAGES - 1], and k[STAGES] at the end of a step;
  *                                    the local error goes like step^ORDER, 0 for a fixed step
  *   ESTIMATED, END_IN_ERROR, THIRD   there is an error estimate; it needs the slope at the end; there is one of order

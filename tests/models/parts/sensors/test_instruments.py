@@ -301,7 +301,6 @@ def continuous(sensor):
         ),
         (lambda: Accelerometer("acc", every=2), "acc integrates from sample to sample: leave out every and dropout"),
         (lambda: Gyro("gyro", delay=-1), "gyro.delay = -1: must be a whole number from 0 to 100"),
-        (lambda: craft_of(Gyro("gyro", delay=2)).system(), "gyro: a delay needs a sensor with errors: give it sigma"),
         (lambda: continuous(Gyro("gyro", walk=0.0, integrating=True)), "is continuous, but gyro needs a sampled law"),
         (lambda: Tachometer("tacho", of=HUB), "tacho.of = .*: must be a part of one degree of freedom"),
         (lambda: craft_of(Tachometer("tacho", of=WHEEL)).system(), "tacho.of: wheel is not on the craft; add it too"),
