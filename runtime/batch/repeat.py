@@ -37,10 +37,7 @@ from .store.layout import STATUS
 if TYPE_CHECKING:
     import xarray
 
-    from .store.dataset import DatasetBatch
-    from .store.store import Store
-
-    Batch = Store | DatasetBatch
+    from .store.dataset import Batch
 
 
 SESSION_LAWS: dict[str, LawFunction] = {}
