@@ -51,7 +51,7 @@ campaign-soak:
 	$(BIN)/python -m benchmarks.batch.kill_test --kills 200
 	$(BIN)/python -m benchmarks.batch.store
 	$(BIN)/python -m benchmarks.mutation
-	$(BIN)/python -m tests.runtime.run.own.interrupts 10000
+	$(BIN)/python -m tests.runtime.run.user.interrupts 10000
 	rm -rf report/soak.zarr && mkdir -p report
 	$(BIN)/mehvar batch triangle --controller path -n 10000000 --vary "theta_0=uniform(0.8, 1.2)" --out report/soak.zarr
 

@@ -70,7 +70,7 @@ def choices_of(tree: Tree, model: str) -> Mapping[str, tuple[str, ...]]:
     return choices
 
 
-def every_structure(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[str, str]], bool]:
+def all_structures(choices: Mapping[str, tuple[str, ...]]) -> tuple[list[dict[str, str]], bool]:
     """Return structures other than the default, and True if these are all.
 
     If there are too many combinations, each value of each choice occurs once with all others at their defaults.

@@ -27,9 +27,9 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import all_parameters, elements
 from mehvar.runtime.run.formats import open_result as open_file
 from mehvar.runtime.run.options import merged, split_settings
-from mehvar.runtime.run.own.choice import law_of
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
+from mehvar.runtime.run.user.choice import law_of
 from mehvar.runtime.units import distribution, setting_units
 from mehvar.terminal import BatchMeter, cell_progress, working
 
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from mehvar.runtime.batch.points import GivenDesign
     from mehvar.runtime.batch.sampling import Design
     from mehvar.runtime.model.functions import BackendName
-    from mehvar.runtime.run.own.inputs import Interpolation
-    from mehvar.runtime.run.own.law import LawFunction, OwnLaw
+    from mehvar.runtime.run.user.inputs import Interpolation
+    from mehvar.runtime.run.user.law import LawFunction, PythonLaw
 
 
 def build(system: System | Spacecraft | Callable[[], System], backend: BackendName | None = None) -> Model:
@@ -109,7 +109,7 @@ def simulate(
         Interpolation of arrays between their instants; default: "hold".
     period : float, optional
         Time in s between evaluations of a Python law or input, whose result is held in between. Without it the
-        function is continuous and is evaluated for every slope.
+        function is continuous and is evaluated at every stage of a step.
     memory : array_like, optional
         Initial memory of a Python law.
     **options
@@ -185,19 +185,19 @@ def batch(
         file only `out` and what follows it may be given.
     controller, n : str or callable, int
         The law, and the number of runs. A function as in `simulate` is called once a period for a block of runs, with
-        `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function serves for both
+        `x` of shape (nx, runs) and memory (nz, runs), and returns inputs (nu, runs). The same function works in both
         if it computes with NumPy and branches by `numpy.where`. A run ends when its input is not finite.
     scenario : str, optional
         Default: the model's first scenario.
     parameters, initial : mapping, optional
         Parameters and initial states that all runs share.
     inputs, interpolation, period, memory
-        As in `simulate`; the same in all runs. What is not held needs a period.
+        As in `simulate`; the same in all runs. Inputs that are not held need a period.
     vary : mapping of str to str, optional
         Distributions of parameters or initial states by name, as in `{"m1": "normal(50, 2)"}`, with units as in
         `"uniform(10 deg, 20 deg)"`. Or a list of values, one per run, whose length is the number of runs.
     points : pandas.DataFrame, mapping or path, optional
-        Your own points: a column per varied name and a row per run; a path names a CSV file.
+        Given points: a column per varied name and a row per run; a path names a CSV file.
     design : {"grid"}, optional
         Every combination of the lists of `vary`, the last name fastest.
     seed : int, optional
@@ -359,7 +359,7 @@ def posed_batch(
     sampling: Design | None = None,
     save: float | None = None,
     **options: Any,
-) -> tuple[Campaign, OwnLaw | None]:
+) -> tuple[Campaign, PythonLaw | None]:
     """Return the campaign of a batch and its Python law, if any; see `batch`."""
     origin = "the call"
     check_arguments("text", origin, scenario=scenario)

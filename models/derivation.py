@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -135,6 +135,36 @@ class Derivation:
     def show(self, left: str, expr: Expr, number: str = "", title: str = "", unit: str = "1") -> None:
         """Record a derived equation `left = expr` for display, with `left` in LaTeX."""
         self.steps.append(Equation(left, expression(f"equation {left!r}", expr), number, title, self._section, unit))
+
+
+def vector(
+    name: str, values: Iterable[Expr], title: str, unit: str, latex: str, d: Derivation, number: str = "",
+    labels: Sequence[str] = "xyz", positive: bool = False,
+) -> sp.Matrix:  # fmt: skip
+    """Name the components of a vector; `*` in names and titles stands for the label of a component."""
+    return sp.Matrix(
+        [
+            d.define(name.replace("*", i), value, number, title.replace("*", i), unit, latex.replace("*", i), positive)
+            for i, value in zip(labels, values, strict=True)
+        ]
+    )
+
+
+def matrix(name: str, values: sp.Matrix, title: str, unit: str, d: Derivation, number: str = "") -> sp.Matrix:
+    """Name the elements of a matrix, row by row."""
+    labels = [f"{i + 1}{j + 1}" for i in range(3) for j in range(3)]
+    return vector(f"{name}*", values, title, unit, f"{name}_{{*}}", d, number, labels).reshape(3, 3)
+
+
+def symmetric(
+    name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation, number: str = ""
+) -> sp.Matrix:
+    """Name the elements of a symmetric matrix."""
+    places = [(i, j) for i in range(3) for j in range(i, 3)]
+    labels = [f"{i + 1}{j + 1}" for i, j in places]
+    upper = [values[place] for place in places]
+    named = dict(zip(places, vector(f"{name}*", upper, title, unit, f"{latex}_{{*}}", d, number, labels), strict=True))
+    return sp.Matrix(3, 3, lambda i, j: named[min(i, j), max(i, j)])
 
 
 def free_symbols(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:

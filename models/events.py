@@ -30,7 +30,7 @@ class Event(Located):
     guard : Expr
         A function of x, u, p and time; for a law's event, of x, r, p and c.
     direction : {"either", "rising", "falling"}
-        Which crossings count.
+        Crossings that count as events.
     reset : mapping of sympy.Symbol to Expr
         New value of a state as a function of x, u, p and time before the event; other states keep their values. An
         event without resets is a switching surface.
@@ -40,7 +40,7 @@ class Event(Located):
         forbidden side: a run also ends if it starts there, or if a reset or a jump of the input moves it there. A run
         that starts there has failed, unless the event is a success.
     title : str
-        One line for people.
+        A one-line description.
     """
 
     name: str

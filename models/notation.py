@@ -232,7 +232,7 @@ def symbols_of(side: Side) -> set[Expr]:
     return {symbol for symbol in sp.sympify(side).free_symbols if isinstance(symbol, sp.Symbol | sp.MatrixSymbol)}
 
 
-def follow(expr: Expr, definitions: Mapping[sp.Symbol, Expr], cut: Case | None = None) -> Expr:
+def insert_definitions(expr: Expr, definitions: Mapping[sp.Symbol, Expr], cut: Case | None = None) -> Expr:
     """Replace definitions in a derived expression until only names of the paper remain.
 
     Parameters
@@ -253,5 +253,5 @@ def follow(expr: Expr, definitions: Mapping[sp.Symbol, Expr], cut: Case | None =
     meanings = {symbol: cut[symbol] for symbol in expr.free_symbols if symbol in cut}
     for symbol in expr.free_symbols - set(meanings):
         if symbol in definitions:
-            meanings[symbol] = follow(definitions[symbol], definitions, cut)
+            meanings[symbol] = insert_definitions(definitions[symbol], definitions, cut)
     return expr.subs(meanings, simultaneous=True)

@@ -7,61 +7,62 @@ The folder papers/MODEL, beside models/, has a module `ledger` (or a package) wi
 
 which `mehvar diff --paper` checks. A ledger states two things separately:
 
-* **what is printed**, misprints included, as SymPy expressions in the paper's own symbols (`Relation.left`, `.right`);
-* **what those symbols mean**, in one table of names for the whole paper (`Names`). A *free* name (a coordinate, a
-* rate, a parameter) may take any value within bounds. The meaning of a *derived* name is an expression from the
-* system's derivation (`follow`), or one that the ledger derives by differentiation, integration or substitution. A
-* meaning never copies the printed formula, because then the check would be vacuous.
+* **the printed equations**, misprints included, as SymPy expressions in the paper's symbols (`Relation.left`,
+  `.right`);
+* **the meaning of the symbols**, in one table of names for the paper (`Names`). A *free* name (a coordinate, a rate, a
+  parameter) can have any value within bounds. The meaning of a *derived* name is an expression from the system's
+  derivation (`insert_definitions`), or one that the ledger derives by differentiation, integration or substitution.
+  Do not copy a meaning from the printed formula: the comparison would be vacuous.
 
-A relation holds if both sides are the same function of the free names after all meanings are substituted. mehvar
-computes every verdict; a ledger states none. An author adds corrections of misprinted relations (tested too: a wrong
-correction is never shown), the readings of ambiguous print, and notes.
+A relation holds if both sides are the same function of the free names after all meanings are inserted. mehvar computes
+every verdict. The author adds corrections of misprinted relations (mehvar also tests these and shows no wrong
+correction), the readings of ambiguous print, and notes.
 
 How to write an entry
 ---------------------
 An identity between names with meanings, here l_i^2 of a triangle and its rate, for each i (the paper prints it once)::
 
     names = Names()
-    rho = names.free(RHO, 0, "7/10")                          # one of our quantities, and where it is tried
-    v = names.free("v_1", r"v_1", -2, 2)                      # a symbol only the paper has
-    h = names.derived("h", "h", follow(symbol_of_h, system.definitions, {rho_t: rho}))
-    u, l = names.family("u", "u_i"), names.family("l", "l_i") # stand for a member; each case says which
-    rods = [{u: rate_k, l: length_k} for ...]                 # their meanings, member by member
+    rho = names.free(RHO, 0, "7/10")                          # a quantity of the model, and its range
+    v = names.free("v_1", r"v_1", -2, 2)                      # a symbol that only the paper has
+    h = names.derived("h", "h", insert_definitions(symbol_of_h, system.definitions, {rho_t: rho}))
+    u, l = names.family("u", "u_i"), names.family("l", "l_i") # stand for any member; each case states which
+    rods = [{u: rate_k, l: length_k} for ...]                 # meanings of u and l for each member
 
     printed("22", "rod rates", "equation", Relation(u, l * w3 / (2 * mu) + ..., corrected=..., cases=rods))
 
-* Something *defined* by the paper (kind "definition") is compared as well wherever the derivation has a definition of
-  its own: its verdict is "definition" when both agree, "differs" when they do not. With `given=True` nothing is
-  compared: the relation is shown because it introduces a name or sets a condition.
-* An *equation of motion* holds along motions only, so its two sides are not the same function. Give the derived
-  residual (left minus right) as `against`; the printed left minus right is compared with it.
-* A statement about a *special situation* (on the surface s = 0, on the circle) is a case that gives the names of that
-  situation their meaning: ``cases=({rho_t: h},)``. A case overrides the table.
+* *Definitions* of the paper (kind "definition") are compared if the derivation has the same definition: the verdict is
+  "definition" if both agree, else "differs". With `given=True` nothing is compared: the relation introduces a name or
+  sets a condition.
+* An *equation of motion* holds only along motions, so its sides are not the same function. Give the derived residual
+  (left minus right) as `against`; the printed left minus right is compared with it.
+* A statement about a *special situation* (on the surface s = 0, on the circle) is a case that gives names their
+  meaning in this situation: ``cases=({rho_t: h},)``. A case overrides the table of names.
 * *Inequalities* use the op "<", "<=", ">" or ">="; they are tested at random points of `domain`.
 * *Integrals, derivatives and limits* are written unevaluated (``sp.Integral``, ``sp.Derivative``, ``sp.Limit``) and
-  carried out after the meanings have been put in.
+  evaluated after the meanings are inserted.
 * *Matrices*: ``names.matrix("S", "S", meaning)`` gives a MatrixSymbol, so that ``S * S`` prints as S^2. Sides of
-  different shape are a difference of their own. A 1x1 matrix counts as a number. `Cross(a, b)` is a x b.
-* SymPy tidies what it is given: it turns sin(x - 2 pi/3) into -sin(x + pi/3). ``sp.UnevaluatedExpr(2 * sp.pi / 3)``
-  keeps a part as printed; it is carried out before anything is compared.
-* A *number* with few digits is compared within `within` (one unit of the last printed digit, say).
-* *Words* that say something checkable are an entry too, with a number such as "text after (9)" and `Relation.says`.
-* An *erratum* says of an entry that differs, or whose readings disagree, what kind of error that is and how it came
-  about; that it is an error stays computed. The errata of a paper are one table, by the numbers of the entries::
+  different shape differ. A 1x1 matrix counts as a number. `Cross(a, b)` is a x b.
+* SymPy simplifies expressions: sin(x - 2 pi/3) becomes -sin(x + pi/3). ``sp.UnevaluatedExpr(2 * sp.pi / 3)`` keeps a
+  part as printed; it is evaluated before the comparison.
+* A *number* with few digits is compared within `within`, such as one unit of the last printed digit.
+* A checkable *sentence* is an entry too, with a number such as "text after (9)" and `Relation.says`.
+* An *erratum* states kind and cause of the error of an entry that differs or whose readings disagree. The errata of a
+  paper are one table, by the numbers of the entries::
 
-    ERRATA = {"11": Erratum(Slip.SCAN, "The bar over the mean mass is lost.")}
-* *Readings*: one for each way to read what is printed, exactly one of them `used`. mehvar checks each. When they
-  disagree the entry is "illegible or ambiguous", and says which one the model follows::
+    ERRATA = {"11": Erratum(ErratumKind.SCAN, "The bar over the mean mass is lost.")}
+* *Readings* are the possible interpretations of an ambiguous print; exactly one is `used`, which the model follows.
+  mehvar checks each reading. If their verdicts disagree, the entry is "illegible or ambiguous"::
 
     printed("34", "predicted output", "equation")
     .reading("with the estimate of this sample", Relation(...), used=False, why="A circle, with (39) and (42).")
     .reading("with the estimate of the sample before", Relation(...), why="(39) and (42) need it.")
 
-A module of a ledger is a list of entries in the order of the paper: functions that `yield` one entry after the other,
-each with what it needs just above it.
+A module of a ledger is a list of entries in the order of the paper: functions that `yield` the entries, each preceded
+by its definitions.
 
 `Paper` refuses a number that is missing or entered twice, and a symbol that the table of names lacks. While writing,
-check one entry at a time: ``mehvar.ledger.check_entry(entry, names)``; `check_paper(paper, "MODEL")` checks all.
+check single entries: ``mehvar.ledger.check_entry(entry, names)``; `check_paper(paper, "MODEL")` checks all.
 `papers/triangle/ledger/` is a complete example.
 """
 
@@ -75,13 +76,14 @@ from typing import Literal, TypeAlias
 import sympy as sp
 
 from .derivation import Expr
-from .notation import Case, Cross, Name, Names, Side, follow, frozen, symbols_of
+from .notation import Case, Cross, Name, Names, Side, frozen, insert_definitions, symbols_of
 from .quantities import ModelError
 
 __all__ = [
     "Case",
     "Cross",
     "Erratum",
+    "ErratumKind",
     "Kind",
     "Name",
     "Names",
@@ -91,9 +93,8 @@ __all__ = [
     "Reading",
     "Relation",
     "Side",
-    "Slip",
-    "follow",
     "frozen",
+    "insert_definitions",
     "printed",
     "symbols_of",
 ]
@@ -150,7 +151,7 @@ class Relation:
         return tuple(side for side in sides if side is not None)
 
 
-class Slip(StrEnum):
+class ErratumKind(StrEnum):
     """Kinds of errors in printed statements, by origin.
 
     scan: in the scanned copy. A dot, a bar, a bracket or an exponent is lost, similar letters are confused, or a
@@ -185,7 +186,7 @@ class Erratum:
         If the cause is not one sentence.
     """
 
-    kind: Slip
+    kind: ErratumKind
     cause: str
     assumption: bool = False
 

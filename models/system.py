@@ -16,6 +16,7 @@ from itertools import chain
 import sympy as sp
 
 from mehvar.base.display import displayed_formulas, heading
+from mehvar.base.intervals import Interval
 from mehvar.base.manifest import Choice, Metric, Scenario
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
@@ -26,7 +27,6 @@ from .quantities import (
     LARGEST,
     TIME,
     Group,
-    Interval,
     Located,
     ModelError,
     Parameter,
@@ -92,7 +92,7 @@ class Function(Located):
     vector : str
         Name of the vector that holds the results; if empty, they are a tuple of scalars.
     description : str
-        One line for people.
+        A one-line description.
     """
 
     name: str
@@ -179,7 +179,7 @@ class Controller(Located):
     Parameters
     ----------
     name, title : str
-        Identifier and one line for people.
+        Identifier, and a one-line description.
     parameters : Group
         The law's own parameters.
     command : tuple of Expr
@@ -339,7 +339,7 @@ class System(Located):
     Parameters
     ----------
     name, title, source : str
-        Identifier, one line for people, and the publication.
+        Identifier, a one-line description, and the publication.
     structure : mapping
         The structural choices this system was derived with.
     states, inputs, references, outputs : Group

@@ -36,7 +36,7 @@ class FunctionGraph:
     Attributes
     ----------
     name, description : str
-        Its name in C and Python, and one line for people.
+        Name in C and Python, and a one-line description.
     arguments, results : tuple of (name, size)
         Vectors; the size of a scalar is None.
     graph : casadi.Function

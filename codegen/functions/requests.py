@@ -37,7 +37,7 @@ class Request:
     Attributes
     ----------
     name, description : str
-        Its name in C and Python, and one line for people.
+        Name in C and Python, and a one-line description.
     arguments : tuple of Group
         Arguments; a group of one quantity with the same name is a scalar.
     results : tuple of (name, expressions)

@@ -16,7 +16,7 @@ from typing import Any
 
 import sympy as sp
 
-from mehvar.models.paper import Erratum, Kind, Names, Paper, Printed, Reading, Relation, Side, Slip
+from mehvar.models.paper import Erratum, ErratumKind, Kind, Names, Paper, Printed, Reading, Relation, Side
 
 from ..equal.equality import Counterexample, Verdict
 from .meanings import Meanings
@@ -175,7 +175,7 @@ class Ledger:
     def slips(self) -> dict[str, int]:
         """Count the errata by kind."""
         kinds = [entry.erratum.kind for entry in self.entries if entry.erratum and entry.wrong]
-        return {kind.value: kinds.count(kind) for kind in Slip}
+        return {kind.value: kinds.count(kind) for kind in ErratumKind}
 
     def __getitem__(self, number: str) -> Entry:
         """Return the entry with this number, as in "(22)"."""

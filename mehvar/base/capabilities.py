@@ -147,10 +147,10 @@ EXCLUSIONS: tuple[tuple[Feature, Feature, str], ...] = (
     (INTEGRATED, ALGEBRAIC, "a continuous law of such a system must have no memory"),
     (EVENTS, PROCESS_NOISE, "a path with noise crosses a guard infinitely often"),
     (EVENTS, ALGEBRAIC, "algebraic states would have to jump at an event"),
-    (EVENTS, INTEGRATED, "events are not located in the law's states"),
+    (EVENTS, INTEGRATED, "the law's states would have to be computed at the instant of each event"),
     (RESETS, CHART, "the integrator uses the chart, in which nothing jumps"),
     (PROCESS_NOISE, CHART, "the integrator uses the chart, which has no noise"),
-    (ACTUATOR, CHART, "such a law commands the inputs of the chart, behind the actuator"),
+    (ACTUATOR, CHART, "such a law commands the inputs of the chart, without the actuator"),
     (MEASURED, CHART, "such a law is a function of the chart, not of measurements"),
 )
 """Groups of features with reasons. A system has at most one feature of each group."""

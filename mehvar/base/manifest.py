@@ -114,7 +114,7 @@ class Choice:
     Parameters
     ----------
     name, description : str
-        Its name, and one line for people.
+        Name, and a one-line description.
     values : tuple of str
         Two or more; the first is the default.
     """
@@ -169,7 +169,7 @@ class Controller:
     Attributes
     ----------
     name, title : str
-        Identifier and one line for people.
+        Identifier, and a one-line description.
     memory : tuple of Quantity
         Values that a sampled law keeps between samples, or integrated states of a continuous law.
     period : str or None
@@ -212,7 +212,7 @@ class Scenario:
     Parameters
     ----------
     name, title : str
-        Identifier and one line for people.
+        Identifier, and a one-line description.
     duration, step : float
         Length of the run and sampling step of its result, s.
     values : mapping of str to float
@@ -346,7 +346,7 @@ class Manifest:
     schema : int
         Version of the format.
     model, title, source : str
-        Identifier, one line for people, and the publication.
+        Identifier, a one-line description, and the publication.
     structure : mapping of str to str
         The structural choices it was derived with.
     hash : str

@@ -18,12 +18,12 @@ from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
 from mehvar.runtime.run.metrics import grouped_notes, metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
-from mehvar.runtime.run.own.choice import law_of
-from mehvar.runtime.run.own.files import read_inputs
-from mehvar.runtime.run.own.inputs import Interpolation
 from mehvar.runtime.run.results import notes_of
 from mehvar.runtime.run.simulate import Run
 from mehvar.runtime.run.simulate import simulate as simulate_run
+from mehvar.runtime.run.user.choice import law_of
+from mehvar.runtime.run.user.files import read_inputs
+from mehvar.runtime.run.user.inputs import Interpolation
 from mehvar.runtime.units import read_value
 from mehvar.settings import (
     AsJson,

@@ -16,7 +16,7 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import read_manifest
 from mehvar.base.schema import parse_toml
 from mehvar.codegen.generate import Tree, own_inputs
-from mehvar.codegen.structures import every_structure
+from mehvar.codegen.structures import all_structures
 from mehvar.runtime.model.derived import run_python
 from mehvar.settings import read_settings
 from mehvar.terminal import working
@@ -146,7 +146,7 @@ def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> S
                 f"--structures derives {model} on both sides: {side.label} has no models/{model}: leave it out"
             )
     choices: dict[str, tuple[str, ...]] = _call(old, "choices_of", model) | _call(new, "choices_of", model)
-    every, complete = every_structure(choices)
+    every, complete = all_structures(choices)
     chosen = [structure for text in texts for structure in (every if text == ALL else [_read(text, choices)])]
     unique = list({_name(structure): structure for structure in chosen}.values())
     with working(f"deriving {len(unique)} structures of {model}"), ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -18,7 +18,7 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Controller
 from mehvar.runtime.arguments import check_arguments, check_units
 from mehvar.runtime.model.model import Model, load
-from mehvar.runtime.run.own.law import LawFunction
+from mehvar.runtime.run.user.law import LawFunction
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -51,7 +51,7 @@ def export_fmu(
     fmi : {"2.0", "3.0"}
         Version of the standard.
     kind : {"cs", "me"}
-        Co-simulation with our integrator, or model exchange.
+        Co-simulation with mehvar's integrator, or model exchange.
 
     Raises
     ------

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import re
 from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,10 +13,20 @@ from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, unknown_name
 from mehvar.base.units import pretty_unit
-from mehvar.runtime.batch.evaluation.conditions import Criterion
-from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, design_of, interval
+from mehvar.runtime.batch.evaluation.statistics import (
+    NO_INTERVAL,
+    Success,
+    column,
+    design_of,
+    drawn_names,
+    interval,
+    metric_names,
+    number_attributes,
+    scalars,
+    summary_names,
+)
+from mehvar.runtime.batch.store.dataset import DatasetBatch
 from mehvar.runtime.batch.store.layout import NOT_RUN
-from mehvar.runtime.run.problem import COMPLETE
 
 from .batch import BANDS, MOST_STATES, bin_edges, histogram_title
 from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, case_text, label, new_figure
@@ -29,7 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
-_SUMMARY = re.compile(r"(final|minimum|maximum|events)\((\w+)\)")
 _POINTS = 200
 """Number of points of the convergence curve, one per three pixels."""
 
@@ -51,6 +58,8 @@ class Runs:
         Their numbers in the batch.
     whole : xarray.Dataset
         All runs of the batch, including missing ones.
+    batch : DatasetBatch
+        The stored runs as one block of a store.
 
     Parameters
     ----------
@@ -71,15 +80,16 @@ class Runs:
         if not self.numbers.size:
             raise InputError("this batch has no stored run yet")
         self.dataset = dataset if self.numbers.size == dataset.sizes["run"] else dataset.isel(run=self.numbers)
+        self.batch = DatasetBatch(self.dataset, chunk=self.numbers.size)
         self.condition = success if success is not None else dataset.attrs["success"]
-        self.metrics: list[str] = json.loads(dataset.attrs["metrics"])
-        self.drawn: list[str] = json.loads(dataset.attrs["drawn"])
-        self.series = [str(name) for name, variable in dataset.data_vars.items() if variable.dims == ("run", "t")]
+        self.metrics = metric_names(self.batch)
+        self.drawn = drawn_names(self.batch)
+        self.series = [name for name, variable in self.batch.variables().items() if variable.dimension == "t"]
 
     @property
     def summaries(self) -> list[str]:
         """Names of the metrics; for a model without metrics, of the first final states."""
-        return self.metrics or [f"final({name})" for name in self._places("final")[:MOST_STATES]]
+        return summary_names(self.batch)[: None if self.metrics else MOST_STATES]
 
     def column(self, name: str) -> FloatArray:
         """Return one number per run: a metric, a drawn value, or an expression such as "final(roll)".
@@ -89,40 +99,23 @@ class Runs:
         InputError
             For an unknown name.
         """
-        summary = _SUMMARY.fullmatch(name)
-        if summary and summary[2] in (places := self._places(summary[1])):
-            return np.asarray(self.dataset[summary[1]].values[:, places.index(summary[2])], dtype=float)
-        if name not in (*self.metrics, *self.drawn, "t_stop"):
+        if name not in scalars(self.batch):
             raise unknown_name("number of the runs", name, [*self.metrics, *self.drawn, "t_stop", "final(STATE)"])
-        return np.asarray(self.dataset[name].values, dtype=float)
-
-    def _places(self, summary: str) -> list[str]:
-        dimension = self.dataset[summary].dims[1]
-        return [str(name) for name in self.dataset[dimension].values]
+        return column(self.batch, name).astype(float)
 
     def axis(self, name: str) -> str:
         """Return a name with its unit, for an axis."""
-        unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else self._units().get(name, "")
+        unit = number_attributes(self.batch, name).get("units", "")
         return f"{name} [{pretty_unit(unit)}]" if unit else name
+
+    def meaning(self, name: str) -> str:
+        """Return the description of a number or series."""
+        return str(number_attributes(self.batch, name).get("long_name", name))
 
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
         """True for each run that reached its end time and fulfils the success condition, if any."""
-        status = self.dataset["status"].values
-        if not self.condition:
-            return np.isin(status, COMPLETE)
-        criterion = Criterion(self.condition, "success")
-        criterion.check(self._units(), {})
-        return criterion.succeeds(status, self.column)
-
-    def _units(self) -> dict[str, str]:
-        """Return the unit of each number of a run by name."""
-        wide = dict(zip(self._places("minimum"), self.dataset["variable"].attrs["units"], strict=True))
-        units = {name: self.dataset[name].attrs["units"] for name in (*self.metrics, *self.drawn, "t_stop")}
-        for summary in ("final", "minimum", "maximum", "events"):
-            places = self._places(summary) if summary in self.dataset else []
-            units |= {f"{summary}({name})": wide.get(name, "1") for name in places}
-        return units
+        return Success(self.condition or None)(self.batch, [0])
 
     @property
     def headline(self) -> str:
@@ -219,7 +212,7 @@ def _histogram(ax: Axes, runs: Runs, name: str) -> None:
     finite = np.isfinite(values)
     parts = [values[finite & runs.successful], values[finite & ~runs.successful]]
     ax.hist(parts, bins=list(bin_edges(values[finite])), stacked=True, color=(BLUE, VERMILLION))
-    ax.set_title(histogram_title(_meaning(runs, name), int(finite.sum()), values.size))
+    ax.set_title(histogram_title(runs.meaning(name), int(finite.sum()), values.size))
     ax.set_xlabel(runs.axis(name))
     ax.set_ylabel("runs")
 
@@ -235,14 +228,8 @@ def _bands(ax: Axes, runs: Runs, name: str) -> None:
                 ax.plot(t, edge, color=BLUE, lw=0.4, gid=side)
     ax.plot(t, np.nanmedian(values, axis=0), color=BLUE, label="median")
     ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
-    ax.set_title(_meaning(runs, name))
+    ax.set_title(runs.meaning(name))
     ax.set_xlabel(label("t", "time", "s"))
     ax.set_ylabel(runs.axis(name))
     ax.margins(x=0)
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
-
-
-def _meaning(runs: Runs, name: str) -> str:
-    if name in runs.dataset:
-        return str(runs.dataset[name].attrs.get("long_name", name))
-    return "where the run ended" if name.startswith("final(") else name

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from mehvar.pictures.spread import Runs
     from mehvar.report.page import Page
     from mehvar.runtime.model.model import Model
-    from mehvar.runtime.run.own.inputs import Interpolation
-    from mehvar.runtime.run.own.law import LawFunction
+    from mehvar.runtime.run.user.inputs import Interpolation
+    from mehvar.runtime.run.user.law import LawFunction
 
 _HEIGHT = 720
 """Height of an animation in a notebook, pixels: picture, plots and controls fit on a laptop's screen."""

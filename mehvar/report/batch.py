@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -81,7 +80,7 @@ def batch_metrics(runs: Runs) -> list[MetricStatistics]:
     return [metric_statistics(_store(runs), name, [0], design) for name in summary_names(_store(runs))]
 
 
-def _store(runs: Runs) -> Any:
+def _store(runs: Runs) -> DatasetBatch:
     """Return the batch as a store with one block, for the statistics; missing runs are NaN."""
     return DatasetBatch(runs.whole, chunk=runs.whole.sizes["run"])
 

@@ -31,8 +31,8 @@ from mehvar.runtime.batch.repeat import repetition
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.model.model import Model, load
-from mehvar.runtime.run.own.law import OwnLaw
 from mehvar.runtime.run.problem import COMPLETE
+from mehvar.runtime.run.user.law import PythonLaw
 
 _SHOWN = 3
 """Number of failures whose values are shown."""
@@ -253,7 +253,7 @@ class RareVerdicts(Verdicts):
         requirements: Mapping[str, str],
         confidence: float | None,
         threads: int | None = None,
-        own: OwnLaw | None = None,
+        own: PythonLaw | None = None,
         report: Progress | None = None,
         origin: str = "the call",
     ) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Extensions of a paper: a structure of its model with additional effects, and our claims about it.
+"""Extensions of a paper: a structure of its model with additional effects, and further claims.
 
 `papers/MODEL/beyond.toml` has the structure and the texts, `beyond.py` beside it the functions that compute.
 """

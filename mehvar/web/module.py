@@ -19,7 +19,7 @@ from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields
 from mehvar.runtime.run.options import INTEGRATORS, RunOptions, first_integrator
-from mehvar.runtime.run.own.law import describe
+from mehvar.runtime.run.user.law import describe
 
 from .cases import Case
 

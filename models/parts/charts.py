@@ -31,6 +31,11 @@ _NEAR = sp.Rational(1, 10**4)
 class Chart(ABC):
     """Chart of the attitude.
 
+    Parameters
+    ----------
+    states : sequence of Quantity, optional
+        Coordinates with names of a system's own.
+
     Attributes
     ----------
     name : str
@@ -41,6 +46,10 @@ class Chart(ABC):
 
     name: str
     states: tuple[Quantity, ...]
+
+    def __init__(self, states: Sequence[Quantity] = ()) -> None:
+        if states:
+            self.states = tuple(states)
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
@@ -95,6 +104,12 @@ class QuaternionChart(Chart):
     def projection(self) -> Sequence[Expr]:
         size = sp.sqrt(sp.Add(*(q**2 for q in self.symbols)))
         return [q / size for q in self.symbols]
+
+
+def turn_angles(rotation: sp.Matrix) -> tuple[Expr, Expr, Expr]:
+    """Return the 3-2-1 angles roll, pitch and yaw of a matrix from inertial axes to hub axes."""
+    pitch = -sp.asin(sp.Max(-1, sp.Min(1, rotation[0, 2])))
+    return sp.atan2(rotation[1, 2], rotation[2, 2]), pitch, sp.atan2(rotation[0, 1], rotation[0, 0])
 
 
 class EulerChart(Chart):

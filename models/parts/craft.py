@@ -45,7 +45,7 @@ class Spacecraft:
     name : str
         Identifier of the model.
     title : str
-        One line for people.
+        A one-line description.
     attitude : {"quaternion", "euler", "mrp"}
         Chart of the attitude.
     motion : {"free", "attitude", "plane"}
@@ -156,7 +156,7 @@ class Spacecraft:
         write : callable
             Receives a `Law` and returns its commands by the names of the parts.
         title : str
-            One line for people.
+            A one-line description.
         sampled : bool
             True for a law that commands once per period Ts; False for a continuous law.
 

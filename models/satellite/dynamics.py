@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..mechanics import angle_rates, frame_turn, quaternion_of_turns, quaternion_rates, quaternion_rotation
+from ..derivation import matrix, vector
 from ..parts import Hub, Load
 from ..parts.assembly import mount, moved
+from ..parts.charts import Chart, EulerChart, QuaternionChart, turn_angles
 from ..parts.frame import Frame
 from ..parts.part import Craft
 from ..system import Derivation, Expr, Group, Quantity
-from .naming import matrix, vector
 from .orbit import circular_turning, from_inertial
 from .wheels import Wheels
 
@@ -39,38 +39,35 @@ AXES = ("roll", "pitch", "yaw")
 SPEED = "speed of wheel {} relative to the body"
 
 
+CHARTS: dict[str, Chart] = {"euler": EulerChart(ANGLES), "quaternion": QuaternionChart(QUATERNION)}
+"""Charts of the attitude in the orbit axes."""
+
+
 @dataclass(frozen=True)
-class Chart:
-    """A chart of the attitude with the expressions that the model needs.
+class Placed:
+    """The attitude with the expressions that the model needs.
 
     Attributes
     ----------
-    states : tuple of Quantity
-        Coordinates of the chart.
     rotation : sympy.Matrix
         C, orbit axes to body axes.
     omega : sympy.Matrix
         Omega, rate relative to the orbit axes, in body axes.
     rate : tuple of Expr
-        Rates of the coordinates.
-    quaternion : tuple of Expr
-        The attitude as a quaternion.
+        Rates of the chart's coordinates.
     """
 
-    states: tuple[Quantity, ...]
     rotation: sp.Matrix
     omega: sp.Matrix
     rate: tuple[Expr, ...]
-    quaternion: tuple[Expr, ...]
 
 
 def euler_rotation() -> sp.Matrix:
     """Return C = R1(roll) R2(pitch) R3(yaw)."""
-    roll, pitch, yaw = angles
-    return frame_turn(0, roll) * frame_turn(1, pitch) * frame_turn(2, yaw)
+    return CHARTS["euler"].rotation()
 
 
-def attitude(chart: str, omega0: Expr, d: Derivation) -> Chart:
+def attitude(chart: str, omega0: Expr, d: Derivation) -> Placed:
     """Define C, Omega and the kinematics in a chart.
 
     Parameters
@@ -83,33 +80,16 @@ def attitude(chart: str, omega0: Expr, d: Derivation) -> Chart:
         Receives the steps.
     """
     d.section("Attitude and kinematics")
-    quaternion = chart == "quaternion"
-    states = QUATERNION if quaternion else ANGLES
-    coordinates = tuple(q.symbol for q in states)
-    rotation = quaternion_rotation(coordinates) if quaternion else euler_rotation()
-    rotation = matrix("C", rotation, "orbit axes to body axes", "1", d, "(3)")
-    if quaternion:
-        _define_angles(rotation, d)
+    rotation = matrix("C", CHARTS[chart].rotation(), "orbit axes to body axes", "1", d, "(3)")
+    if chart != "euler":
+        for quantity, expr in zip(ANGLES, turn_angles(rotation), strict=True):
+            d.define(quantity.name, expr, "", quantity.description, "rad", quantity.latex)
     omega = rates - rotation * circular_turning(omega0)
     names = vector("rate_*", omega, "rate relative to the orbit axes about *", "rad/s", r"\Omega_*", d, "(4)")
-    turning = angle_rates(euler_rotation(), angles, names)
+    turning = CHARTS["euler"].rates(Frame(d, names))
     for quantity, rate, number in zip(ANGLES, turning, ("(5)", "(6)", "(7)"), strict=True):
         d.show(f"{quantity.latex}'", rate, number, f"rate of {quantity.name}, from C' = -[Omega x] C", "rad/s")
-    rate = quaternion_rates(coordinates, names) if quaternion else turning
-    turns = coordinates if quaternion else quaternion_of_turns([(axis, angles[axis]) for axis in (2, 1, 0)])
-    return Chart(states, rotation, names, tuple(rate), tuple(turns))
-
-
-def _define_angles(rotation: sp.Matrix, d: Derivation) -> None:
-    """Define three angles from C, which laws measure if the state is a quaternion."""
-    sine = sp.Max(-1, sp.Min(1, rotation[0, 2]))
-    values = (
-        sp.atan2(rotation[1, 2], rotation[2, 2]),
-        -sp.asin(sine),
-        sp.atan2(rotation[0, 1], rotation[0, 0]),
-    )
-    for quantity, expr in zip(ANGLES, values, strict=True):
-        d.define(quantity.name, expr, "", quantity.description, "rad", quantity.latex)
+    return Placed(rotation, names, tuple(turning if chart == "euler" else CHARTS[chart].rates(Frame(d, names))))
 
 
 def gravity_gradient(rotation: sp.Matrix, inertia: sp.Matrix, pull: Expr) -> sp.Matrix:

@@ -5,10 +5,9 @@ from __future__ import annotations
 
 import sympy as sp
 
-from ..mechanics import quaternion_of_turns
+from ..derivation import vector
 from ..system import Derivation, Expr, Group, Quantity, Sensor
-from .dynamics import ANGLES, RATES, angles, rates
-from .naming import vector
+from .dynamics import ANGLES, CHARTS, RATES, angles, rates
 from .orbit import magnetic_field, sun
 from .wheels import Wheels
 
@@ -73,7 +72,6 @@ def sensor(states: Group, chart: str, plant: Group, d: Derivation) -> Sensor:
     for quantity, rate in zip(RATES, rates, strict=True):
         size = plant.noise_rate / sp.sqrt(plant.Ts)
         measurement[quantity.name] = rate + size * getattr(NOISE, f"e_{quantity.name}")
-    if chart == "quaternion":
-        turns = [(axis, measurement[name]) for axis, name in ((2, "yaw"), (1, "pitch"), (0, "roll"))]
-        measurement |= {f"q{k}": part for k, part in enumerate(quaternion_of_turns(turns))}
+    turned = CHARTS[chart].of_angles([measurement[q.name] for q in ANGLES])
+    measurement |= dict(zip((q.name for q in CHARTS[chart].states), turned, strict=True))
     return Sensor(NOISE, tuple(measurement.get(q.name, q.symbol) for q in states))

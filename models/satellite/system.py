@@ -10,7 +10,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from ..mechanics import quaternion_of_turns
+from ..parts.charts import Chart
 from ..system import (
     Condition,
     Controller,
@@ -30,9 +30,10 @@ from .controllers import REFERENCES, Shared
 from .dynamics import (
     ANGLES,
     AXES,
+    CHARTS,
     RATES,
     SPEED,
-    Chart,
+    Placed,
     angles,
     attitude,
     energy,
@@ -74,8 +75,13 @@ class _Craft:
     p: Group
     s: Group
     wheels: Wheels
-    placed: Chart
+    placed: Placed
     states: Group
+
+    @property
+    def chart(self) -> Chart:
+        """Chart of the attitude."""
+        return CHARTS[self.choices["chart"]]
 
     @property
     def like_the_paper(self) -> bool:
@@ -111,7 +117,7 @@ def system(chart: str = "euler", inertia: str = "principal", wheels: str = "axes
     laws = _laws(craft, d)
     outputs = _outputs(craft, d)
     scenarios, metrics = _scenarios(craft)
-    constraints = _constraints(craft, d)
+    constraints, on_sphere = _constraints(craft, d), craft.chart.projection()
     return System(
         name="satellite",
         title=_title(choices),
@@ -136,7 +142,7 @@ def system(chart: str = "euler", inertia: str = "principal", wheels: str = "axes
         metrics=metrics,
         actuator=limited,
         sensor=measured,
-        projection=_projection(craft.states) if chart == "quaternion" else (),
+        projection=(*on_sphere, *craft.states.symbols[len(on_sphere) :]) if on_sphere else (),
         geometry=geometry(craft.placed.rotation, craft.wheels.axes * sp.Matrix(craft.wheels.torques.symbols)),
     )
 
@@ -157,7 +163,7 @@ def _craft(choices: Mapping[str, str], d: Derivation) -> _Craft:
     s = structure.group("s", tables, "scenario", choices)
     wheels = along_axes(p, s) if choices["wheels"] == "axes" else along_any(p, s, d)
     placed = attitude(chart, p.omega0, d)
-    states = Group("x", (*placed.states, *RATES, *wheels.states, LATITUDE))
+    states = Group("x", (*CHARTS[chart].states, *RATES, *wheels.states, LATITUDE))
     return _Craft(choices, tables, p, s, wheels, placed, states)
 
 
@@ -258,9 +264,7 @@ def _initial(craft: _Craft) -> tuple[Expr, ...]:
     first = tuple(value * _DEGREE for value in (s.roll_0_deg, s.pitch_0_deg, s.yaw_0_deg))
     here = dict(zip(angles, first, strict=True))
     rate = (euler_rotation() * circular_turning(craft.p.omega0)).subs(here)
-    turns = [(axis, first[axis]) for axis in (2, 1, 0)]
-    placed = first if craft.choices["chart"] == "euler" else tuple(quaternion_of_turns(turns))
-    return (*placed, *rate, *craft.wheels.start, s.latitude_0)
+    return (*craft.chart.of_angles(first), *rate, *craft.wheels.start, s.latitude_0)
 
 
 def _reference(s: Group) -> tuple[Expr, ...]:
@@ -331,10 +335,3 @@ def _functions(craft: _Craft) -> tuple[Function, ...]:
             "energy of rotation of body and wheels, and potential of the gravity gradient",
         ),
     )
-
-
-def _projection(states: Group) -> tuple[Expr, ...]:
-    """Return the quaternion scaled to unit length."""
-    q = states.symbols[:4]
-    length = sp.sqrt(sp.Add(*(part**2 for part in q)))
-    return (*(part / length for part in q), *states.symbols[4:])

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..derivation import symmetric, vector
 from ..parts import Contribution, Load, Mounted, Part
 from ..parts.part import Motion
 from ..system import Actuator, Condition, Derivation, Expr, Group, Quantity
-from .naming import symmetric, vector
 
 FEWEST = 3
 """Smallest number of wheels: with fewer, an axis has no torque, which no law supports."""

@@ -89,7 +89,7 @@ class _Model:
     @property
     def states(self) -> Group:
         """The state."""
-        return Group("x", (*VELOCITY, *RATE, *self.attitude.states, *self.bobs.states))
+        return Group("x", (*VELOCITY, *RATE, *self.attitude.chart.states, *self.bobs.states))
 
 
 def system(
@@ -127,7 +127,7 @@ def system(
     scenario = Group("s", (*tables["scenario"].quantities, *(q for group in starts for q in group)))
     d = Derivation()
     show(p, inertia, d)
-    placed = by_angles(scenario) if attitude == "angles" else by_quaternion(scenario, d)
+    placed = by_angles(d) if attitude == "angles" else by_quaternion(d)
     model = _derive(p, bobs, inertia, placed, scenario, d)
     demanded = {name: _derive_law(name, model, tables, d) for name in _LAWS}
     inputs = {name: _physical(law, name[-2:], model, d) for name, (law, _) in demanded.items()}
@@ -156,7 +156,7 @@ def system(
         rhs=_full(model, next(iter(placed.rates))),
         output=tuple(expr for _, expr in _outputs(model)),
         steps=tuple(d.steps),
-        initial=(*scenario.symbols[:6], *placed.start, *model.bobs.start),
+        initial=(*scenario.symbols[:6], *placed.chart.of_angles(scenario.symbols[6:9]), *model.bobs.start),
         constraints=constraints(p, scenario),
         functions=functions,
         controllers=tuple(
@@ -288,15 +288,16 @@ def _outputs(model: _Model) -> tuple[tuple[Quantity, Expr], ...]:
     across = sp.sqrt(sp.sin(d2) ** 2 + (sp.sin(d1) * sp.cos(d2)) ** 2)
     produced = zip(DEMAND, (*model.acceleration[1:], *model.angular), strict=True)
     extra = zip(_EXTRA, (model.acceleration[0], across), strict=True)
-    angles = () if model.attitude.states is ATTITUDE else zip(ATTITUDE, model.attitude.angles, strict=True)
+    angles = () if model.attitude.chart.states == ATTITUDE else zip(ATTITUDE, model.attitude.angles, strict=True)
     return (*produced, *extra, *angles, *model.bobs.outputs)
 
 
 def _projection(model: _Model) -> tuple[Expr, ...]:
     """Return quaternion and directions scaled to unit length; angles need no projection."""
-    if model.attitude.states is ATTITUDE and not model.bobs.outputs:
+    chart = model.attitude.chart
+    if not chart.projection() and not model.bobs.outputs:
         return ()
-    return (*velocity, *rate, *model.attitude.projected, *model.bobs.projected)
+    return (*velocity, *rate, *(chart.projection() or chart.symbols), *model.bobs.projected)
 
 
 def _functions(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..derivation import vector
 from ..mechanics import QUARTER_TURN, matrix_rate, planar_cross, rotate, time_derivative
 from ..system import Derivation, Expr, Quantity
 
@@ -75,7 +76,7 @@ def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangl
         (i, j), (a, b) = _ends(k), _ends(n)
         return sp.expand(dot(j, b) - dot(j, a) - dot(i, b) + dot(i, a))
 
-    lengths, cosines, sines, directions = [], [], [], []
+    lengths, directions, double = [], [], {name: list[Expr]() for name in _SPELLED}
     for k in range(3):
         squared = edge_dot(k, k)
         along = edge_dot(2, k) / sp.sqrt(squared * edge_dot(2, 2))
@@ -83,25 +84,13 @@ def base_triangle(masses: tuple[Expr, Expr, Expr], d: Derivation) -> BaseTriangl
         directions.append((along, across))
         cosine, sine = sp.simplify(2 * along**2 - 1), sp.simplify(2 * along * across)
         lengths.append(_name(d, f"L{k + 1}_sq", squared, f"squared base edge {k + 1}", f"L_{k + 1}^2", True))
-        cosines.append(
-            _name(
-                d,
-                f"edge_cos{k + 1}",
-                cosine,
-                f"cosine of twice the direction of edge {k + 1}",
-                rf"\cos 2\epsilon_{k + 1}",
-            )
-        )
-        sines.append(
-            _name(
-                d,
-                f"edge_sin{k + 1}",
-                sine,
-                f"sine of twice the direction of edge {k + 1}",
-                rf"\sin 2\epsilon_{k + 1}",
-            )
-        )
-    return BaseTriangle(mean, tuple(lengths), tuple(cosines), tuple(sines), tuple(directions))
+        for name, value in (("cos", cosine), ("sin", sine)):
+            title = f"{_SPELLED[name]} of twice the direction of edge {k + 1}"
+            double[name].append(_name(d, f"edge_{name}{k + 1}", value, title, rf"\{name} 2\epsilon_{k + 1}"))
+    return BaseTriangle(mean, tuple(lengths), tuple(double["cos"]), tuple(double["sin"]), tuple(directions))
+
+
+_SPELLED = {"cos": "cosine", "sin": "sine"}
 
 
 def _name(d: Derivation, name: str, expr: Expr, title: str, latex: str, positive: bool = False) -> Expr:
@@ -175,22 +164,9 @@ def rod_lengths(stretch_matrix: sp.Matrix, base: BaseTriangle, d: Derivation) ->
     trace = sp.simplify(trace.subs(n**2, 1 - zeta.dot(zeta)).subs(sigma**2, mu / 3))
     difference = sp.simplify((square[0, 0] - square[1, 1]).subs(sigma**2, mu / 3) / 2 / trace)
     shear = sp.simplify(square[0, 1].subs(sigma**2, mu / 3) / trace)
-    lengths = []
-    for k in range(3):
-        stretched = trace * (1 + difference * base.cosine[k] + shear * base.sine[k])
-        name = f"length{k + 1}"
-        lengths.append(
-            d.define(
-                name,
-                sp.sqrt(base.length_squared[k] * stretched),
-                "(20)",
-                f"length of rod {k + 1}",
-                "m",
-                f"l_{k + 1}",
-                True,
-            )
-        )
-    return tuple(lengths)
+    stretched = [trace * (1 + difference * base.cosine[k] + shear * base.sine[k]) for k in range(3)]
+    lengths = [sp.sqrt(square * by) for square, by in zip(base.length_squared, stretched, strict=True)]
+    return tuple(vector("length*", lengths, "length of rod *", "m", "l_*", d, "(20)", "123", positive=True))
 
 
 def rod_rates(lengths: tuple[Expr, ...], d: Derivation) -> tuple[Expr, ...]:
@@ -198,11 +174,8 @@ def rod_rates(lengths: tuple[Expr, ...], d: Derivation) -> tuple[Expr, ...]:
     definitions = d.definitions
     n = sp.Symbol("n", positive=True)
     rates = {zeta[0]: zeta_rate[0], zeta[1]: zeta_rate[1], mu: mu_rate, n: -zeta.dot(zeta_rate) / n}
-    names = []
-    for k, length in enumerate(lengths):
-        change = time_derivative(definitions[length] ** 2, rates) / (2 * length)
-        names.append(d.define(f"rod_rate{k + 1}", change, "(22)", f"rate of rod {k + 1}", "m/s", f"u_{k + 1}"))
-    return tuple(names)
+    changes = [time_derivative(definitions[length] ** 2, rates) / (2 * length) for length in lengths]
+    return tuple(vector("rod_rate*", changes, "rate of rod *", "m/s", "u_*", d, "(22)", "123"))
 
 
 def polar_rate(theta_rate: Expr, d: Derivation) -> Expr:
@@ -225,17 +198,8 @@ def target_lengths(lengths: tuple[Expr, ...], rho: Expr, phi: Expr, size: Expr, 
         mu: size,
         sp.Symbol("n", positive=True): sp.sqrt(1 - rho**2),
     }
-    return tuple(
-        d.define(
-            f"length{k + 1}_ref",
-            definitions[length].subs(goal, simultaneous=True),
-            "(20)",
-            f"final length of rod {k + 1}",
-            "m",
-            f"l_{{{k + 1},f}}",
-        )
-        for k, length in enumerate(lengths)
-    )
+    final = [definitions[length].subs(goal, simultaneous=True) for length in lengths]
+    return tuple(vector("length*_ref", final, "final length of rod *", "m", "l_{*,f}", d, "(20)", "123"))
 
 
 def shape_from_lengths(

@@ -22,7 +22,7 @@ from .kernel import compile_kernel
 from .numerics import Numerics, numerics_of, provenance
 from .plan import Plan
 from .sampling import FloatArray
-from .store.layout import NOT_RUN, STATUS, Coordinate, Variable
+from .store.layout import NOT_RUN, STATUS, Coordinate, Variable, number_units
 
 Values = Mapping[str, NDArray[Any]]
 """Values of a block's runs in a store, by name."""
@@ -133,16 +133,9 @@ class Blocks:
 
     def scalars(self) -> dict[str, str]:
         """Return the unit of every name that conditions may use; each is one number per run."""
-        wide = {name: quantity.unit for name, quantity in self.quantities().items()}
-        return {
-            **{label: q.unit for label, q in zip(self.plan.labels(), self.plan.quantities(), strict=True)},
-            **{metric.name: metric.unit for metric in self.metrics},
-            **{"t_stop": "s", "error": "1"},
-            **({"t_stiff": "s"} if self._auto else {}),
-            **{f"final({name})": wide[name] for name in self.plan.model.state_names},
-            **{f"{summary}({name})": unit for summary in _SUMMARIES for name, unit in wide.items()},
-            **{f"events({event.name})": "1" for event in self._kernel.loop.events},
-        }
+        coordinates = self.coordinates()
+        units = {name: quantity.unit for name, quantity in self.quantities().items()}
+        return number_units(self.variables(), lambda dimension: coordinates[dimension].values, units)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return all variables of a run in the order of the kernel's columns."""

@@ -26,9 +26,9 @@ from ..model.catalogue import shipped_models
 from ..model.model import Model, load
 from ..model.parameters import advice
 from ..run.options import Option
-from ..run.own.law import OwnLaw
 from ..run.problem import COMPLETE
 from ..run.results import versions
+from ..run.user.law import PythonLaw
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
 from .evaluation.requirements import DECIDED, DecisionRule, checked_confidence, read_requirements
 from .evaluation.statistics import StopRule, Success
@@ -88,7 +88,7 @@ def run_batch(
     client: Client | None = None,
     chunk: int | None = None,
     report: BatchProgress | None = None,
-    own: OwnLaw | None = None,
+    own: PythonLaw | None = None,
     origin: str = "the call",
 ) -> Store:
     """Run a campaign and store its runs.

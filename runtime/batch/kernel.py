@@ -29,9 +29,9 @@ from ..model.model import Model
 from ..run.calls import check_loop, jacobian_name
 from ..run.metrics import COUNT, event_number
 from ..run.options import AUTO, Profile, RunOptions, check_effects, first_integrator, read_options
-from ..run.own.law import OwnLaw
 from ..run.problem import check_delay, check_hold, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
+from ..run.user.law import PythonLaw
 from .source import KernelLoop, kernel_sources
 
 _ALIGNMENT = 64  # bytes, of the widest vector
@@ -90,7 +90,7 @@ def compile_kernel(
     options: RunOptions | None = None,
     *,
     lanes: int | None = None,
-    own: OwnLaw | None = None,
+    own: PythonLaw | None = None,
     origin: str = "the call",
 ) -> Kernel:
     """Compile the loop of a model under a law, or load it from the cache.
@@ -163,7 +163,7 @@ class Kernel:
     lanes: int
     options: RunOptions
     origin: str
-    own: OwnLaw | None = None
+    own: PythonLaw | None = None
 
     @functools.cached_property
     def variables(self) -> tuple[str, ...]:

@@ -21,7 +21,6 @@ from ..model.functions import displacement
 from ..model.model import Model
 from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_option, number_option, read_options, rows, word_option
-from ..run.own.law import OwnLaw
 from ..run.problem import (
     START_OFF,
     check_sampled_parts,
@@ -32,6 +31,7 @@ from ..run.problem import (
     variant_suffix,
 )
 from ..run.readers import check_read
+from ..run.user.law import PythonLaw
 from .dispersions import read_dispersions
 from .sampling import DESIGNS, Design, FloatArray, Sampler
 
@@ -121,7 +121,9 @@ class Plan:
         For unknown names, invalid distributions, or a nominal run that is impossible.
     """
 
-    def __init__(self, model: Model, campaign: Campaign, origin: str = "the call", own: OwnLaw | None = None) -> None:
+    def __init__(
+        self, model: Model, campaign: Campaign, origin: str = "the call", own: PythonLaw | None = None
+    ) -> None:
         manifest = model.manifest
         check_arguments("text", origin, controller=campaign.controller, scenario=campaign.scenario)
         check_arguments("mapping", origin, vary=campaign.vary, parameters=campaign.parameters, initial=campaign.initial)
@@ -141,7 +143,8 @@ class Plan:
         self._columns = [{q.name: i for i, q in enumerate(group)} for group in groups]
         self._states = {q.name: i for i, q in enumerate(manifest.states)}
         self._check_names()
-        self._initial = named_values(model.state_names, f"state of {model.name} in initial", campaign.initial, origin)
+        kind, others = f"state of {model.name} in initial", [q.name for q in manifest.scenario_parameters]
+        self._initial = named_values(model.state_names, kind, campaign.initial, origin, others)
         self._check_listed()
         self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, campaign.seed)
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}
@@ -222,7 +225,7 @@ class Plan:
         state = ", ".join(f"{name} = {value:.6g}" for name, value in zip(self._states, draw.x0[0], strict=True))
         return f"the initial state of run {run} is impossible (limits, length of a quaternion): {state}"
 
-    def _held(self, campaign: Campaign, own: OwnLaw) -> Campaign:
+    def _held(self, campaign: Campaign, own: PythonLaw) -> Campaign:
         """Return the campaign with the hold time of its Python law, as for a sampled law."""
         if "hold" in campaign.options:
             allowed = "left out: hold applies to laws of the model; use period for other laws"

@@ -25,11 +25,11 @@ from ..model.functions import FloatArray
 from ..model.model import Model, load
 from ..run.metrics import metrics
 from ..run.options import AUTO, FIXED, OPTIONS
-from ..run.own.choice import law_of
-from ..run.own.law import LawFunction, OwnLaw, recorded_memory
 from ..run.problem import Progress
 from ..run.simulate import Run, simulate
 from ..run.ticks import rows_of
+from ..run.user.choice import law_of
+from ..run.user.law import LawFunction, PythonLaw, recorded_memory
 from .numerics import generated_digest, other_options
 from .plan import Campaign, Plan
 from .store.layout import STATUS
@@ -37,10 +37,7 @@ from .store.layout import STATUS
 if TYPE_CHECKING:
     import xarray
 
-    from .store.dataset import DatasetBatch
-    from .store.store import Store
-
-    Batch = Store | DatasetBatch
+    from .store.dataset import Batch
 
 
 SESSION_LAWS: dict[str, LawFunction] = {}
@@ -157,7 +154,7 @@ def _own(
     controller: LawFunction | None,
     inputs: Mapping[str, object] | xarray.Dataset | None,
     interpolation: str | None,
-) -> OwnLaw | None:
+) -> PythonLaw | None:
     """Return the Python law of a batch if it equals the recorded one."""
     if controller is None and inputs is None:
         return None

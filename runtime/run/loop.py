@@ -15,8 +15,8 @@ from ..compiling.library import load_native
 from ..compiling.structures import structures
 from .callbacks import Callbacks, addresses
 from .options import INTEGRATORS
-from .own.law import Law
 from .problem import Problem, Status, Trajectory
+from .user.law import Law
 
 _CHUNK_SECONDS = 0.03  # between two checks for interrupts and calls of the progress callback
 

@@ -58,7 +58,7 @@ class Option:
     kind : {"number", "count", "word"}
         A finite number, a whole one, or one of `words`.
     text, unit : str
-        One line for people, and the unit in which a number is given.
+        A one-line description, and the unit of a number.
     default, otherwise : object, str
         Default value, or a description in words if it is None.
     least, above, below : float, optional

@@ -28,8 +28,8 @@ from .options import (
     check_effects,
     first_integrator,
 )
-from .own.law import Law, OwnLaw
 from .ticks import ticks_of
+from .user.law import Law, PythonLaw
 
 Progress = Callable[[float, float], None]
 
@@ -145,7 +145,7 @@ class Problem:
     max_steps: int
     progress: Progress | None
     law: Law | None = None
-    own: OwnLaw | None = None
+    own: PythonLaw | None = None
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -203,7 +203,7 @@ def problem_of(
     suffix: str,
     progress: Progress | None,
     origin: str,
-    own: OwnLaw | None = None,
+    own: PythonLaw | None = None,
 ) -> Problem:
     """Return the problem from options, scenario and parameters, or raise InputError.
 

@@ -27,10 +27,10 @@ from ..model.parameters import Resolved, advice, all_parameters, elements, named
 from . import loop
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
-from .own.choice import law_of
-from .own.law import Law, LawFunction, OwnLaw
 from .problem import START_OFF, Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
 from .readers import check_read
+from .user.choice import law_of
+from .user.law import Law, LawFunction, PythonLaw
 
 if TYPE_CHECKING:
     import xarray
@@ -168,7 +168,7 @@ class Run:
 
 def simulate(
     model: Model | str | os.PathLike[str],
-    controller: str | LawFunction | OwnLaw | None,
+    controller: str | LawFunction | PythonLaw | None,
     scenario: str | None = None,
     parameters: Mapping[str, object] | None = None,
     initial: Mapping[str, object] | None = None,
@@ -350,7 +350,8 @@ def _start(
     model: Model, scenario: Scenario, resolved: Resolved, initial: Mapping[str, object], origin: str
 ) -> FloatArray:
     """Return the initial state; refuse one that is not finite or violates a limit."""
-    values = named_values(model.state_names, f"state of {model.name} in initial", initial, origin)
+    others = [q.name for q in model.manifest.scenario_parameters]
+    values = named_values(model.state_names, f"state of {model.name} in initial", initial, origin, others)
     x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
     for name, value in values.items():
         x0[model.state_names.index(name)] = value

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger
 from mehvar.html import typeset_within
-from mehvar.models.paper import Slip
+from mehvar.models.paper import ErratumKind
 from tests.docs.formulas import MATH, faults
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "ledger.md"
@@ -44,5 +44,5 @@ def counted(ledger: Ledger) -> str:
     """Return the row of a paper in the table of errata."""
     slips = ledger.slips()
     assumed = sum(entry.erratum.assumption for entry in ledger.entries if entry.erratum)
-    cells = [ledger.model, len(ledger.entries), *(slips[kind] for kind in Slip), sum(slips.values()), assumed]
+    cells = [ledger.model, len(ledger.entries), *(slips[kind] for kind in ErratumKind), sum(slips.values()), assumed]
     return f"| {' | '.join(map(str, cells))} |"

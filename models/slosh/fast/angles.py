@@ -17,9 +17,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...system import Derivation, Expr, Group
 from ..states import Pendulum, angle_quantities, angle_rate_quantities, rate
-from .hull import SIZE, Arm, Dynamics, Lump, Pull, balance, lump, velocity_rates
+from .hull import ROWS, SIZE, Arm, Dynamics, Lump, Pull, balance, lump, velocity_rates
 from .linear import factorise, solve
 
 
@@ -44,10 +45,8 @@ def angle_dynamics(p: Group, pendulums: Sequence[Pendulum], inertia: str, d: Der
     pulls = [pull(a, arm, swing, hull, d) for a, arm, swing in zip(pendulums, arms, swings, strict=True)]
     whole = balance(hull, pulls, d)
     factors = factorise(whole.matrix, "K", d)
-    right = [
-        d.define(f"b{k}", applied - bias, title="right side", latex=f"b_{k}")
-        for k, (applied, bias) in enumerate(zip(hull.applied, whole.bias, strict=True), 1)
-    ]
+    right = [applied - bias for applied, bias in zip(hull.applied, whole.bias, strict=True)]
+    right = list(vector("b*", right, "right side", "", "b_*", d, labels=ROWS))
     unknown = solve(factors, right, "X", d)
     angles = [
         angle

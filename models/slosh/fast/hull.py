@@ -15,13 +15,15 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...system import Derivation, Expr, Group
 from ..plant.equations import gimbal_position, thrust
 from ..states import INPUTS, Pendulum, rate, velocity
 from .linear import Factors
 
-SIZE = 6
+ROWS = "123456"
 """Unknowns: a_C along x, y, z; roll acceleration; G_y; G_z."""
+SIZE = len(ROWS)
 
 
 @dataclass(frozen=True)
@@ -157,10 +159,7 @@ def _constants(a: Pendulum, d: Derivation) -> tuple[Expr, Expr, Expr, Expr]:
 
 
 def _applied(p: Group, centre: Expr, d: Derivation) -> tuple[Expr, ...]:
-    names = [(f"f_{axis}", value) for axis, value in zip("xyz", thrust(p), strict=True)]
-    f1, f2, f3 = (
-        d.define(name, value, title="thrust", unit="N", latex=rf"\tau_{{t,{name[-1]}}}") for name, value in names
-    )
+    f1, f2, f3 = vector("f_*", thrust(p), "thrust", "N", r"\tau_{t,*}", d)
     lever = gimbal_position(p)[0] - centre
     lever = d.define("r_FC", lever, title="gimbal from C", unit="m", latex="r_{FC}")
     return f1, f2, f3, INPUTS.Mx, INPUTS.Mz + lever * f2, -INPUTS.My + lever * f3
@@ -231,9 +230,6 @@ class Dynamics:
     bobs: tuple[Expr, ...]
 
 
-_ROWS = ("1", "2", "3", "4", "5", "6")
-
-
 def balance(hull: Lump, pulls: Sequence[Pull], d: Derivation) -> Balance:
     """Add the terms of the lump and of the pendulums."""
     diagonal = (hull.mass,) * 3 + hull.inertia
@@ -243,21 +239,12 @@ def balance(hull: Lump, pulls: Sequence[Pull], d: Derivation) -> Balance:
             own = diagonal[i] if i == j else sp.S.Zero
             entry = sp.Add(own, *(pull.matrix[i, j] for pull in pulls))
             if entry is not sp.S.Zero:
-                entry = d.define(
-                    f"K{_ROWS[i]}{_ROWS[j]}", entry, title="entry of the hull's matrix", latex=f"K_{{{i + 1}{j + 1}}}"
-                )
+                place = ROWS[i] + ROWS[j]
+                entry = d.define(f"K{place}", entry, title="entry of the hull's matrix", latex=f"K_{{{place}}}")
             matrix[i, j] = matrix[j, i] = entry
     own_bias = (sp.S.Zero,) * 3 + tuple(factor * product for factor, product in hull.gyration)
-    bias = tuple(
-        d.define(
-            f"n{_ROWS[i]}",
-            sp.Add(own_bias[i], *(pull.bias[i] for pull in pulls)),
-            title="terms without accelerations",
-            latex=f"n_{i + 1}",
-        )
-        for i in range(SIZE)
-    )
-    return Balance(matrix, bias)
+    bias = [sp.Add(own, *terms) for own, *terms in zip(own_bias, *(pull.bias for pull in pulls), strict=True)]
+    return Balance(matrix, tuple(vector("n*", bias, "terms without accelerations", "", "n_*", d, labels=ROWS)))
 
 
 def velocity_rates(unknown: Sequence[Expr], hull: Lump) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[Expr, ...]]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...mechanics import time_derivative
 from ...system import Derivation, Expr, Group, ModelError
 from ..fast.linear import factorise, solve
@@ -174,22 +175,13 @@ def _law(tag: str, numbers: Sequence[str], value: Expr, form: Form, c: Group, d:
     d.define(f"A_{tag}", form.A, "(29)", "derivative of V without inputs and body rates", "1/s", "A")
     b = d.define(f"B_{tag}", form.B, "(29)", "coefficient of u1", "s/m", "B")
     cc = d.define(f"C_{tag}", form.C, "(29)", "coefficient of u2", "s/m", "C")
-    g = [
-        d.define(f"g{k + 1}_{tag}", form.g[k], "(29)", f"coefficient of Omega_{k + 1}", "1/rad", f"g_{k + 1}")
-        for k in range(3)
-    ]
+    g = vector(f"g*_{tag}", form.g, "coefficient of Omega_*", "1/rad", "g_*", d, "(29)", "123")
     f = sp.Matrix(3, 3, lambda i, j: form.f[i, j] if j <= i else sp.S.Zero)
     for i in range(3):
         for j in range(i + 1):
             if f[i, j].is_number is not True:
-                f[i, j] = d.define(
-                    f"f{i + 1}{j + 1}_{tag}",
-                    f[i, j],
-                    "(29)",
-                    "coefficient of Omega_i u_j",
-                    "s^2/rad^2",
-                    f"f_{{{i + 1}{j + 1}}}",
-                )
+                place, title = f"{i + 1}{j + 1}", "coefficient of Omega_i u_j"
+                f[i, j] = d.define(f"f{place}_{tag}", f[i, j], "(29)", title, "s^2/rad^2", f"f_{{{place}}}")
     gains = (c.w3, c.w4, c.w5)
     right = [-(g[k] + gains[k] * rate[k]) for k in range(3)]
     turns = solve(factorise(f, f"f_{tag}", d), right, f"u_{tag}", d)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...system import Actuator, Derivation, Expr, Group, Quantity
 from ..fast.hull import Dynamics
 from ..fast.linear import solve
@@ -166,12 +167,8 @@ def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
     delta1 = _clip(served, p.delta1_max)
     delta1 = d.define("delta1_act", delta1, title="gimbal angle within its limit", unit="rad", latex=r"\delta_1")
     acting, demand = _thrust(p, delta1, delta2), _thrust(p, angle1, angle2)
-    missing = [
-        d.define(
-            f"df{k + 1}_act", acting[k] - demand[k], title="thrust less command", unit="N", latex=rf"\Delta f_{k + 1}"
-        )
-        for k in range(3)
-    ]
+    missing = [a - b for a, b in zip(acting, demand, strict=True)]
+    missing = list(vector("df*_act", missing, "thrust less command", "N", r"\Delta f_*", d, labels="123"))
     change = _moment_change(plant, missing, "da_act", d)
     lever = gimbal_position(p)[0] - plant.centre
     corrected = (

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...system import Condition, Derivation, Expr, Group
 
 ENDS = ((1, 2), (2, 0), (0, 1))
@@ -67,34 +68,22 @@ def bodies(p: Group, masses: str, rods: str, d: Derivation) -> Bodies:
     if masses == "equal":
         lumps = (points[0] + beams[0],) * 3
         return Bodies((points[0] + beams[0] / 2,) * 3, lumps, _reduced(lumps, beams, d))
-    lumps = tuple(
-        d.define(
-            f"lump{i + 1}",
-            points[i] + (beams[(i + 1) % 3] + beams[(i + 2) % 3]) / 2,
-            title=f"mass at corner {i + 1} with half of its rods",
-            unit="kg",
-            latex=rf"\tilde m_{i + 1}",
-            positive=True,
-        )
-        for i in range(3)
-    )
+    whole = _with_rods(points, beams)
+    title = "mass at corner * with half of its rods"
+    lumps = tuple(vector("lump*", whole, title, "kg", r"\tilde m_*", d, labels="123", positive=True))
     reduced = _reduced(lumps, beams, d)
     a, b, c = reduced
     pairs = d.define(
         "pairs", a * b + b * c + c * a, title="sum of the products of two reduced masses", latex=r"q", positive=True
     )
-    alike = tuple(
-        d.define(
-            f"point{i + 1}",
-            pairs / reduced[i],
-            title=f"mass {i + 1} of the points that move as the triangle does",
-            unit="kg",
-            latex=rf"\hat m_{i + 1}",
-            positive=True,
-        )
-        for i in range(3)
-    )
-    return Bodies(alike, lumps, reduced)
+    alike, title = [pairs / mass for mass in reduced], "mass * of the points that move as the triangle does"
+    points = tuple(vector("point*", alike, title, "kg", r"\hat m_*", d, labels="123", positive=True))
+    return Bodies(points, lumps, reduced)
+
+
+def _with_rods(points: Sequence[Expr], beams: Sequence[Expr]) -> list[Expr]:
+    """Return the mass at each corner with half of its rods."""
+    return [points[i] + (beams[(i + 1) % 3] + beams[(i + 2) % 3]) / 2 for i in range(3)]
 
 
 def _reduced(lumps: Sequence[Expr], beams: Sequence[Expr], d: Derivation) -> tuple[Expr, ...]:
@@ -115,7 +104,7 @@ def _reduced(lumps: Sequence[Expr], beams: Sequence[Expr], d: Derivation) -> tup
 def not_too_heavy(p: Group) -> Condition:
     """Return the conditions that the equivalent point masses are positive."""
     points, beams = (p.m1, p.m2, p.m3), (p.rod_mass1, p.rod_mass2, p.rod_mass3)
-    lumps = [points[i] + (beams[(i + 1) % 3] + beams[(i + 2) % 3]) / 2 for i in range(3)]
+    lumps = _with_rods(points, beams)
     margins = [6 * lumps[i] * lumps[j] - beams[k] * sp.Add(*lumps) for k, (i, j) in enumerate(ENDS)]
     return Condition(
         sp.Min(*margins),

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
+from ...derivation import vector
 from ...mechanics import QUARTER_TURN
 from ...system import Actuator, Controller, Derivation, Expr, Group, Output, Quantity
 from ..dynamics import W3, zeta_rate
@@ -24,18 +25,9 @@ _WANTED = tuple(Quantity(f"u_l{k}_wanted", "m/s", f"rate that the law asks of ro
 
 def computed_forces(accelerations: Sequence[Expr], plant: Plant, tag: str, d: Derivation) -> tuple[Expr, ...]:
     """Solve the rods' equations of motion for the forces of given accelerations."""
-    missing = sp.Matrix(
-        [
-            d.define(
-                f"push{k}_{tag}",
-                wanted - free,
-                title=f"acceleration of rod {k} that forces are to give",
-                unit="m/s^2",
-                latex=rf"w_{k}",
-            )
-            for k, (wanted, free) in enumerate(zip(accelerations, plant.free, strict=True), 1)
-        ]
-    )
+    missing = [wanted - free for wanted, free in zip(accelerations, plant.free, strict=True)]
+    title = "acceleration of rod * that forces are to give"
+    missing = vector(f"push*_{tag}", missing, title, "m/s^2", "w_*", d, labels="123")
     coupling = plant.coupling
     determinant = d.define(
         f"mobility_{tag}",
@@ -51,17 +43,9 @@ def _wanted_rates(law: Controller, rod_rates: Sequence[Expr], limit: Expr, d: De
     tag = law.name
     d.section(f"Forces of the law {tag}")
     command = dict(zip((*zeta_rate, W3.symbol), law.command, strict=True))
-    commanded = [
-        d.define(
-            f"rod_rate{k}_{tag}",
-            rate.xreplace(command),
-            "(22)",
-            f"rate that the law asks of rod {k}",
-            "m/s",
-            f"u_{k}",
-        )
-        for k, rate in enumerate(rod_rates, 1)
-    ]
+    commanded = [rate.xreplace(command) for rate in rod_rates]
+    title = "rate that the law asks of rod *"
+    commanded = vector(f"rod_rate*_{tag}", commanded, title, "m/s", "u_*", d, "(22)", "123")
     share = d.define(
         f"share_{tag}",
         limit / sp.Max(limit, *(sp.Abs(rate) for rate in commanded)),

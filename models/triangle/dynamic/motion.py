@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...mechanics import QUARTER_TURN, matrix_rate, planar_cross, time_derivative
 from ...system import Derivation, Expr
 from .bodies import ENDS, Bodies
@@ -66,17 +67,11 @@ def motion(bodies: Bodies, d: Derivation) -> Motion:
     )
     still = sp.expand(momentum).coeff(turn, 0)
     omega = d.define("omega", (MOMENTUM.symbol - still) / inertia, "(7)", "rate of rod 3", "rad/s", r"\omega_3")
-    first = tuple(
-        d.define(
-            f"turn{k}",
-            planar_cross(rods[k - 1], velocities[k - 1].subs(turn, 0)) / lengths[k - 1] ** 2 + omega,
-            title=f"rate of rod {k}",
-            unit="rad/s",
-            latex=rf"\omega_{k}",
-        )
-        for k in (1, 2)
-    )
-    cosines = tuple(_cosine(k, rods, d) for k in range(3))
+    turns = [planar_cross(rods[k], velocities[k].subs(turn, 0)) / lengths[k] ** 2 + omega for k in (0, 1)]
+    first = vector("turn*", turns, "rate of rod *", "rad/s", r"\omega_*", d, labels="12")
+    between = [-rods[j].dot(rods[k]) / (lengths[j] * lengths[k]) for j, k in ENDS]
+    title, latex = "cosine of the angle at mass *", r"\cos\alpha_*"
+    cosines = tuple(vector("cos*", between, title, "", latex, d, "(16)", "123"))
     places = tuple(corner - centre for corner in corners)
     return Motion(bodies, places, rods, inertia, (*first, omega), cosines)
 
@@ -98,11 +93,3 @@ def _apex(d: Derivation) -> tuple[tuple[Expr, Expr], tuple[Expr, Expr]]:
     second = sp.solve(balance[0], y_rate)[0].subs({x: along, y: across, x_rate: first})
     second = d.define("apex_y_rate", second, title="velocity of mass 3 across rod 3", latex="y_3'")
     return (along, across), (first, second)
-
-
-def _cosine(i: int, rods: tuple[sp.Matrix, ...], d: Derivation) -> Expr:
-    """Return the cosine of the angle at mass i between its rods."""
-    j, k = ENDS[i]
-    product = -rods[j].dot(rods[k]) / (lengths[j] * lengths[k])
-    title, latex = f"cosine of the angle at mass {i + 1}", rf"\cos\alpha_{i + 1}"
-    return d.define(f"cos{i + 1}", product, "(16)", title, latex=latex)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...derivation import vector
 from ...mechanics import planar_cross
 from ...system import Derivation, Expr, Group
 from .bodies import ENDS
@@ -73,12 +74,9 @@ def gravity(p: Group, d: Derivation) -> Gravity:
     gradient = d.define(
         "gradient", p.mean_motion**2 * near**3, title="gravitational parameter over r^3", unit="1/s^2", latex=r"\kappa"
     )
-    radial = sp.Matrix(
-        [
-            d.define("radial_x", sp.cos(turn), title="direction from the Earth, along rod 3", latex="r_x"),
-            d.define("radial_y", sp.sin(turn), title="direction from the Earth, across rod 3", latex="r_y"),
-        ]
-    )
+    along = d.define("radial_x", sp.cos(turn), title="direction from the Earth, along rod 3", latex="r_x")
+    across = d.define("radial_y", sp.sin(turn), title="direction from the Earth, across rod 3", latex="r_y")
+    radial = sp.Matrix([along, across])
     return Gravity(gradient, radial, p.mean_motion * near**2 * sp.sqrt(1 - e**2))
 
 
@@ -94,9 +92,11 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
     """
     d.section("Forces")
     coupling = _coupling(motion, d)
-    free = tuple(_free(k, motion, field, d) for k in range(3))
+    title = "acceleration of rod * without forces of rods and thrusters"
+    free = [_free(k, motion, field) for k in range(3)]
+    free = vector("free*", free, title, "m/s^2", r"\ddot l_{*,0}", d, labels="123")
     pushed = tuple(_pushed(k, motion) for k in range(3))
-    accelerations = coupling * forces + sp.Matrix(free) + sp.Matrix(pushed)
+    accelerations = coupling * forces + free + sp.Matrix(pushed)
     cosine, sine = sp.cos(HEADING.symbol), sp.sin(HEADING.symbol)
     fx, fy = sum(thrust[1:], thrust[0])
     torque = d.define(
@@ -114,7 +114,7 @@ def plant(motion: Motion, field: Gravity, d: Derivation) -> Plant:
         sp.Add(*(sp.Abs(force * speed) for force, speed in zip(forces, rates, strict=True))),
         sp.Add(*(sp.Abs(force) for pair in thrust for force in pair)),
     )
-    return Plant(coupling, free, torque, rhs)
+    return Plant(coupling, tuple(free), torque, rhs)
 
 
 def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
@@ -135,17 +135,11 @@ def _coupling(motion: Motion, d: Derivation) -> sp.Matrix:
     return matrix
 
 
-def _free(k: int, motion: Motion, field: Gravity, d: Derivation) -> Expr:
+def _free(k: int, motion: Motion, field: Gravity) -> Expr:
     """Return l'' of a rod from its rotation and the gravity gradient."""
     length = lengths[k]
     outward = motion.rods[k].dot(field.radial) / length
-    return d.define(
-        f"free{k + 1}",
-        length * (motion.turns[k] ** 2 + field.gradient * (3 * outward**2 - 1)),
-        title=f"acceleration of rod {k + 1} without forces of rods and thrusters",
-        unit="m/s^2",
-        latex=rf"\ddot l_{{{k + 1},0}}",
-    )
+    return length * (motion.turns[k] ** 2 + field.gradient * (3 * outward**2 - 1))
 
 
 def _pushed(k: int, motion: Motion) -> Expr:

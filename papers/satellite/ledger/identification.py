@@ -12,7 +12,7 @@ import sympy as sp
 from sympy import Expr
 
 from mehvar import System
-from mehvar.ledger import Case, Names, Printed, Relation, follow, printed
+from mehvar.ledger import Case, Names, Printed, Relation, insert_definitions, printed
 from mehvar.models.satellite.dynamics import angles
 from mehvar.models.satellite.estimator import memory, symbols
 from mehvar.models.satellite.wheels import TORQUES
@@ -82,7 +82,7 @@ class Estimator:
 
     def _step(self, name: str) -> Expr:
         """Follow a step of the estimator; its own steps stay shared, so that a value is worked out once."""
-        return follow(self._named[name], self._definitions, self._cut)
+        return insert_definitions(self._named[name], self._definitions, self._cut)
 
     @staticmethod
     def _covariance(factors: dict[str, Expr] | dict[str, sp.Symbol]) -> sp.Matrix:

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy import Expr
 
 from mehvar import Controller, System
-from mehvar.ledger import Case, Equation, Names, follow
+from mehvar.ledger import Case, Equation, Names, insert_definitions
 from mehvar.models.satellite.controllers import REFERENCES, model_memory
 from mehvar.models.satellite.dynamics import angles
 from mehvar.models.satellite.estimator import symbols as estimator_memory
@@ -72,7 +72,7 @@ class SampledLoop:
         self.pole, self._model_pole = names.free("c_2", -1, 1), names.free("p_m", -1, 1, latex="p")
         A = 1 - self._predicted(q, q**2, 0, 0)
         B = self._predicted(0, 0, 1, q)
-        model = follow(
+        model = insert_definitions(
             self._named["w_roll"],
             self._definitions,
             dict(zip(self._past_model(), (q, q**2), strict=True)) | {self._named["model_pole"]: self._model_pole},
@@ -131,7 +131,7 @@ class SampledLoop:
             **{z[n]: getattr(self, n) for n in ("a1", "a2", "b0", "b1")},
         }
         return sp.expand(
-            follow(self._named["y_hat_roll"], self._definitions, {k: sp.sympify(v) for k, v in cut.items()})
+            insert_definitions(self._named["y_hat_roll"], self._definitions, {k: sp.sympify(v) for k, v in cut.items()})
         )
 
     @staticmethod
@@ -158,7 +158,7 @@ class SampledLoop:
             p["design_delay"]: sp.Integer(d - 1),
             p["C2_pole"]: self.pole,
         }
-        return follow(named["u_roll_mrac_literal"], self._definitions, cut)
+        return insert_definitions(named["u_roll_mrac_literal"], self._definitions, cut)
 
     def _weights(self, d: int) -> tuple[Expr, ...]:
         """Return b0 times the weight of each past value in the law."""

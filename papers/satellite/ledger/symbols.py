@@ -9,7 +9,7 @@ import sympy as sp
 from sympy import Expr
 
 from mehvar import System
-from mehvar.ledger import Case, Equation, Names, follow
+from mehvar.ledger import Case, Equation, Names, insert_definitions
 from mehvar.mechanics import angle_rates, angular_velocity, frame_turn, matrix_rate, time_derivative
 from mehvar.models.satellite.dynamics import (
     ANGLES,
@@ -57,7 +57,7 @@ class Motion:
     def step(self, name: str, cut: Case | None = None) -> Expr:
         """Follow a step of the derivation down to the names of the paper."""
         symbol = next(symbol for symbol in self._definitions if symbol.name == name)
-        return follow(symbol, self._definitions, cut)
+        return insert_definitions(symbol, self._definitions, cut)
 
     def _balance(self, system: System, names: Names, w: Sequence[sp.Symbol]) -> None:
         """Take (1) and (2) from the derived accelerations and the function that gives the momentum."""
@@ -68,7 +68,7 @@ class Motion:
             cut |= {named[f"Tgg_{i}"]: applied, named[f"Tenv_{i}"]: sp.S.Zero, named[f"Tw_{i}"]: sp.S.Zero}
         accelerations = sp.Matrix([self.step(f"w{i}_rate", cut) for i in AXES])
         (momentum,) = (f for f in system.functions if f.name == "momentum")
-        in_orbit = sp.Matrix([follow(expr, self._definitions) for _, expr in momentum.results])
+        in_orbit = sp.Matrix([insert_definitions(expr, self._definitions) for _, expr in momentum.results])
         in_body = euler_rotation() * in_orbit.subs({LATITUDE.symbol: 0, **WITHOUT_WHEELS})
         self.I = names.matrix("I", "I", inertia_matrix(self.plant))
         self.T = names.matrix("T", "T", sp.Matrix(torque))
@@ -87,7 +87,7 @@ class Motion:
         named = {symbol.name: symbol for symbol in self._definitions}
         cut = {named[f"rate_{i}"]: name for i, name in zip(AXES, pqr, strict=True)}
         self.rate = tuple(
-            names.derived(f"{name}_dot", rf"\dot{latex}", follow(expr, self._definitions, cut))
+            names.derived(f"{name}_dot", rf"\dot{latex}", insert_definitions(expr, self._definitions, cut))
             for (name, latex), expr in zip(_ANGLES, system.rhs[:3], strict=True)
         )
         motion = dict(zip(angles, self.rate, strict=True))
@@ -108,7 +108,7 @@ class Motion:
         self.relative: Case = {name: self.step(f"rate_{i}") for name, i in zip(pqr, AXES, strict=True)}
         own = dict(zip(pqr, rates, strict=True))
         true_rates = zip(self.rate, system.rhs[:3], strict=True)
-        self.inertial: Case = own | {name: follow(expr, self._definitions) for name, expr in true_rates}
+        self.inertial: Case = own | {name: insert_definitions(expr, self._definitions) for name, expr in true_rates}
         other = frame_turn(2, self.psi) * frame_turn(1, self.theta) * frame_turn(0, self.phi)
         self.other_order: Case = dict(zip(self.rate, angle_rates(other, angles, pqr), strict=True))
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mehvar.ledger import Erratum, Slip
+from mehvar.ledger import Erratum, ErratumKind
 
-SCAN, NOTATION, MISPRINT, PHYSICS = Slip.SCAN, Slip.NOTATION, Slip.MISPRINT, Slip.PHYSICS
+SCAN, NOTATION, MISPRINT, PHYSICS = ErratumKind.SCAN, ErratumKind.NOTATION, ErratumKind.MISPRINT, ErratumKind.PHYSICS
 
 ERRATA: Mapping[str, Erratum] = {
     "1": Erratum(MISPRINT, "A dot stands over V in the derivative of L, which has no rate of V in it."),

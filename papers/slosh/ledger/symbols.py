@@ -10,7 +10,7 @@ import sympy as sp
 from sympy import Expr
 
 from mehvar import Quantity, System
-from mehvar.ledger import Case, Equation, Names, follow, frozen
+from mehvar.ledger import Case, Equation, Names, frozen, insert_definitions
 from mehvar.mechanics import matrix_rate, time_derivative
 from mehvar.models.slosh.plant import pendulum
 from mehvar.models.slosh.plant.equations import velocity_accelerations
@@ -162,7 +162,7 @@ class Spacecraft:
     def _energy(self, system: System, names: Names) -> None:
         """Read the terms of T: d/dm of T is |V_c|^2/2, d/dI_i of it |omega_i + Omega|^2/2, and so on."""
         energy = next(f for f in system.functions if f.name == "energy").results[0][1]
-        energy = follow(energy, system.definitions)
+        energy = insert_definitions(energy, system.definitions)
         self.T = names.derived("T", "T", energy)
         self.U = names.derived("U", "U", sp.S.Zero)
         self.L = names.derived("L", "L", energy)

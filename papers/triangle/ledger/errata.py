@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mehvar.ledger import Erratum, Slip
+from mehvar.ledger import Erratum, ErratumKind
 
-SCAN, NOTATION, MISPRINT, PHYSICS = Slip.SCAN, Slip.NOTATION, Slip.MISPRINT, Slip.PHYSICS
+SCAN, NOTATION, MISPRINT, PHYSICS = ErratumKind.SCAN, ErratumKind.NOTATION, ErratumKind.MISPRINT, ErratumKind.PHYSICS
 
 ERRATA: Mapping[str, Erratum] = {
     "text after (9)": Erratum(MISPRINT, "The minus that (10) has is missing."),

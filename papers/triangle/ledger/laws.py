@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import Expr
 
 from mehvar import Controller, Parameter, System
-from mehvar.ledger import Case, Names, follow
+from mehvar.ledger import Case, Names, insert_definitions
 from mehvar.mechanics import time_derivative
 from mehvar.models.triangle.controllers import arc_area
 from mehvar.models.triangle.dynamics import ZETA1, ZETA2
@@ -53,7 +53,7 @@ class Shifted:
         cut = dict(zip((ZETA1.symbol, ZETA2.symbol), system.coordinates.from_state, strict=False))
         definitions = system.definitions
         along, across, rho, theta = (
-            follow(next(s for s in definitions if s.name == name), definitions, cut)
+            insert_definitions(next(s for s in definitions if s.name == name), definitions, cut)
             for name in ("w_along", "w_across", "rho_t", "theta_exact")
         )
         phi = sp.atan2(across, along)
@@ -158,7 +158,9 @@ class Path:
                 named["theta_t"]: theta,
                 named["escape"]: sp.S.Zero,
             }
-            turn, closing = (follow(named[name], system.definitions, cut) for name in ("turn_rate", "rho_p_rate"))
+            turn, closing = (
+                insert_definitions(named[name], system.definitions, cut) for name in ("turn_rate", "rho_p_rate")
+            )
             return closing, turn / rho
 
         closing, turn = rates(self.rho, self.theta)
@@ -180,7 +182,7 @@ class Path:
             named["sin_t"]: sp.sin(self.phi),
             named["alpha"]: self.alpha,
         }
-        touching = follow(named["x_tangent"], system.definitions, cut)
+        touching = insert_definitions(named["x_tangent"], system.definitions, cut)
         self.x = names.free("chord_angle", "1/20", 3, latex="x_1")
         self.x_t = names.derived("x_t", "x_t", touching)
         self.theta_max = names.derived("theta_max", r"\tilde\theta_{max}", self.rho**2 / 2 * self._enclosed(self.x_t))
@@ -215,7 +217,7 @@ def shifted_cut(system: System, t: Shifted) -> dict[Expr, Expr]:
 def law_step(system: System, name: str, cut: dict[Expr, Expr]) -> Expr:
     """Follow a step of a law down to the shifted coordinates, its smoothed signs made sharp again."""
     symbol = next(s for s in system.definitions if s.name == name)
-    return sharp(follow(symbol, system.definitions, cut))
+    return sharp(insert_definitions(symbol, system.definitions, cut))
 
 
 def sharp(expr: Expr) -> Expr:

@@ -9,7 +9,7 @@ import sympy as sp
 from sympy import Expr
 
 from mehvar import Derivation, Group, System
-from mehvar.ledger import Case, Equation, Names, follow
+from mehvar.ledger import Case, Equation, Names, insert_definitions
 from mehvar.mechanics import matrix_rate, planar_cross, time_derivative
 from mehvar.models.triangle.dynamics import (
     LENGTHS,
@@ -57,7 +57,7 @@ class Kinematics:
 
     def _follow(self, name: str) -> Expr:
         symbol = next(symbol for symbol in self._definitions if symbol.name == name)
-        return follow(symbol, self._definitions, self._cut)
+        return insert_definitions(symbol, self._definitions, self._cut)
 
     def _masses(self, names: Names) -> None:
         """Place the base triangle of three masses from its edges; the centre of mass is the origin."""
@@ -86,7 +86,7 @@ class Kinematics:
     def _matrices(self, names: Names) -> None:
         """Q, S, A = QS and the positions X_i = QS x_i, with their rates along a motion."""
         d = Derivation()
-        shape = stretch(d).applyfunc(lambda entry: follow(entry, d.definitions, self._cut))
+        shape = stretch(d).applyfunc(lambda entry: insert_definitions(entry, d.definitions, self._cut))
         turn = sp.cos(self.theta) * sp.eye(2) + sp.sin(self.theta) * _QUARTER_TURN
         self.J = names.matrix("J", "J", _QUARTER_TURN)
         self.I = names.matrix("I_2", "I", sp.eye(2), text="I")
@@ -143,7 +143,9 @@ class Kinematics:
         self.H = names.derived("H", "H", total)
         shown = {step.left: step.expr for step in system.steps if isinstance(step, Equation)}
         rate = dict(zip((ZETA1_RATE.symbol, ZETA2_RATE.symbol), _rates(system), strict=True))
-        inertia, shape_term = (follow(shown[left], {}, {**self._cut, **rate}) for left in (r"\bar I", "t_s"))
+        inertia, shape_term = (
+            insert_definitions(shown[left], {}, {**self._cut, **rate}) for left in (r"\bar I", "t_s")
+        )
         self.I_bar = names.derived("I_bar", r"\bar I", inertia, positive=True)
         self.t_s = names.derived("t_s", "t^{ss}", shape_term)
         self.I_read = names.free("I_read", "1/10", 4, latex="I", text="I")
@@ -191,7 +193,7 @@ def _polar(system: System) -> dict[Expr, Expr]:
     lengths = {q.symbol: f"length{k}" for k, q in enumerate(LENGTHS, 1)}
     definitions = system.definitions
     named = {symbol.name: symbol for symbol in definitions}
-    return cut | {symbol: follow(named[name], definitions, cut) for symbol, name in lengths.items()}
+    return cut | {symbol: insert_definitions(named[name], definitions, cut) for symbol, name in lengths.items()}
 
 
 def _rates(system: System) -> tuple[Expr, ...]:
@@ -205,7 +207,9 @@ def _edges(masses: tuple[Expr, ...]) -> dict[int, sp.Matrix]:
     base = base_triangle(masses, d)
     edges = {}
     for k, (right, up) in enumerate(((-1, 1), (-1, -1), (1, 0)), 1):
-        length, cosine = (follow(values[k - 1], d.definitions) for values in (base.length_squared, base.cosine))
+        length, cosine = (
+            insert_definitions(values[k - 1], d.definitions) for values in (base.length_squared, base.cosine)
+        )
         across = up * sp.sqrt((1 - cosine) / 2) if up else sp.S.Zero
         along = right * sp.sqrt((1 + cosine) / 2)
         edges[k] = sp.sqrt(length) * sp.Matrix([along, across])

@@ -14,16 +14,15 @@ from numpy.typing import NDArray
 from mehvar.base.errors import bad_value
 
 from ...model.model import Model, load
-from ...run.own.law import OwnLaw
 from ...run.problem import COMPLETE
+from ...run.user.law import PythonLaw
 from ..blocks import IMPOSSIBLE, Blocks, Values
 from ..plan import Campaign, Plan
 from ..sampling import FloatArray, stream
-from ..store.layout import STATUS
+from ..store.layout import STATUS, array_of
 from .conditions import Criterion, Number
 from .requirements import RareEvidence, Requirement, Verdict, checked_confidence, read_requirements
 from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, pilot
-from .statistics import SUMMARY
 
 Progress = Callable[[int, int], None]
 """Function that receives the number of runs so far and the largest possible number."""
@@ -44,7 +43,7 @@ def decide_rare(
     requirements: Mapping[str, str],
     confidence: float | None,
     threads: int,
-    own: OwnLaw | None = None,
+    own: PythonLaw | None = None,
     report: Progress | None = None,
     origin: str = "the call",
 ) -> list[Verdict]:
@@ -167,12 +166,9 @@ class _Seeker:
 
     def _column(self, values: Values, name: str) -> NDArray[Any]:
         """Return one number per run, by its name in conditions."""
-        match = SUMMARY.match(name)
-        if not match:
-            return values[name]
-        array, of = match.groups()
-        dimension = {"final": "state", "events": "event"}.get(array, "variable")
-        return values[array][:, list(self._blocks.coordinates()[dimension].values).index(of)]
+        coordinates = self._blocks.coordinates()
+        array, place = array_of(name, lambda dimension: coordinates[dimension].values)
+        return values[array] if place is None else values[array][:, place]
 
     def _values(self, points: FloatArray) -> dict[str, FloatArray]:
         """Return the drawn values of points by name."""

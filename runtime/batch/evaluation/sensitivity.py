@@ -12,7 +12,7 @@ import numpy as np
 
 from ...run.options import RunOptions
 from ..sampling import FloatArray
-from ..store.store import Store
+from ..store.dataset import Batch
 from .statistics import CONFIDENCE, column, drawn_names, metric_names
 
 _RESAMPLES = 999
@@ -105,7 +105,7 @@ class Sensitivity:
         return f"{self.explained:.3f}" if all(share.determined for share in self.first.values()) else "-"
 
 
-def sensitivities(store: Store) -> list[Sensitivity]:
+def sensitivities(store: Batch) -> list[Sensitivity]:
     """Return the sensitivities of all metrics that scatter.
 
     A complete store with the design saltelli gives first-order and total Sobol indices (Saltelli et al. 2010) of each
@@ -187,7 +187,7 @@ def _shares(values: FloatArray, resampled: FloatArray) -> list[Share]:
     return [Share(float(v), float(a), float(b)) for v, a, b in zip(values, low, high, strict=True)]
 
 
-def _regression(store: Store, metric: str, rounding: float) -> Sensitivity | None:
+def _regression(store: Batch, metric: str, rounding: float) -> Sensitivity | None:
     """Return standardised coefficients by least squares, from sums over blocks."""
     from scipy.special import stdtrit
 

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,14 @@ from ...run.problem import COMPLETE
 from ..blocks import STATUS_TEXT
 from ..dispersions import read_dispersions
 from ..sampling import OPEN_DESIGNS, FloatArray
-from ..store.layout import NOT_RUN, STATUS
+from ..store.dataset import Batch
+from ..store.layout import NOT_RUN, STATUS, array_of, number_units
 from ..store.records import CURE, DamageError
-from ..store.store import Store
 from .binomial import lower_bound, ranks
 from .conditions import Criterion
+
+if TYPE_CHECKING:
+    from ..store.store import Store
 
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -34,8 +37,6 @@ _SLAB_BYTES = 2**26
 """Number of bytes of series that are read at once, 64 MiB, of which quantiles need several copies. Half as many
 double the passes over large chunks.
 """
-SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
-"""Pattern of a name of one number per run in its summary."""
 NO_INTERVAL = {
     "listed": "no interval: the values are listed, not drawn, so the share describes only these runs",
     "saltelli": "no interval: the runs are groups for Sobol indices, and depend on each other",
@@ -58,7 +59,7 @@ class Success:
     def __init__(self, text: str | None, origin: str = "success") -> None:
         self._criterion = None if text is None else Criterion(text, origin)
 
-    def __call__(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
+    def __call__(self, store: Batch, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return True for each successful run of some stored blocks."""
         status = store.read(STATUS, blocks)
         if self._criterion is None:
@@ -106,7 +107,7 @@ class StopRule:
 
         self._success = success or Success(None)
 
-    def count(self, store: Store, block: int) -> tuple[int, ...]:
+    def count(self, store: Batch, block: int) -> tuple[int, ...]:
         """Return the number of successful runs in a block."""
         return (int(np.count_nonzero(self._success(store, [block]))),)
 
@@ -129,33 +130,25 @@ def design_of(attributes: Mapping[str, Any]) -> str:
     return "listed" if any(d.listed for d in dispersions) else str(campaign.get("sampling", "random"))
 
 
-def notes(store: Store) -> dict[str, str]:
+def notes(store: Batch) -> dict[str, str]:
     """Return the reasons in a store why a metric has no value in any run."""
     return {name: v.attributes["note"] for name, v in store.variables().items() if "note" in v.attributes}
 
 
-def scalars(store: Store) -> dict[str, str]:
+def scalars(store: Batch) -> dict[str, str]:
     """Return the unit of every name in conditions; each is one number per run."""
-    units: dict[str, str] = {}
     attributes = store.array_attributes().get("variable", {})
     wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
-    for name, variable in store.variables().items():
-        if not variable.dimension and name not in (STATUS, "violated", "steps"):
-            units[name] = variable.attributes.get("units", "1")
-        elif variable.dimension in ("state", "variable", "event"):
-            units |= {f"{name}({of})": wide.get(of, "1") for of in store.coordinate(variable.dimension)}
-    return units
+    return number_units(store.variables().values(), store.coordinate, wide)
 
 
-def column(store: Store, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
+def column(store: Batch, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
     """Return a number of each stored run, by a name of `scalars`."""
-    match = SUMMARY.match(name)
-    if not match:
+    array, place = array_of(name, store.coordinate)
+    if place is None:
         return store.read(name, blocks)
-    array, of = match.groups()
-    places = list(store.coordinate(store.variables()[array].dimension))
     selection = store.stored() if blocks is None else blocks
-    return np.concatenate([store.read(array, [block])[:, places.index(of)] for block in selection])
+    return np.concatenate([store.read(array, [block])[:, place] for block in selection])
 
 
 @dataclass(frozen=True)
@@ -274,7 +267,7 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
     return verification.whole, writer
 
 
-def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
+def _endings(store: Batch, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
     """Return the numbers of runs that each event ended, in total and at their start, failures first."""
     ends = store.array_attributes().get("event", {}).get("ends", ())
     if not any(ends):
@@ -292,24 +285,24 @@ def _endings(store: Store, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
 NO_METRICS = "the model declares no metrics (in scenarios.toml, or System(metrics=...))"
 
 
-def metric_names(store: Store) -> list[str]:
+def metric_names(store: Batch) -> list[str]:
     """Return the model's metrics in a store, in the model's order."""
     names: list[str] = json.loads(store.attributes["metrics"])
     return names
 
 
-def summary_names(store: Store) -> list[str]:
+def summary_names(store: Batch) -> list[str]:
     """Return the names of the metrics; for a model without metrics, of the final states."""
     return metric_names(store) or [f"final({state})" for state in store.coordinate("state")]
 
 
-def drawn_names(store: Store) -> list[str]:
+def drawn_names(store: Batch) -> list[str]:
     """Return the drawn values in a store, in the order of the dispersions."""
     names: list[str] = json.loads(store.attributes["drawn"])
     return names
 
 
-def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
+def worst(store: Batch, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
     """Return the runs with the largest values, largest first; runs without a value are omitted.
 
     Parameters
@@ -331,7 +324,7 @@ def worst(store: Store, values: Callable[[int], FloatArray], most: int, before: 
     return [run for _, run in best]
 
 
-def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
+def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:
     """Return quantiles over the runs of a stored series, shape (quantiles, samples), without ended runs.
 
     Raises
@@ -357,7 +350,7 @@ def bands(store: Store, name: str, quantiles: Sequence[float]) -> FloatArray:
     return np.concatenate(parts, axis=1)
 
 
-def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
+def metric_statistics(store: Batch, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
     """Return the statistics of one number per run over some blocks, by a name of `scalars`."""
     attributes = number_attributes(store, name)
     finite, total, squares, centre = 0, 0.0, 0.0, 0.0
@@ -393,11 +386,11 @@ def metric_statistics(store: Store, name: str, blocks: Sequence[int], design: st
     )
 
 
-def number_attributes(store: Store, name: str) -> Mapping[str, Any]:
+def number_attributes(store: Batch, name: str) -> Mapping[str, Any]:
     """Return unit, description and note of one number per run."""
     if name in (variables := store.variables()):
         return variables[name].attributes
-    return {"units": scalars(store)[name], "long_name": "where the run ended"}
+    return {"units": scalars(store)[name], "long_name": "where the run ended" if name.startswith("final(") else name}
 
 
 def _ends(values: FloatArray) -> list[tuple[int, float]]:

@@ -117,21 +117,6 @@ class Memory(dict[str, bytes]):
         self[name] = content
 
 
-class Folder:
-    """A folder whose files are written without a record."""
-
-    def __init__(self, root: Path) -> None:
-        self.root = root
-
-    def read(self, name: str) -> bytes | None:
-        """Return a file; None if it is absent."""
-        return (self.root / name).read_bytes() if (self.root / name).is_file() else None
-
-    def write(self, name: str, content: bytes) -> None:
-        """Write a file."""
-        write_file(self.root / name, content)
-
-
 def zarr_store(files: Files) -> Any:
     """Return files as a store that Zarr reads; `files` checks each of them."""
     from zarr.storage import MemoryStore

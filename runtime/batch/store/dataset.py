@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from .layout import NOT_RUN, STATUS, Variable
 if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
+
+    from .store import Store
+
+Batch: TypeAlias = "Store | DatasetBatch"
+"""Recorded runs of a batch."""
 
 
 class DatasetBatch:
@@ -61,16 +66,21 @@ class DatasetBatch:
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
         """Return a variable of the runs of some blocks; default: of all."""
+        return np.array(self._of(name, blocks))
+
+    def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
+        """Return samples first ... last - 1 of a stored series, shape (runs, samples)."""
+        return np.array(self._of(name, blocks)[:, first:last])
+
+    def _of(self, name: str, blocks: Sequence[int] | None) -> xarray.DataArray:
         values = self._dataset[name]
-        if blocks is not None:
-            values = values[[run for block in blocks for run in self.runs(block)]]
-        return np.array(values)
+        return values if blocks is None else values[[run for block in blocks for run in self.runs(block)]]
 
     def variables(self) -> Mapping[str, Variable]:
         """Return the variables by name."""
         return {
             str(name): Variable(
-                str(name), str(values.dtype), "".join(map(str, values.dims[1:])), attributes=values.attrs
+                str(name), str(values.dtype), "".join(map(str, values.dims[1:])), sum(values.shape[1:]), values.attrs
             )
             for name, values in self._dataset.data_vars.items()
         }

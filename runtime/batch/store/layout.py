@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from .arrays import ROOT, Array, Files, group_metadata, text
 from .attributes import NAMES, batch_hash
-from .chunks import Folder
-from .records import FORMAT, STORE, Record, file_digest
+from .chunks import Memory
+from .records import FORMAT, Record
 
 STATUS = "status"
+_SUMMARY = re.compile(r"^(final|minimum|maximum|events)\((\w+)\)$")
+"""Pattern of a name of one number per run in its summary."""
 NOT_RUN = 255
 _LARGEST_CHUNK = 2**22
 """Largest number of bytes in a chunk of series. Half as many double the number of files, but short reads then
@@ -92,20 +94,38 @@ class Layout:
         for name, coordinate in self.coordinates.items():
             coordinates[name].write(files, 0, _values(coordinate))
 
-    def build_files(self, folder: Path) -> None:
-        """Write the layout with the store's record into an empty folder."""
-        self.build(Folder(folder))
-        (folder / STORE).parent.mkdir()
-        (folder / STORE).write_bytes(self.record(folder).content())
+    def files(self) -> dict[str, bytes]:
+        """Return the files that `build` writes, by name."""
+        files = Memory()
+        self.build(files)
+        return files
 
-    def record(self, folder: Path) -> Record:
-        """Return the record of the files written by `build`."""
-        own = [
-            *folder.rglob(ROOT),
-            *(path for name in self.coordinates for path in (folder / name).rglob("c/*")),
-        ]
-        digests = {path.relative_to(folder).as_posix(): file_digest(path) or "" for path in sorted(own)}
+    def record(self, digests: Mapping[str, str]) -> Record:
+        """Return the record of these files by their digests."""
         return Record(self.about(runs=self.n), digests)
+
+
+def number_units(
+    variables: Iterable[Variable], coordinate: Callable[[str], Iterable[str]], units: Mapping[str, str]
+) -> dict[str, str]:
+    """Return the unit of every number of a run by its name in conditions, with the units of what summaries are of."""
+    numbers: dict[str, str] = {}
+    for variable in variables:
+        if not variable.dimension and variable.name not in (STATUS, "violated", "steps"):
+            numbers[variable.name] = variable.attributes.get("units", "1")
+        elif variable.dimension in ("state", "variable", "event"):
+            numbers |= {f"{variable.name}({of})": units.get(of, "1") for of in coordinate(variable.dimension)}
+    return numbers
+
+
+def array_of(number: str, coordinate: Callable[[str], Iterable[str]]) -> tuple[str, int | None]:
+    """Return the array with a number of a run, and its column there; None for an array of one dimension."""
+    match = _SUMMARY.match(number)
+    if not match:
+        return number, None
+    array, of = match.groups()
+    dimension = {"final": "state", "events": "event"}.get(array, "variable")
+    return array, list(coordinate(dimension)).index(of)
 
 
 def _array(variable: Variable, n: int, chunk: int) -> Array:

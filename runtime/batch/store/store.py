@@ -15,7 +15,6 @@ import json
 import os
 import secrets
 import shutil
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -48,6 +47,7 @@ from .records import (
     leftovers,
     read_record,
     replace_file,
+    write_file,
     write_record,
 )
 from .verification import (
@@ -468,8 +468,11 @@ def _created(path: Path, layout: Layout) -> Lock:
     scratch.mkdir()
     try:
         lock = Lock(scratch, str(path))
-        layout.build_files(scratch)
-        _force_files(scratch, [name.relative_to(scratch).as_posix() for name in scratch.rglob("*") if name.is_file()])
+        files = layout.files()
+        record = layout.record({name: digest(content) for name, content in files.items()})
+        for name, content in {**files, STORE: record.content()}.items():
+            write_file(scratch / name, content)
+        _force_files(scratch, [*files, STORE])
         try:
             scratch.rename(path)
         except OSError:
@@ -559,17 +562,15 @@ def _chunk_by_metadata(path: Path) -> int:
 def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
     """Rewrite everything except runs and files with a matching record."""
     kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
-    with tempfile.TemporaryDirectory() as scratch:
-        fresh = Path(scratch) / "store"
-        layout.build_files(fresh)
-        digests = dict(layout.record(fresh).digests)
-        for name in digests:
-            if kept.get(name, "") == file_digest(folder / name):
-                digests[name] = kept[name]
-            else:
-                replace_file(folder, name, (fresh / name).read_bytes())
+    digests = {}
+    for name, content in layout.files().items():
+        if kept.get(name, "") == file_digest(folder / name):
+            digests[name] = kept[name]
+        else:
+            replace_file(folder, name, content)
+            digests[name] = digest(content)
     _force_files(folder, digests)
-    write_record(folder, STORE, Record(layout.about(runs=layout.n), digests))
+    write_record(folder, STORE, layout.record(digests))
 
 
 def _remove_beyond(folder: Path, blocks: int) -> None:

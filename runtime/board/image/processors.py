@@ -20,7 +20,7 @@ class Processor:
     Attributes
     ----------
     name, title : str
-        Identifier, and name for people.
+        Identifier and full name.
     gcc : str or None
         Debian's name of its gcc; None without a C library for it.
     zig : tuple of str

@@ -25,7 +25,7 @@ class Board:
     Attributes
     ----------
     name, title : str
-        Identifier, and name for people.
+        Identifier and full name.
     source : str
         Its file in firmware/boards.
     cpu : {"m3", "m4f", "m7"}

@@ -14,7 +14,7 @@ from mehvar.codegen.ledger.ledger import Entry, EntryVerdict, check_entry, check
 from mehvar.codegen.ledger.misprints import edits
 from mehvar.codegen.ledger.sides import Sides, UnknownFunctionError
 from mehvar.html import typeset_within
-from mehvar.models.paper import Cross, Erratum, Names, Paper, Printed, Reading, Relation, Slip, printed
+from mehvar.models.paper import Cross, Erratum, ErratumKind, Names, Paper, Printed, Reading, Relation, printed
 from mehvar.models.quantities import ModelError
 
 names = Names()
@@ -195,14 +195,16 @@ def test_changes_are_typeset() -> None:
 
 def test_an_erratum_is_of_an_entry_and_has_one_sentence() -> None:
     row = printed("1", "twice", "equation", Relation(double, 3 * x, corrected=2 * x))
-    ledger = check_paper(Paper("", 1, names, (row,), errata={"1": Erratum(Slip.MISPRINT, "A 3 is printed.")}), "model")
-    assert ledger["(1)"].erratum == Erratum(Slip.MISPRINT, "A 3 is printed.")
-    assert ledger.slips() == {**dict.fromkeys(Slip, 0), Slip.MISPRINT: 1}
+    ledger = check_paper(
+        Paper("", 1, names, (row,), errata={"1": Erratum(ErratumKind.MISPRINT, "A 3 is printed.")}), "model"
+    )
+    assert ledger["(1)"].erratum == Erratum(ErratumKind.MISPRINT, "A 3 is printed.")
+    assert ledger.slips() == {**dict.fromkeys(ErratumKind, 0), ErratumKind.MISPRINT: 1}
     with pytest.raises(ModelError, match=r"errata of unknown entries: \['2'\]"):
-        Paper("", 1, names, (row,), errata={"2": Erratum(Slip.SCAN, "A dot is lost.")})
+        Paper("", 1, names, (row,), errata={"2": Erratum(ErratumKind.SCAN, "A dot is lost.")})
     for cause in ("", ".", "no full stop", "One. Two."):
         with pytest.raises(ModelError, match="one sentence"):
-            Erratum(Slip.SCAN, cause)
+            Erratum(ErratumKind.SCAN, cause)
 
 
 def readings(first: Relation, second: Relation) -> Printed:

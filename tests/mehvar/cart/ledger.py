@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A paper about the cart, with a misprint: its (2) has the wrong sign."""
 
-from mehvar.models.paper import Erratum, Names, Paper, Printed, Reading, Relation, Slip, follow
+from mehvar.models.paper import Erratum, ErratumKind, Names, Paper, Printed, Reading, Relation, follow
 from mehvar.models.system import System
 
 
@@ -22,5 +22,5 @@ def paper(system: System) -> Paper:
             Printed("1", "force of the spring", "equation", (Reading((Relation(spring, -d * v - k * x),)),)),
             Printed("2", "acceleration", "equation", (Reading((wrong,)),)),
         ),
-        errata={"2": Erratum(Slip.MISPRINT, "The force pushes.", assumption=True)},
+        errata={"2": Erratum(ErratumKind.MISPRINT, "The force pushes.", assumption=True)},
     )

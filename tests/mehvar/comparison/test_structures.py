@@ -9,7 +9,7 @@ import shutil
 import pytest
 
 import mehvar
-from mehvar.codegen.structures import every_structure
+from mehvar.codegen.structures import all_structures
 from tests.mehvar.comparison.projects import Project
 
 EDITS = {
@@ -159,8 +159,8 @@ def test_a_structure_that_does_not_exist_is_refused(project, text, message):
 
 
 def test_too_many_combinations_are_left_to_the_user_and_said():
-    every, complete = every_structure({"a": ("0", "1"), "b": ("0", "1", "2")})
+    every, complete = all_structures({"a": ("0", "1"), "b": ("0", "1", "2")})
     assert (len(every), complete) == (5, True)
-    every, complete = every_structure({"n": tuple(map(str, range(32))), "b": ("0", "1")})
+    every, complete = all_structures({"n": tuple(map(str, range(32))), "b": ("0", "1")})
     assert (len(every), complete) == (32, False)
     assert json.dumps({"b": "1"}) in map(json.dumps, every)

@@ -16,8 +16,8 @@ from mehvar.base.errors import InputError
 from mehvar.models.parts import Gyro, Hub, Spacecraft
 from mehvar.runtime.batch.repeat import SESSION_LAWS, plan_of
 from mehvar.runtime.batch.store.store import open_store
-from mehvar.runtime.run.own.law import LawError, own_law
 from mehvar.runtime.run.problem import Status
+from mehvar.runtime.run.user.law import LawError, python_law
 
 VARY = {"m": "normal(1, 0.05)", "angle": "uniform(-0.5, 0.5)"}
 N = 37  # no multiple of any number of lanes
@@ -251,7 +251,7 @@ def test_a_law_of_matrices_is_repeated_bit_for_bit(turning: runtime.Model, tmp_p
 
 
 def test_a_law_for_some_runs_has_their_columns_of_all(turning: runtime.Model) -> None:
-    own = own_law(gains, turning.manifest, 0.5, None, "the call")
+    own = python_law(gains, turning.manifest, 0.5, None, "the call")
     rng, z = np.random.default_rng(1), np.empty((0, 70))
     x, r = (rng.normal(size=(len(of), 70)) for of in (turning.manifest.seen, turning.manifest.references))
     every, _ = own.command(0.0, x, r, z)

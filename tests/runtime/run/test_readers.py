@@ -19,8 +19,8 @@ from mehvar.base.errors import InputError
 from mehvar.base.manifest import OPEN_LOOP, Controller, Manifest
 from mehvar.base.names import identifier
 from mehvar.runtime.run import simulate
-from mehvar.runtime.run.own.law import describe
 from mehvar.runtime.run.readers import check_read
+from mehvar.runtime.run.user.law import describe
 from tests.fuzz.campaign import in_process
 
 PENDULUM = str(Path(__file__).parents[1] / "pendulum")

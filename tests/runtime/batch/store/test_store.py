@@ -287,7 +287,7 @@ def test_an_interrupted_creation_leaves_no_store(tmp_path: Path, monkeypatch: py
     def full(*_: Any, **__: Any) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(chunks, "write_file", full)
+    monkeypatch.setattr(store_module, "write_file", full)
     with pytest.raises(OSError, match=r"cannot write .*new.zarr: No space left on device"):
         create(tmp_path / "new.zarr", LAYOUT)
     monkeypatch.undo()

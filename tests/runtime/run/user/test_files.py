@@ -10,7 +10,7 @@ import pytest
 
 from mehvar import runtime
 from mehvar.base.errors import InputError
-from mehvar.runtime.run.own.files import read_inputs
+from mehvar.runtime.run.user.files import read_inputs
 
 
 def test_results_and_tables_are_read(pendulum: runtime.Model, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 import mehvar
 from mehvar import runtime
 from mehvar.base.errors import InputError
-from mehvar.runtime.run.own.law import LawError
+from mehvar.runtime.run.user.law import LawError
 
 
 def run(model: runtime.Model, inputs: Any, **options: Any) -> runtime.Run:

@@ -42,7 +42,7 @@ class LawError(MehvarError, RuntimeError):
 
 
 @dataclass(frozen=True)
-class OwnLaw:
+class PythonLaw:
     """A law evaluated in Python: a user's function, or inputs over time.
 
     Attributes
@@ -85,7 +85,7 @@ class OwnLaw:
         step = self.period or common_step(dt, self.instants, origin)
         return (step if self.period or self.held else None), step
 
-    def among(self, runs: int, places: Sequence[int] | NDArray[np.intp]) -> OwnLaw:
+    def among(self, runs: int, places: Sequence[int] | NDArray[np.intp]) -> PythonLaw:
         """Return a law for some runs of a block, with arguments as wide as those of the block and equal results.
 
         BLAS rounds a column by the width of its matrix, so that `K @ x` of one column alone may have other bits.
@@ -130,9 +130,9 @@ def describe(name: str, title: str, memory: Sequence[Quantity] = ()) -> Controll
     )
 
 
-def own_law(
+def python_law(
     function: LawFunction, manifest: Manifest, period: float | None, memory: ArrayLike | None, origin: str
-) -> OwnLaw:
+) -> PythonLaw:
     """Return a user's function as a law of a model.
 
     Parameters
@@ -164,7 +164,7 @@ def own_law(
     if text:
         text += f"{_MEMORY}{json.dumps(start.tolist())}"
     described = describe(f"python:{name}", title, quantities)
-    return OwnLaw(described, start, caller, period, text=text, unidentified=unidentified)
+    return PythonLaw(described, start, caller, period, text=text, unidentified=unidentified)
 
 
 def recorded_memory(text: str) -> list[float] | None:

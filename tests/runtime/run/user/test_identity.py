@@ -23,8 +23,8 @@ from mehvar import runtime
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.run.own.identity import identify
-from mehvar.runtime.run.own.law import own_law
+from mehvar.runtime.run.user.identity import identify
+from mehvar.runtime.run.user.law import python_law
 
 GAINS = """
 from collections import defaultdict
@@ -262,7 +262,7 @@ def test_a_store_goes_on_under_the_same_numbers_only(pendulum: runtime.Model, pr
     def batch(module: ModuleType, name: str, **more: Any) -> None:
         vary = {"angle": "uniform(-0.1, 0.1)"}
         campaign = Campaign(f"python:{name}", n=8, vary=vary, options={"t_end": 0.2})
-        own = own_law(getattr(module, name), pendulum.manifest, 0.05, None, "the call")
+        own = python_law(getattr(module, name), pendulum.manifest, 0.05, None, "the call")
         run_batch(pendulum, campaign, project / "runs.zarr", own=own, **more)
 
     batch(laws(project), "module", chunk=4)

@@ -13,7 +13,7 @@ from mehvar.base.manifest import Controller, Manifest
 
 from ..options import OPTIONS
 from .inputs import open_loop
-from .law import LawFunction, OwnLaw, own_law
+from .law import LawFunction, PythonLaw, python_law
 
 if TYPE_CHECKING:
     import xarray
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 def law_of(
     manifest: Manifest,
-    controller: str | LawFunction | OwnLaw | None,
+    controller: str | LawFunction | PythonLaw | None,
     inputs: Mapping[str, object] | xarray.Dataset | None,
     interpolation: str | None,
     period: float | None,
     memory: ArrayLike | None,
     end: float,
     origin: str,
-) -> tuple[Controller, OwnLaw | None]:
+) -> tuple[Controller, PythonLaw | None]:
     """Return the description of a run's law, and the law itself if it is in Python.
 
     Parameters
@@ -58,11 +58,11 @@ def law_of(
         _refuse(given, ("memory",), "left out without a law", origin)
         own = open_loop(inputs, manifest, period, interpolation, end, origin)
         return own.controller, own
-    if isinstance(controller, OwnLaw):
+    if isinstance(controller, PythonLaw):
         return controller.controller, controller
     if callable(controller):
         _refuse(given, ("inputs", "interpolation"), "left out with a law, which gives the inputs", origin)
-        own = own_law(controller, manifest, period, memory, origin)
+        own = python_law(controller, manifest, period, memory, origin)
         return own.controller, own
     if not isinstance(controller, str):
         raise bad_value(

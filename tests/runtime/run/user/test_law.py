@@ -10,8 +10,8 @@ import pytest
 
 from mehvar import runtime
 from mehvar.base.errors import InputError, MehvarError
-from mehvar.runtime.run.own.law import LawError
-from mehvar.runtime.run.own.state import state_type
+from mehvar.runtime.run.user.law import LawError
+from mehvar.runtime.run.user.state import state_type
 
 K_P, K_I, TS = 2.0, 0.5, 0.05
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Signals at any time of runs and batches: each ends the call with the handler's exception.
 
-python -m tests.runtime.run.own.interrupts COUNT [SEED [KIND ...]]
+python -m tests.runtime.run.user.interrupts COUNT [SEED [KIND ...]]
 
 prints for each kind of run, or for those that are named, what became of the signals that came to it, and the
 traceback of what was raised instead; exits 1 if one was swallowed, or raised something else than its handler does.

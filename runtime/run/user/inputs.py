@@ -21,7 +21,7 @@ from ...model.functions import FloatArray, unmasked
 from ...model.parameters import number
 from ..ticks import fraction
 from .identity import identify
-from .law import LawError, OwnLaw, describe
+from .law import LawError, PythonLaw, describe
 
 if TYPE_CHECKING:
     import xarray
@@ -68,7 +68,7 @@ def open_loop(
     interpolation: str | None,
     end: float,
     origin: str,
-) -> OwnLaw:
+) -> PythonLaw:
     """Return inputs over time as a law that depends on time only.
 
     Parameters
@@ -112,7 +112,7 @@ def open_loop(
             allowed = f"known until the end of the run, {end:g} s; they end at {signal.last:g} s"
             raise InputError(f"inputs[{name!r}] (from {origin}): must be {allowed}")
     texts = [signal.text for signal in signals]
-    return OwnLaw(
+    return PythonLaw(
         controller=describe(OPEN_LOOP, "open loop"),
         start=np.empty(0),
         command=_Inputs(names, signals),
