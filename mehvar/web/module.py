@@ -136,9 +136,9 @@ def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
     lines = [f"#define WEB_{name} {size}" for name, size in sizes.items()]
     functions = {identifier(name) for name in manifest.functions}
     optional = {"constraints": "p, s, margin", "to_coordinates": "x, q", "geometry": "x, u, r, p, points"}
-    lines.append(f"#define web_initial(p, s, x) {_symbol(manifest, 'initial')}(p, s, x)")
+    lines.append(f"#define web_initial(p, s, x) {manifest.c_name('initial')}(p, s, x)")
     for name, arguments in optional.items():
-        body = f"{_symbol(manifest, name)}({arguments})" if name in functions else "(void)0"
+        body = f"{manifest.c_name(name)}({arguments})" if name in functions else "(void)0"
         lines.append(f"#define web_{name}({arguments}) {body}")
     entries = ",\n".join(f"    {{{_law(manifest, law)}}}" for law in (*laws, _OWN))
     return "\n".join([*lines, _STRUCTURE, f"static const web_law web_laws[] = {{\n{entries}\n}};", ""])
@@ -180,7 +180,7 @@ def _law(manifest: Manifest, law: Controller) -> str:
         "limits_of_state": int(manifest.limits_of_state),
         "method": INTEGRATORS.index(first_integrator(RunOptions().method)),
     }
-    model = {**numbers, **{field: _symbol(manifest, f.name) for field, f in model_fields(calls, manifest, law).items()}}
+    model = {**numbers, **{field: manifest.c_name(f.name) for field, f in model_fields(calls, manifest, law).items()}}
     fields: dict[str, object] = {"charted": int(charted), "count": len(law.constraints), "own": int(law is _OWN)}
     for field, present in (
         ("start", law.memory),
@@ -188,13 +188,9 @@ def _law(manifest: Manifest, law: Controller) -> str:
         ("constraints", law.constraints),
     ):
         if present:
-            fields[field] = _symbol(manifest, f"{name}_{field}")
+            fields[field] = manifest.c_name(f"{name}_{field}")
     return f".model = {{{_fields(model)}}},\n     {_fields(fields)}"
 
 
 def _fields(values: dict[str, object]) -> str:
     return ", ".join(f".{name} = {value}" for name, value in values.items())
-
-
-def _symbol(manifest: Manifest, name: str) -> str:
-    return f"{identifier(manifest.model)}_{identifier(name)}"

@@ -248,7 +248,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     z, expected = _memories(law, single)
     covered: tuple[Coverage, ...] = ()
     if profiler and elf:
-        laws = (_law_symbol(model, request), "mv_app_law", "mv_app_step")
+        laws = (model.manifest.c_name(request.controller), "mv_app_law", "mv_app_step")
         names = [name for name in laws if name in elf.symbols]
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
     return BoardRun(
@@ -382,12 +382,6 @@ def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[
     if not samples:
         return np.empty(0, np.float32), np.empty(0)
     return np.stack([law.z[k] for k in samples]), single.z[[k + 1 for k in samples]]
-
-
-def _law_symbol(model: Model, request: BoardRequest) -> str:
-    from mehvar.base.names import identifier
-
-    return f"{identifier(model.name)}_{identifier(request.controller)}"
 
 
 def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
