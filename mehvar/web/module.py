@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mehvar.base import cache
-from mehvar.base.errors import BuildError, MissingError
+from mehvar.base.errors import MissingError
 from mehvar.base.manifest import Controller, Manifest, file_of
 from mehvar.base.names import identifier
 from mehvar.runtime.board.image.toolchains import Toolchain, toolchain
-from mehvar.runtime.compiling.compiler import environment
+from mehvar.runtime.compiling.compiler import run_compiler, write_sources
 from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields
@@ -77,16 +76,8 @@ def zig_toolchain() -> Toolchain:
 
 def _compile(folder: Path, sources: Mapping[str, str], zig: Toolchain, options: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as scratch:
-        for name, text in sources.items():
-            (Path(scratch) / name).parent.mkdir(parents=True, exist_ok=True)
-            (Path(scratch) / name).write_text(text, encoding="utf-8")
-        process = subprocess.run(
-            [*zig.command, *options, _UNIT, "-o", str(folder / _MODULE)],
-            cwd=scratch, env=environment(Path(scratch)), capture_output=True, text=True, check=False,
-            stdin=subprocess.DEVNULL,
-        )  # fmt: skip
-        if process.returncode:
-            raise BuildError(f"zig failed: exit status {process.returncode}\n{process.stderr}".rstrip())
+        write_sources(Path(scratch), sources)
+        run_compiler([*zig.command, *options, _UNIT, "-o", str(folder / _MODULE)], Path(scratch), "zig failed")
 
 
 def _needs_library(sources: Mapping[str, str]) -> bool:
