@@ -49,7 +49,7 @@ class BoardRequest:
     Attributes
     ----------
     target : str
-        "sil", "unicorn", "qemu", "qemu-pty" or a serial port.
+        "sil", "unicorn", "qemu" or a serial port.
     board, compiler : str, optional
         Board and compiler of the image; default: "stm32f4", and gcc or else zig. For software in the loop, a
         processor of QEMU's user mode; default: this machine's.

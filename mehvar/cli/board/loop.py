@@ -35,7 +35,7 @@ Scenario = Annotated[
     typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
 ]
 Target = Annotated[
-    str, typer.Option(metavar="T", help="sil (a process on this machine), unicorn, qemu, qemu-pty, or a serial port.")
+    str, typer.Option(metavar="T", help="sil (a process on this machine), unicorn, qemu, or a serial port.")
 ]
 Samples = Annotated[int, typer.Option(parser=whole_number, metavar="N", help="Number of evaluations of the law.")]
 Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
