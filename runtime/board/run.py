@@ -416,22 +416,3 @@ def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
     """Return the rank of each float among all floats, with equal ranks for all NaN and for both zeros."""
     bits = np.where(np.isnan(values), np.float32(np.nan), values).astype(np.float32).view(np.int32).astype(np.int64)
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
-
-
-def is_complete(outcome: BoardRun) -> bool:
-    """Return True if the board's run reached its end."""
-    return outcome.board.status.complete
-
-
-__all__ = [
-    "TARGETS",
-    "BoardRequest",
-    "BoardRun",
-    "Difference",
-    "build_image",
-    "difference",
-    "is_complete",
-    "run_on_board",
-    "samples_of",
-    "ulps",
-]
