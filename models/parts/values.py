@@ -252,10 +252,12 @@ def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind])
     result: list[Condition] = []
     for field, kind in declared.items():
         value = getattr(values, field, None)
+        if value is None:
+            continue
         if kind.form == "tensor":
             text = f"{name}.{field}, with {_shown(value.free_symbols)}, {NO_BODY}"
             result += (Condition(margin, text) for margin in of_a_body(value))
-        elif kind.form == "scalar" and value is not None and not value.is_Symbol:
+        elif kind.form == "scalar" and not value.is_Symbol:
             text = f"{name}.{field} = {value}, with {_shown(value.free_symbols)}: must be in {kind.bounds}"
             result += (Condition(margin, text) for margin in _within(value, Interval.parse(kind.bounds)))
     return tuple(condition for condition in result if condition.margin.free_symbols)
