@@ -21,7 +21,7 @@ _STEP = 1e-4
 """Step of differences for a sensor's slope, with errors of 1e-12 for linear sensors of size one."""
 _SLOPE = 1e-6
 """Allowed deviation of that slope from one, far below the scale error of any sensor."""
-_COUNTER = "held_for"
+COUNTER = "held_for"
 """Counter in the memory of a law that skips samples, added by codegen; zero at a command."""
 
 
@@ -311,10 +311,10 @@ def _check_delays(manifest: Manifest, controller: Controller, p: ArrayLike) -> N
 def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
     """Refuse a law that skips samples, because its counter changes after a command."""
     names = _names(controller.memory)
-    if _COUNTER not in names:
+    if COUNTER not in names:
         return
     seen, r, before, z, *numbers = arguments
-    place, commanding = names.index(_COUNTER), np.array(z, dtype=np.float64)
+    place, commanding = names.index(COUNTER), np.array(z, dtype=np.float64)
     commanding[..., place] = 0
     if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
         raise InputError(
