@@ -364,11 +364,11 @@ def posed_batch(
     origin = "the call"
     check_arguments("text", origin, scenario=scenario)
     check_arguments("mapping", origin, parameters=parameters, initial=initial, vary=vary)
-    dispersed = _points(vary or {}, points, design)
+    manifest = model.manifest if isinstance(model, Model) else find_model(model)
+    dispersed = _in_units(_points(vary or {}, points, design), manifest, origin)
     n = count(dispersed, origin) if n is None else n
     if (controller is None and inputs is None) or n is None:
         raise InputError("a batch needs n, the number of runs, and a controller or inputs")
-    manifest = model.manifest if isinstance(model, Model) else find_model(model)
     shared, settings = split_settings(options, manifest.choices, "batch", origin)
     case = manifest.scenario(scenario)
     end = settings.get("t_end") or case.duration
@@ -381,7 +381,7 @@ def posed_batch(
         n=n,
         scenario=case.name,
         seed=Campaign.seed if seed is None else seed,
-        vary=_in_units(dispersed, manifest, origin),
+        vary=dispersed,
         parameters=elements(merged(parameters or {}, shared, origin), known, origin),
         initial=dict(initial or {}),
         sampling=Campaign.sampling if sampling is None else sampling,

@@ -43,7 +43,7 @@ radians.
 """
 
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
-_LOCATIONS = ("normal", "uniform", "triangular", "choice", "sphere")
+_LOCATIONS = ("normal", "uniform", "triangular", "choice", "values", "sphere")
 """Distributions whose arguments have the unit of the drawn value."""
 
 

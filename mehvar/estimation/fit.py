@@ -192,6 +192,8 @@ class _Problem:
         check_units(data, {name: known[name] for name in self._variables}, "data")
         run = self._run({})
         self._known(run)
+        if sigma is None:
+            _check_variables(data, run)
         start = {**json.loads(run.attrs["parameters"]), **json.loads(run.attrs["initial"])}
         self._start = np.array([float(start[name]) for name in self._free])
         self._scale = np.where(self._start != 0, np.abs(self._start), 1.0)
@@ -383,6 +385,15 @@ def _names(free: Sequence[str]) -> tuple[str, ...]:
     if twice := {name for name in free if list(free).count(name) > 1}:
         raise InputError(f"free: {min(twice)} is given twice")
     return tuple(free)
+
+
+def _check_variables(data: xr.Dataset, run: xr.Dataset) -> None:
+    """Refuse a variable of the data over t that no run has."""
+    names = [str(name) for name, array in run.data_vars.items() if array.dims == ("t",)]
+    for name, array in data.data_vars.items():
+        if array.dims == ("t",) and name not in names:
+            note = "leave it out, or name the variables to compare in sigma"
+            raise unknown_name("variable of the data", name, names, note=note)
 
 
 def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:

@@ -105,7 +105,8 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If its name is no identifier or already in use, or a number of it is out of bounds.
+            If its name is no identifier or already in use, a number of it is out of bounds, or it doubles the effect of
+            another part on the whole craft.
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
@@ -114,9 +115,12 @@ class Spacecraft:
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
-        part.values(
-            Parameters(self._plant.quantities)
-        )  # refuses its numbers here; they are declared when the craft is derived
+        if double := next((other for other in self.parts if part.doubles(other)), None):
+            raise ModelError(
+                f"{self.name}: the {type(part).__name__} {part.name!r} would double {double.name!r}, which acts on the "
+                "whole craft already: leave one of both out"
+            )
+        part.values(Parameters(self._plant.quantities))  # refuses its numbers; deriving the craft declares them
         self.parts.append(part)
         return part
 

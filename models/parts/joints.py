@@ -40,6 +40,10 @@ class Joint(Part):
     def __post_init__(self) -> None:
         if self.motion not in MOTIONS:
             raise ModelError(f"{self.name}.motion = {self.motion!r}: must be one of {', '.join(MOTIONS)}")
+        if self.locked != 0 and self.motion != "locked":
+            raise ModelError(
+                f"{self.name}.locked = {self.locked!r}: motion is {self.motion}; leave locked out, or lock it"
+            )
         idle = [f for f in ("motor", "stiffness", "damping") if getattr(self, f)]
         if idle and self.motion != "free":
             raise ModelError(f"{self.name}.{idle[0]}: motion is {self.motion}; leave out {idle[0]} or motion")

@@ -450,6 +450,10 @@ class Part(ABC):
         """Return the list fields of a table with the class of their entries."""
         return {}
 
+    def doubles(self, other: Part) -> bool:
+        """Return True if another part has the same effect on the whole craft, so that a craft may have only one."""
+        return False
+
     def values(self, parameters: Parameters) -> SimpleNamespace:
         """Declare the part's parameters and return the symbols or numbers of its fields."""
         return parameters.of(self, self.name)

@@ -136,8 +136,8 @@ class Plan:
         self.origin = of_scenario(self.options, self.scenario, origin)
         self.choices: Mapping[str, Any] = choices
         check_values(manifest, self.law, campaign.parameters, origin, OPTIONS)
-        self.campaign = campaign = self._checked(campaign)
         self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
+        self.campaign = campaign = self._checked(campaign)
         self.names = tuple(name for d in self.dispersions for name in d.names)
         groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
         self._columns = [{q.name: i for i, q in enumerate(group)} for group in groups]
@@ -248,12 +248,13 @@ class Plan:
         }
         given = {name: value for name, value in campaign.options.items() if name in OPTIONS}
         check_effects(given, self.options.method, self.sampled, self.noisy, self.origin)
-        if numbers["seed"] != Campaign.seed and not campaign.vary and not self.noisy:
+        drawn = any(not dispersion.listed for dispersion in self.dispersions)
+        if numbers["seed"] != Campaign.seed and not drawn and not self.noisy:
             raise bad_value(
-                "seed", campaign.seed, "left out unless something varies or the runs have noise", self.origin
+                "seed", campaign.seed, "left out unless values are drawn or the runs have noise", self.origin
             )
-        if numbers["sampling"] != Campaign.sampling and not campaign.vary:
-            raise bad_value("sampling", campaign.sampling, "left out unless something varies", self.origin)
+        if numbers["sampling"] != Campaign.sampling and not drawn:
+            raise bad_value("sampling", campaign.sampling, "left out unless values are drawn", self.origin)
         return replace(
             campaign,
             options={**self.options.changes(), **self.choices},

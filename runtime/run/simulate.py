@@ -382,8 +382,8 @@ def _check_manifold(model: Model, p: FloatArray, x0: FloatArray, place: str) -> 
     if rows:
         parts = ", ".join(f"{model.state_names[row]} = {x0[row]:g} ({x0[row] + moved[row]:.6g})" for row in rows)
         raise InputError(
-            f"the initial state (from {place}) is impossible, as a quaternion whose length is not 1: {parts}. "
-            "The numbers in parentheses are the nearest possible ones"
+            f"the initial state (from {place}) is impossible: {parts}. The numbers in parentheses are the nearest "
+            "possible ones; a quaternion or direction has length 1, the rate of a direction is normal to it"
         )
 
 

@@ -53,14 +53,14 @@ class Law:
         """Attitude coordinates: from the filter, the star tracker or, without sensors, the state."""
         if self._estimate:
             return self._estimate.attitude
-        return self._seen(StarTracker, self._attitude, "the attitude: add a StarTracker")
+        return self._seen(StarTracker, self._attitude, "the attitude")
 
     @property
     def rates(self) -> tuple[Expr, ...]:
         """Rate of the hub, rad/s: from the filter, the gyro or, without sensors, the state."""
         if self._estimate:
             return self._estimate.rates
-        return self._seen(Gyro, self._rates, "the rates: add a Gyro")
+        return self._seen(Gyro, self._rates, "the rates")
 
     @functools.cached_property
     def _estimate(self) -> Estimate | None:
@@ -70,14 +70,17 @@ class Law:
             raise ModelError(f"law {self.name}: the craft has several filters ({names}): only one is allowed")
         return filters[0][0].estimate(filters[0][1], self) if filters else None
 
-    def _seen(self, kind: type[Instrument], state: Sequence[Expr], words: str) -> tuple[Expr, ...]:
+    def _seen(self, kind: type[Instrument], state: Sequence[Expr], what: str) -> tuple[Expr, ...]:
         sensors = [part for part, _ in self._craft.parts if isinstance(part, Instrument)]
         if not sensors:
             return tuple(state)
-        for part in sensors:
-            if isinstance(part, kind):
-                return self.measured(part)
-        raise ModelError(f"law {self.name}: no sensor measures {words}")
+        seen = [part for part in sensors if isinstance(part, kind)]
+        if len(seen) > 1:
+            names = ", ".join(part.name for part in seen)
+            raise ModelError(f"law {self.name}: several sensors measure {what} ({names}): use law.measured of one")
+        if seen:
+            return self.measured(seen[0])
+        raise ModelError(f"law {self.name}: no sensor measures {what}: add a {kind.__name__}")
 
     def measured(self, sensor: Instrument) -> tuple[Expr, ...]:
         """Return a sensor's last measurement; if the sensor skips samples, the law's memory stores it."""

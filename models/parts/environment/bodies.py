@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import sympy as sp
@@ -12,7 +12,7 @@ import sympy as sp
 from ...derivation import Expr
 from ...mechanics import frame_turn
 from ...quantities import TIME
-from ..part import Load, Mounted
+from ..part import Load, Mounted, Part
 from ..values import Number, scalar
 from .orbit import Attraction, sky
 
@@ -76,6 +76,9 @@ class ThirdBody(_Body):
     node: Annotated[Number, scalar("node", "rad", "right ascension of the ascending node", _ANY)] = 0.0
     phase: Annotated[Number, scalar("phase", "rad", "angle from the node at the start", _ANY)] = 0.0
 
+    def doubles(self, other: Part) -> bool:
+        return isinstance(other, ThirdBody) and replace(other, name=self.name) == self
+
     def body(self, at: Mounted) -> tuple[Expr, sp.Matrix]:
         v = at.values
         angle = at.define("angle", v.phase + v.rate * TIME.symbol, "angle from the node", "rad")
@@ -100,6 +103,9 @@ class SunGravity(_Body):
     name: str = "sun"
     mu: Annotated[Number, scalar("mu", "m^3/s^2", "gravitational parameter")] = 1.32712440018e20
     distance: Annotated[Number, scalar("d", "m", "astronomical unit")] = 1.495978707e11
+
+    def doubles(self, other: Part) -> bool:
+        return isinstance(other, SunGravity)
 
     def body(self, at: Mounted) -> tuple[Expr, sp.Matrix]:
         here = sky(at)

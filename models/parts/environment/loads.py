@@ -37,6 +37,9 @@ class GravityGradient(Part):
 
     name: str = "gradient"
 
+    def doubles(self, other: Part) -> bool:
+        return isinstance(other, GravityGradient)
+
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         here, whole = sky(at), at.craft.whole()
         mass = at.define("m", whole.mass, "mass", "kg")

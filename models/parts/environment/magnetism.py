@@ -26,6 +26,8 @@ def check(harmonics: Harmonics) -> None:
             raise ModelError(
                 f"orbit: harmonics = {row!r}: must be rows n, m, g, h with 0 <= m <= n <= {MOST}, g, h in nT"
             )
+    if idle := next((row for row in harmonics if row[1] == 0 and row[3] != 0), None):
+        raise ModelError(f"orbit: harmonics = {idle!r}: h of the order m = 0 has no effect; must be 0")
     if not harmonics or len({row[:2] for row in harmonics}) < len(harmonics) or any(row[0] < 1 for row in harmonics):
         raise ModelError("orbit: harmonics: must be one row or more, each of another degree n >= 1 and order m")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from types import SimpleNamespace
 from typing import Annotated
@@ -52,8 +52,17 @@ _CLOSEST = 1e-9
 _ANY = "(-inf, inf)"
 _HALF_TURN = "[0, 3.141592653589794)"
 _DECLINATION = "[-1.5707963267948968, 1.5707963267948968]"
-_REPLACED = {"air": ("density", "height", "thinning"), "epoch": ("ascension", "declination")}
-"""Fields that another field replaces."""
+_BESIDE, _WITHOUT = "beside {}: leave one of both out", "without {}: give both or neither"
+_IDLE: Mapping[str, tuple[Callable[[Orbit], bool], str]] = {
+    "density height thinning": (lambda o: o.air != (), _BESIDE.format("air")),
+    "ascension declination": (lambda o: o.epoch is not None, _BESIDE.format("epoch")),
+    "dipole tilt": (lambda o: o.harmonics != (), _BESIDE.format("harmonics")),
+    "reference": (lambda o: o.harmonics == (), _WITHOUT.format("harmonics")),
+    "disc": (lambda o: o.shadow != "cone", _WITHOUT.format('shadow = "cone"')),
+    "oblateness": (lambda o: o.gravity == "two-body", _WITHOUT.format('gravity = "J2" or "J4"')),
+    "third fourth": (lambda o: o.gravity != "J4", _WITHOUT.format('gravity = "J4"')),
+}
+"""Fields that have no effect beside or without another field, whatever the parts of the craft."""
 
 
 @dataclass(frozen=True)
@@ -156,10 +165,10 @@ class Orbit(Part):
         if isinstance(self.epoch, str):
             object.__setattr__(self, "epoch", seconds(self.epoch))
         object.__setattr__(self, "air", _layers(self.air))
-        for name, replaced in _REPLACED.items():
-            given = [f.name for f in fields(self) if f.name in replaced and getattr(self, f.name) != f.default]
-            if given and getattr(self, name) not in (None, ()):
-                raise ModelError(f"orbit: {given[0]} has no effect beside {name}: leave one of both out")
+        for group, (idle, effect) in _IDLE.items():
+            given = [f.name for f in fields(self) if f.name in group.split() and getattr(self, f.name) != f.default]
+            if given and idle(self):
+                raise ModelError(f"orbit: {given[0]} has no effect {effect}")
 
     @classmethod
     def lists(cls) -> Mapping[str, type]:

@@ -204,6 +204,11 @@ class Cable(_Slackening):
 
     between: tuple[Rod, Rod]
 
+    def __post_init__(self) -> None:
+        names = [end.name for end in self.between]
+        if len(set(names)) != 2:
+            raise ModelError(f"{self.name}.between = {', '.join(names)}: must be two different bodies")
+
     def _line(self, at: Mounted) -> _Line:
         for end in self.between:
             if not any(part is end for part, _ in at.craft.parts):

@@ -231,7 +231,9 @@ class StarTracker(Instrument):
 
 @dataclass(frozen=True)
 class SunSensor(Triad):
-    """A Sun sensor: it measures the direction to the Sun in hub axes, and zero in the Earth's shadow.
+    """A Sun sensor: it measures the direction to the Sun in hub axes, times the visible share of the Sun.
+
+    It thus measures zero in the Earth's shadow, and a length below 1 in the penumbra of `Orbit(shadow="cone")`.
 
     Parameters
     ----------

@@ -238,7 +238,7 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
         ((*ONE, "--vary", "R=nrmal(1, 2)"), "unknown distribution 'nrmal' of R"),
         ((*ONE, "--vary", "R=choice(1)", "--vary", "R=choice(2)"), "--vary R is given twice"),
         ((*ONE, "--save", "often"), "save = 'often' (from --save): must be a number"),
-        ((*ONE, "--seed", "3"), "seed = 3 (from the command line): must be left out unless something varies"),
+        ((*ONE, "--seed", "3"), "seed = 3 (from the command line): must be left out unless values are drawn"),
         ((*ONE, "--sampling", "latin"), "sampling = 'latin' (from the command line): must be left out"),
         ((*ONE, "--save", "every=1"), "save = 1.0 (from the command line): must be a multiple of the sampling step"),
         ((*ONE, "--threads", "0"), "threads = 0 (from the command line): must be a whole number >= 1"),

@@ -177,6 +177,7 @@ def in_unit(data: xr.Dataset, name: str, unit: str) -> xr.Dataset:
         (lambda data: data.assign_coords(t=data["t"].assign_attrs(units="ms")), "unit of t = 'ms' .*must be s"),
         (lambda data: data.assign_coords(t=data["t"].values.astype("timedelta64[s]")), "values of t .*numbers in s"),
         (lambda data: data.assign(roll=np.nan * data["roll"]), "roll without a sample"),
+        (lambda data: data.rename(wx="wx_gyro"), "unknown variable 'wx_gyro' .*leave it out, or name the variables"),
         (lambda data: data.where(data["t"] != 7, np.inf), "roll infinite at t = 7 s"),
     ],
 )

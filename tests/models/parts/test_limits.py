@@ -105,10 +105,10 @@ def test_a_run_ends_where_the_fuel_is_used_up(burning):
         mehvar.simulate(burning, None, inputs=flows, initial={"tank_fuel": -1.0})
 
 
-@pytest.mark.parametrize("start", [{"q0": 0.5}, {"q0": 2.0, "q1": 1.0}, {"q0": 0.0}], ids=str)
+@pytest.mark.parametrize("start", [{"q0": 0.5}, {"q0": 2.0, "q1": 1.0}, {"q0": 0.0}, {"tank_bob_ux": 0.5}], ids=str)
 def test_a_start_that_is_no_attitude_is_refused(burning, start):
-    """A quaternion off unit length by more than its last of three digits; the error says the nearest attitude."""
-    with pytest.raises(mehvar.InputError, match=r"initial state .* is impossible, .* length is not 1: q0 = "):
+    """As a quaternion off unit length by more than its last of three digits; the error says the nearest start."""
+    with pytest.raises(mehvar.InputError, match=r"initial state .* is impossible: (q0|tank_bob_ux) = .* has length 1"):
         mehvar.simulate(burning, lambda t, x: [0.0, 0.0], period=0.1, t_end=1.0, initial=start)
 
 

@@ -103,6 +103,8 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         (lambda: Tank("t", 1.0, (0, 0, 0), exhaust=1.0), "t: an engine force needs both thrust and exhaust"),
         (lambda: assembled(Engine("e", (1, 0, 0), (2, 0, 0), 1.0)), "e.direction = .*: must not be along"),
         (lambda: assembled(HUB, BODY, Cable("c", between=(BODY, OTHER), **LINE)), "c.between: other is not mounted on"),
+        (lambda: Cable("c", between=(BODY, BODY), **LINE), "c.between = body, body: must be two different bodies"),
+        (lambda: Hinge("h", 1.0, BALL, axis=(1, 0, 0), locked=0.3), "h.locked = 0.3: motion is free; leave locked out"),
         (lambda: Spacecraft("craft", attitude="euler angles"), "attitude = 'euler angles': must be one of quaternion"),
         (lambda: Spacecraft("craft", motion="orbit"), "motion = 'orbit': must be one of free"),
     ],

@@ -34,6 +34,11 @@ def test_a_table_has_a_row_for_each_run(tmp_path):
         assert runs.max_rho.values.tolist() == frame.max_rho.values.tolist()
 
 
+def test_listed_values_may_have_units():
+    runs = batch(vary={"theta_0": "values(50 deg, 0.9, 60 deg)"})
+    np.testing.assert_allclose(runs.theta_0, [np.radians(50), 0.9, np.radians(60)], rtol=1e-15)
+
+
 def test_own_points_stand_beside_drawn_ones():
     runs = batch(points=FRAME, vary={"R": "uniform(0.6, 0.65)"})
     assert runs.l1_0.values.tolist() == FRAME.l1_0.tolist()
@@ -53,7 +58,10 @@ def test_own_points_stand_beside_drawn_ones():
         ({"points": {"theta_0": [1.0, 2.0], "l1_0": [0.2]}}, "n = 2"),
         ({"points": FRAME, "vary": {"theta_0": "uniform(0, 1)"}}, "theta_0 is given twice, in vary and in points"),
         ({"points": FRAME, "n": 5}, r"n = 5 \(from the call\): must be 3"),
-        ({"points": FRAME, "sampling": "saltelli"}, "saltelli combines values of different runs"),
+        ({"points": FRAME, "vary": {"R": "uniform(0.6, 0.65)"}, "sampling": "saltelli"}, "saltelli combines values of"),
+        ({"points": FRAME, "sampling": "latin"}, "sampling = 'latin' .*: must be left out unless values are drawn"),
+        ({"points": FRAME, "seed": 9}, r"seed = 9 \(from the call\): must be left out unless values are drawn or the"),
+        ({"vary": {"theta_0": "values(50 deg, 60 kg)"}}, "kg"),
         ({"design": "grid", "vary": {"theta_0": "uniform(0, 1)"}}, 'must be a list of values, since design = "grid"'),
         ({"design": "grid"}, "left out unless vary has lists"),
         ({"design": "latin", "vary": {"theta_0": [1.0]}}, 'must be "grid"; for drawn points use sampling'),

@@ -168,6 +168,11 @@ def two(law):
             lambda law: {"x": law.attitude[0]},
             "law l: no sensor measures the attitude: add a StarTracker",
         ),
+        (
+            [Gyro("a"), Gyro("b"), StarTracker("s")],
+            lambda law: {"x": law.rates[0]},
+            r"law l: several sensors measure the rates \(a, b\): use law.measured of one",
+        ),
         ([Bob("tank", mass=1.0, length=1.0)], lambda law: law.torque([1, 2, 3], [HUB]), "hub is not an actuator"),
         (wheels(), lambda law: law.update(law.period, 1), "law l: Ts is not in the memory; declare it by keep"),
     ],

@@ -239,7 +239,7 @@ def events(run):
 @pytest.mark.parametrize("shadow", ["cylinder", "cone"])
 def test_eclipses_begin_and_end_at_known_angles(shadow):
     """The Sun is along x, the orbit a circle from there: the shadow begins where the discs touch."""
-    orbit = Orbit(shadow=shadow, disc=0.02, size=SIZE)
+    orbit = Orbit(shadow=shadow, size=SIZE, **({"disc": 0.02} if shadow == "cone" else {}))
     run = flown("night", Eclipse("night"), orbit=orbit, t_end=2 * np.pi / RATE, dt_out=60.0)
     rim = np.arcsin(R / SIZE)
     edges = {"night": rim + 0.02, "night_full": rim - 0.02} if shadow == "cone" else {"night": rim}
@@ -312,7 +312,10 @@ def test_the_field_of_gauss_coefficients_is_the_gradient_of_its_potential():
     np.testing.assert_allclose(shown[:3], -np.array(slopes) / 20, rtol=1e-6)
 
 
-@pytest.mark.parametrize("rows", [((0, 0, 1.0, 0.0),), ((1, 2, 1.0, 0.0),), ((1, 0, 1.0),), ((1, 0, 1.0, 0.0),) * 2])
+NONE = [((0, 0, 1.0, 0.0),), ((1, 2, 1.0, 0.0),), ((1, 0, 1.0),), ((1, 0, 1.0, 0.0),) * 2, ((1, 0, 1.0, 5.0),)]
+
+
+@pytest.mark.parametrize("rows", NONE)
 def test_coefficients_that_are_none_are_refused(rows):
     with pytest.raises(MehvarError, match="orbit: harmonics"):
         Orbit(harmonics=rows)
@@ -359,6 +362,14 @@ def test_libration_in_pitch():
         (lambda: built(Orbit(epoch="1949-12-31")), "orbit_epoch = .*: must be a number in .-1577923200"),
         (lambda: Orbit(epoch=0.0, ascension=0.3), "orbit: ascension has no effect beside epoch"),
         (lambda: Orbit(air=AIR, height=5e5), "orbit: height has no effect beside air"),
+        (lambda: Orbit(oblateness=0.5), "orbit: oblateness has no effect without gravity = .J2. or .J4.: give both"),
+        (lambda: Orbit("J2", fourth=0.1), "orbit: fourth has no effect without gravity = .J4.: give both or neither"),
+        (lambda: Orbit(disc=0.01), "orbit: disc has no effect without shadow = .cone."),
+        (lambda: Orbit(harmonics=GAUSS, tilt=0.1), "orbit: tilt has no effect beside harmonics"),
+        (lambda: Orbit(reference=6e6), "orbit: reference has no effect without harmonics"),
+        (lambda: doubled(GravityGradient(), GravityGradient("second")), "GravityGradient 'second' would double 'grad"),
+        (lambda: doubled(SunGravity(), SunGravity("second")), "SunGravity 'second' would double 'sun'"),
+        (lambda: doubled(ThirdBody("moon"), ThirdBody("second")), "'second' would double 'moon', .*leave one of both"),
         (lambda: Orbit(air=[(1e5, 1.0)]), "orbit: air: must be two rows or more with increasing heights"),
         (lambda: Orbit(air=AIR[::-1]), "orbit: air: must be two rows or more with increasing heights"),
         (lambda: Orbit(air="thin"), "orbit: air = 'thin': must be rows of height, m, and density"),
@@ -381,6 +392,12 @@ def built(orbit):
     craft.add(Drag("ball", area=2.0))
     craft.add(SunPressure("sail", area=2.0))
     return craft.system()
+
+
+def doubled(*parts):
+    craft = Spacecraft("craft", orbit=Orbit())
+    for part in parts:
+        craft.add(part)
 
 
 def lonely(part):
