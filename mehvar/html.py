@@ -45,7 +45,7 @@ def powers(text: str) -> str:
 
 def quantities(value: object) -> Markup:
     """Return a value or words with typographic minus signs, exponents, degrees and thousands; names stay."""
-    text = powers(re.sub(r"(?<=\d) deg\b", "°", str(escape(value))))
+    text = powers(re.sub(r"(?<=\d) deg\b", "°", str(escape(value)).replace("+-", "±")))
     text = re.sub(r"(?<![\w.,−-])\d{5,}(?![\w.])", lambda match: f"{int(match[0]):,}".replace(",", "\u202f"), text)
     return Markup(re.sub(r"(?<![\w.\-])-(?=\d)", "−", text))
 

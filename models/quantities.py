@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 import itertools
 import os
-import re
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from mehvar.base.display import table
 from mehvar.base.errors import MehvarError, value_text
+from mehvar.base.intervals import REALS, Interval
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -143,61 +143,6 @@ def advise() -> None:
             raise
 
     Relational.__bool__ = truth
-
-
-@dataclass(frozen=True)
-class Interval:
-    """Allowed values of a parameter, written "(0, inf)" or "[0, 1]" in a table."""
-
-    lower: float
-    upper: float
-    lower_open: bool
-    upper_open: bool
-
-    def __contains__(self, value: float) -> bool:
-        above = value > self.lower if self.lower_open else value >= self.lower
-        below = value < self.upper if self.upper_open else value <= self.upper
-        return above and below
-
-    def __str__(self) -> str:
-        return f"{'(['[not self.lower_open]}{_exact(self.lower)}, {_exact(self.upper)}{')]'[not self.upper_open]}"
-
-    @property
-    def positive(self) -> bool:
-        """True if every allowed value is above zero."""
-        return self.lower > 0 or (self.lower == 0 and self.lower_open)
-
-    @classmethod
-    def parse(cls, text: str) -> Interval:
-        """Parse "(0, inf)" or "[0, 1]".
-
-        Raises
-        ------
-        ValueError
-            If the text is not an interval or is empty.
-        """
-        match = _INTERVAL.match(text)
-        if not match:
-            raise ValueError(f"bounds {text!r} must be an interval such as '(0, inf)' or '[0, 1]'")
-        left, lower, upper, right = match.groups()
-        try:
-            interval = cls(float(lower), float(upper), left == "(", right == ")")
-        except ValueError:
-            raise ValueError(f"bounds {text!r} must contain two numbers") from None
-        if not interval.lower < interval.upper:
-            raise ValueError(f"bounds {text!r} are an empty interval: the first must be below the second")
-        return interval
-
-
-def _exact(number: float) -> str:
-    """Return a short text that `float` reads as the same number."""
-    short = f"{number:g}"
-    return short if float(short) == number else repr(number)
-
-
-_INTERVAL = re.compile(r"^([(\[])\s*([^,\s_]+)\s*,\s*([^,\s_]+)\s*([)\]])$", re.ASCII)
-REALS = Interval(-float("inf"), float("inf"), True, True)
-"""Every finite number."""
 
 
 @dataclass(frozen=True)

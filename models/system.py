@@ -16,6 +16,7 @@ from itertools import chain
 import sympy as sp
 
 from mehvar.base.display import displayed_formulas, heading
+from mehvar.base.intervals import Interval
 from mehvar.base.manifest import Choice, Metric, Scenario
 
 from .derivation import Definition, Derivation, Equation, Expr, free_symbols
@@ -26,7 +27,6 @@ from .quantities import (
     LARGEST,
     TIME,
     Group,
-    Interval,
     Located,
     ModelError,
     Parameter,

@@ -15,12 +15,13 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from mehvar.base.errors import either
+from mehvar.base.intervals import REALS, Interval
 from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
 from mehvar.base.schema import parse_toml
 from mehvar.base.units import dimension
 
 from .arrays import INCREASING, Table, Tensor, array_of, elements
-from .quantities import REALS, Group, Interval, ModelError, Parameter, place, wrong
+from .quantities import Group, ModelError, Parameter, place, wrong
 
 OF_COUNTS = ("sign_changes",)
 """Kinds of metrics that use the band; kinds in seconds require it."""

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from mehvar.base.errors import MehvarError
+from mehvar.base.intervals import REALS, Interval
 from mehvar.base.manifest import FILE, Manifest, read_manifest
 from mehvar.base.schema import SchemaError, parse
-from mehvar.models.quantities import REALS, Interval
 
 from . import SCHEMA
 

@@ -106,7 +106,7 @@ def either(words: Iterable[str]) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
-def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "") -> InputError:
+def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "", note: str = "") -> InputError:
     """Return the error for an unknown name, with the most similar known names.
 
     Parameters
@@ -119,10 +119,13 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
         Every name that is allowed.
     origin : str, optional
         Where the name came from.
+    note : str, optional
+        What the name may mean instead.
     """
     names = list(dict.fromkeys(known))
     close = difflib.get_close_matches(name if isinstance(name, str) else value_text(name), names, n=3, cutoff=0.6)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
+    hint = f"{note}; " if note else hint
     listed = ", ".join(names) if names else "none"
     noun, place = re.fullmatch(r"(.*?)((?: of | in | under | \().*)?", kind).groups("")  # type: ignore[union-attr]
     return InputError(f"unknown {noun} {value_text(name)}{place}{origin_text(origin)}: {hint}known: {listed}")

@@ -16,9 +16,11 @@ from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
 
 import sympy as sp
 
+from mehvar.base.intervals import Interval
+
 from ..arrays import Tensor as Array
 from ..derivation import Expr
-from ..quantities import Interval, ModelError, Parameter, ParameterArray
+from ..quantities import ModelError, Parameter, ParameterArray
 from ..system import Condition
 from .frame import AXES
 

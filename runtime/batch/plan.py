@@ -143,7 +143,8 @@ class Plan:
         self._columns = [{q.name: i for i, q in enumerate(group)} for group in groups]
         self._states = {q.name: i for i, q in enumerate(manifest.states)}
         self._check_names()
-        self._initial = named_values(model.state_names, f"state of {model.name} in initial", campaign.initial, origin)
+        kind, others = f"state of {model.name} in initial", [q.name for q in manifest.scenario_parameters]
+        self._initial = named_values(model.state_names, kind, campaign.initial, origin, others)
         self._check_listed()
         self._sampler = Sampler(campaign.sampling, [d.names for d in self.dispersions], campaign.n, campaign.seed)
         centres = {name: value for d in self.dispersions for name, value in d.centre().items()}

@@ -156,12 +156,14 @@ def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[
 
 
 def named_values(
-    quantities: Sequence[str], kind: str, values: Mapping[str, object], origin: str = ""
+    quantities: Sequence[str], kind: str, values: Mapping[str, object], origin: str = "", others: Sequence[str] = ()
 ) -> dict[str, float]:
-    """Return finite floats by name, or raise InputError for unknown names."""
+    """Return finite floats by name, or raise InputError for unknown names; `others` are parameters of the scenario."""
     for name in values:
         if name not in quantities:
-            raise unknown_name(kind, name, quantities, origin)
+            other = next((other for other in (name, f"{name}_0") if other in others), "")
+            note = f"{other} is a parameter of the scenario: give it beside initial" if other else ""
+            raise unknown_name(kind, name, quantities, origin, note)
     return {name: number(name, value, origin) for name, value in values.items()}
 
 
@@ -238,7 +240,9 @@ def check_values(
     def check(name: str, value: object) -> None:
         if name not in parameters:
             kind = f"parameter or option of {manifest.model} with {controller.name}"
-            raise unknown_name(kind, name, [*parameters, *options], origin)
+            state = any(q.name == name for q in manifest.states) and f"{name}_0" not in parameters
+            note = f"{name} is a state, whose start follows from parameters of the scenario or, in Python, from initial"
+            raise unknown_name(kind, name, [*parameters, *options], origin, note if state else "")
         for q in parameters[name]:
             checked(q, Setting(value, origin))
 

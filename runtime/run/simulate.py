@@ -350,7 +350,8 @@ def _start(
     model: Model, scenario: Scenario, resolved: Resolved, initial: Mapping[str, object], origin: str
 ) -> FloatArray:
     """Return the initial state; refuse one that is not finite or violates a limit."""
-    values = named_values(model.state_names, f"state of {model.name} in initial", initial, origin)
+    others = [q.name for q in model.manifest.scenario_parameters]
+    values = named_values(model.state_names, f"state of {model.name} in initial", initial, origin, others)
     x0 = np.array(model.functions["initial"](resolved.p, resolved.s))
     for name, value in values.items():
         x0[model.state_names.index(name)] = value

@@ -13,8 +13,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,8 @@ BUILD = ROOT / "build" / "looks"
 PAGE = ROOT / "docs" / "reference" / "report.md"
 BEGIN = "<!-- table: written by python -m tests.mehvar.looks -->\n"
 END = "<!-- end of the table -->\n"
+PROGRAM = [sys.executable, "-m", "mehvar"]
+SITE = ("index", "tutorials/triangle", "explanation/shape-sphere", "validation", "reference/python", "live", "404")
 WIDTHS, COLORS = (1440, 1024, 390), ("light", "dark")
 WATCH = """
 window.shifts = [];
@@ -81,44 +84,60 @@ class Look:
     shifts: Sequence[Any]
 
 
-def kinds() -> Iterator[tuple[str, Path]]:
-    """Return a page of each kind, made if it is missing."""
-    report, site = made("report", "reproduce"), ROOT / "build" / "site"
-    if not site.is_dir():
+def kinds() -> dict[str, Callable[[], Path]]:
+    """Return the kinds of pages, each with a function that returns a page and makes it if it is not there."""
+    papers = {f"report: {name}": partial(report, name) for name in ("triangle", "slosh", "satellite")}
+    return {
+        "report: overview": partial(report, "index"),
+        **papers,
+        "live page": live,
+        "a model": partial(made, "model", "report", "triangle"),
+        "a run": lambda: made("run", "report", run()),
+        "a batch": lambda: made("batch", "report", batch()),
+        "requirements": requirements,
+        "a diff": lambda: diff("diff", "--model", "triangle", folder=edited()),
+        "a diff of three models that are the same": partial(
+            diff, "same", str(ROOT / "generated"), str(ROOT / "generated")
+        ),
+        "the equations of the papers": partial(diff, "paper", "--paper"),
+        "a run on a board": board,
+        **{f"site: {name}": partial(site, name) for name in SITE},
+    }
+
+
+def report(name: str) -> Path:
+    """Return a page of the papers' report."""
+    folder = ROOT / "build" / "report"
+    if not folder.is_dir():
+        mehvar("reproduce", "--out", str(folder))
+    return folder / f"{name}.html"
+
+
+def site(name: str) -> Path:
+    """Return a page of the site."""
+    folder = ROOT / "build" / "site"
+    if not folder.is_dir():
         subprocess.run([sys.executable, "-m", "mkdocs", "build", "--quiet"], cwd=ROOT, check=True)
-    yield "report: overview", report
-    for paper in ("triangle", "slosh", "satellite"):
-        yield f"report: {paper}", report.with_name(f"{paper}.html")
-    yield "live page", report.parent / "live" / "triangle.html"
-    yield "a model", made("model", "report", "triangle")
-    yield "a run", made("run", "report", run())
-    yield "a batch", made("batch", "report", batch())
-    yield "requirements", requirements()
-    yield "a diff", diff("diff", "--model", "triangle", folder=edited())
-    yield "a diff of three models that are the same", diff("same", str(ROOT / "generated"), str(ROOT / "generated"))
-    yield "the equations of the papers", diff("paper", "--paper")
-    yield "a run on a board", board()
-    for name in (
-        "index",
-        "tutorials/triangle",
-        "explanation/shape-sphere",
-        "validation",
-        "reference/python",
-        "live",
-        "404",
-    ):
-        yield f"site: {name}", site / f"{name}.html"
+    return folder / f"{name}.html"
 
 
-def mehvar(*words: str, folder: Path = BUILD) -> None:
-    """Run a command in the folder of the pages; `diff` may exit with 1."""
+def live() -> Path:
+    """Return a page on which a model runs, judged by the paper's condition."""
+    if not (BUILD / "live").is_dir():
+        mehvar("export", "web", "triangle", "--success", "T_theta < 20 and T_rho < 25", "--out", "live")
+    return BUILD / "live" / "triangle.html"
+
+
+def mehvar(*words: str, folder: Path | None = None) -> None:
+    """Run a command in a folder, or in the folder of the pages; `diff` ends with 1 where something changed."""
+    folder = folder or BUILD
     folder.mkdir(parents=True, exist_ok=True)
-    subprocess.run([sys.executable, "-m", "mehvar", *words], cwd=folder, check=False, stdout=subprocess.DEVNULL)
+    subprocess.run([*PROGRAM, *words], cwd=folder, check=False, stdout=subprocess.DEVNULL)
 
 
 def made(name: str, *words: str) -> Path:
     """Return the page that a command writes into a folder."""
-    folder = ROOT / "build" / name if name == "report" else BUILD / name
+    folder = BUILD / name
     if not folder.is_dir():
         mehvar(*words, "--out", str(folder))
     return folder / "index.html"
@@ -174,7 +193,7 @@ def edited() -> Path:
     return folder
 
 
-def diff(name: str, *words: str, folder: Path = BUILD) -> Path:
+def diff(name: str, *words: str, folder: Path | None = None) -> Path:
     """Return the page of a comparison."""
     page = BUILD / f"{name}.html"
     if not page.exists():
@@ -228,9 +247,10 @@ def main(*wanted: str) -> None:
     rows = []
     with tempfile.TemporaryDirectory() as folder, chromium(Path(folder)) as browser:
         browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH})
-        for kind, page in kinds():
+        for kind, page_of in kinds().items():
             if wanted and not any(word in kind for word in wanted):
                 continue
+            page = page_of()
             looks = [measured(browser, page, width, color) for width in WIDTHS for color in COLORS]
             rows.append(row(kind, page.stat().st_size, looks))
             print(rows[-1], flush=True)

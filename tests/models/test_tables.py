@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from mehvar.base.intervals import Interval
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.new_numbers import shapes
 from mehvar.models.check import check_tables
-from mehvar.models.quantities import Interval
 from mehvar.models.system import ModelError
 from mehvar.models.tables import read_parameters, read_scenarios
 from tests.models.edits import cart

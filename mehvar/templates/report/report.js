@@ -40,7 +40,8 @@
       const rows = Array.from(body.querySelectorAll("tr[data-paper]"));
       for (const row of rows) row.hidden = wanted.some(([key, value]) => key && row.dataset[key] !== value);
       body.hidden = rows.every((row) => row.hidden);
-      return `${rows.filter((row) => !row.hidden).length} ${body.dataset.kind}`;
+      const count = rows.filter((row) => !row.hidden).length, { kind } = body.dataset;
+      return `${count} ${count === 1 ? kind.replace(/s\b/, "") : kind}`;
     });
     document.getElementById("shown").textContent = shown.join(", ");
   };

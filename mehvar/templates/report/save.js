@@ -4,6 +4,7 @@
 
 (() => {
   const GAP = 18, LINE = 16; // pixels below a panel, and of a line of text
+  const EDGE = 8; // pixels around the drawing
   const KEY = 24, APART = 14; // pixels of a legend's line with its space, and between two entries
   const SPACE = new DOMParser().parseFromString("<svg>", "text/html").querySelector("svg").namespaceURI;
   const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
@@ -114,8 +115,9 @@
     const height = Math.max(...charts.map((chart) => chart.height)) + (1 + lines) * LINE + GAP;
     const size = [Math.max(...boxes.map((box) => box.right)) - left, rows.length * height];
     const panels = charts.map((chart, k) => drawing(chart, boxes[k].left - left, rows.indexOf(Math.round(boxes[k].top)) * height, k));
-    return `<svg xmlns="${SPACE}" width="${round(size[0])}" height="${round(size[1])}" viewBox="0 0 ${size.map(round).join(" ")}" font-family="sans-serif" font-size="12" fill="${color("text")}">`
-      + `<rect width="100%" height="100%" fill="${color("card")}"/>${panels.join("")}</svg>`;
+    const [wide, high] = [size[0] + 2 * EDGE, size[1] + EDGE].map(round);
+    return `<svg xmlns="${SPACE}" xml:space="preserve" width="${wide}" height="${high}" viewBox="${-EDGE} ${-EDGE / 2} ${wide} ${high}" font-family="sans-serif" font-size="12" fill="${color("text")}">`
+      + `<rect x="${-EDGE}" y="${-EDGE / 2}" width="100%" height="100%" fill="${color("card")}"/>${panels.join("")}</svg>`;
   };
 
   const offer = (name, type, content) => {

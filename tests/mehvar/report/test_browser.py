@@ -153,6 +153,35 @@ def test_what_charts_show_is_saved_as_numbers_and_as_a_drawing(browser, page):
     assert [len(lines), len(others)] == [len(head) - 1, len(head) - 2]
 
 
+DRAWN = """
+const host = document.createElement("div"), done = arguments[0], long = "a name that is as long as half of the panel";
+host.style.width = "420px";
+document.body.append(host);
+const lines = [{ name: long, color: "blue", dash: [6, 4], y: [0, 1] }];
+lines.push({ name: `${long} too`, color: "green", y: [1, 0] });
+const levels = [{ at: 0.5, color: "grey", dash: [2, 3], width: 1 }];
+const chart = Report.panel(host, { x: [0, 1], lines, levels, limits: [0, 1] }, Report.group("drawn"));
+setTimeout(() => {
+  const marker = getComputedStyle(host.querySelectorAll(".u-marker")[1]).backgroundImage;
+  done([Report.svg([chart]), marker]);
+  host.remove();
+});
+"""
+
+
+@pytest.mark.parametrize("color", ["light", "dark"])
+def test_a_drawing_has_dashes_light_colours_and_names_that_do_not_overlap(browser, page, color):
+    opened(browser, page, color=color)
+    drawing, marker = browser.execute_async_script(DRAWN)
+    root = ElementTree.fromstring(drawing)
+    dashes = [path.get("stroke-dasharray") for path in root.findall(".//{*}path") if path.get("stroke-dasharray")]
+    assert dashes == ["2 3", "6 4", "6 4"]
+    assert "repeating-linear-gradient" in marker
+    names = [text for text in root.findall(".//{*}text") if "a name" in "".join(text.itertext())]
+    assert len({text.get("y") for text in names}) == len(names) == 2
+    assert root.find("{*}rect").get("fill") == "#ffffff"
+
+
 def test_little_moves_while_the_page_is_read(browser, page):
     opened(browser, page)
     assert shift(browser) < 0.05

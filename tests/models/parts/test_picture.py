@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import mehvar
 from mehvar.parts import Bob, Hinge, Hub, PointMass, Spacecraft, Thruster, Torquer, Wheel
 
 
@@ -80,3 +81,11 @@ def test_a_part_whose_numbers_the_motion_does_not_need_is_drawn(motion):
     built = craft(motion)
     built.add(Torquer("torque") if motion == "attitude" else Wheel("wheel", axis=(0, 0, 1), inertia=0.02))
     assert places(built)["hub"].shape == (4, 3)
+
+
+def test_a_state_without_values_has_the_identity_attitude_and_a_unit_direction():
+    made = craft()
+    made.add(Bob("tank", mass=2.0, length=0.25, rest=(0, 0, -1)))
+    x = mehvar.build(made).state(wx=0.1)
+    assert (x.q0, x.q1, x.tank_ez, x.wx) == (1.0, 0.0, -1.0, 0.1)
+    assert mehvar.build(made).state(q1=1.0).q0 == 0.0

@@ -46,6 +46,13 @@ def assembled(*parts, **options):
     return craft.system()
 
 
+def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
+    craft = Spacecraft("craft")
+    with pytest.raises(ModelError, match=r"hub_m = -5.0: must be a number in \(0, inf\), kg \(mass\)"):
+        craft.add(Hub("hub", mass=-5.0, inertia=BALL))
+    assert craft.parts == []
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

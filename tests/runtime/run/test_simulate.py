@@ -427,6 +427,7 @@ def test_initial_state(model: Model) -> None:
         ({"parameters": {"m": 1.0}, "m": 2.0}, r"m is given twice \(from --set\)"),
         ({"k_pp": 1.0}, r"unknown parameter or option 'k_pp' of pendulum with pd \(from --set\): did you mean k_p"),
         ({"t_ned": 1.0}, "did you mean t_end"),
+        ({"initial": {"angle_0": 1.0}}, "angle_0 is a parameter of the scenario: give it beside initial; known: angle"),
     ],
 )
 def test_bad_input(model: Model, options: dict[str, Any], message: str) -> None:
