@@ -190,7 +190,7 @@ class CBackend:
     def address(self, name: str, real: Real = "double") -> int:
         """Return a C function's address for the native loop, on doubles; `real` is its internal number type."""
         function = self._manifest.functions[name]
-        symbol = _symbol(self._manifest, function) if real == "double" else f"narrow_{identifier(name)}"
+        symbol = self._manifest.c_name(function.name) if real == "double" else f"narrow_{identifier(name)}"
         return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
 
     def narrow(self, name: str, *arguments: FloatArray) -> FloatArray:
@@ -287,10 +287,6 @@ def _is_jacobian(function: Function) -> bool:
     return function.file.endswith("_jac.c")
 
 
-def _symbol(manifest: Manifest, function: Function) -> str:
-    return f"{identifier(manifest.model)}_{identifier(function.name)}"
-
-
 def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
     """Return C code that includes a generated file and gives its functions a common signature."""
     lines = [f'#include "{file}"', ""]
@@ -299,7 +295,7 @@ def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str
         results = [f"r[{i}]" for i in range(len(function.results))]
         lines += [
             f"void call_{identifier(function.name)}(const double *const *a, double *const *r)",
-            f"{{ {_symbol(manifest, function)}({', '.join(arguments + results)}); }}",
+            f"{{ {manifest.c_name(function.name)}({', '.join(arguments + results)}); }}",
         ]
     return "\n".join(lines) + "\n"
 
@@ -314,7 +310,7 @@ def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> st
         lines += [f"    float {a.name}_f[{max(a.size, 1)}];" for a in (*arguments, *results)]
         lines += [f"    for (int i = 0; i < {a.size}; i++) {a.name}_f[i] = (float){a.name}[i];" for a in arguments]
         names = ", ".join(f"{a.name}_f" for a in (*arguments, *results))
-        lines.append(f"    {_symbol(manifest, function)}({names});")
+        lines.append(f"    {manifest.c_name(function.name)}({names});")
         lines += [f"    for (int i = 0; i < {r.size}; i++) {r.name}[i] = (double){r.name}_f[i];" for r in results]
         lines.append("}")
     return "\n".join(lines) + "\n"
