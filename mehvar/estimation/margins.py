@@ -132,9 +132,11 @@ def margins(
             raise bad_value("frequencies", frequencies, "left out without size: only measured margins need them")
         if base.options.get("delay"):
             raise bad_value("delay", base.options["delay"], "0 for the linear loop; give size to measure the margins")
-        if loaded.manifest.jump:
-            raise InputError("the linear loop leaves out states that change at samples: give size to measure margins")
-        if not (result := linear_margins(linear_loop(loaded, base))):
+        try:
+            loop = linear_loop(loaded, base)
+        except InputError as error:
+            raise InputError(f"{error}; give size to measure the margins") from error
+        if not (result := linear_margins(loop)):
             raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
         return result
     if base.hold is None:

@@ -21,13 +21,13 @@ from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts
-from ..model.functions import BackendName, FloatArray, displacement
+from ..model.functions import BackendName, FloatArray, check_manifold
 from ..model.model import Model, shared_model
 from ..model.parameters import Resolved, advice, all_parameters, elements, named_values, resolve, say
 from . import loop
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
-from .problem import START_OFF, Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
+from .problem import Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
 from .readers import check_read
 from .user.choice import law_of
 from .user.law import Law, LawFunction, PythonLaw
@@ -364,7 +364,7 @@ def _start(
     for name, value in zip(model.state_names, x0, strict=True):
         if not math.isfinite(value):
             raise bad_value(f"initial state {name}", float(value), "a finite number", place)
-    _check_manifold(model, resolved.p, x0, place)
+    check_manifold(model.manifest, model.functions, x0, resolved.p, f"the initial state (from {place})")
     if not model.manifest.limits:
         return x0
     margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
@@ -373,18 +373,6 @@ def _start(
             text = say(message, {**resolved.values, **dict(zip(model.state_names, x0, strict=True))})
             raise InputError(f"the initial state (from {place}) is outside the limits: {text}")
     return x0
-
-
-def _check_manifold(model: Model, p: FloatArray, x0: FloatArray, place: str) -> None:
-    """Refuse an initial state that the projection changes, such as a quaternion without unit length."""
-    moved = displacement(model.manifest, model.functions, x0, p)
-    rows = [row for row, change in enumerate(moved) if not abs(change) <= START_OFF]
-    if rows:
-        parts = ", ".join(f"{model.state_names[row]} = {x0[row]:g} ({x0[row] + moved[row]:.6g})" for row in rows)
-        raise InputError(
-            f"the initial state (from {place}) is impossible, as a quaternion whose length is not 1: {parts}. "
-            "The numbers in parentheses are the nearest possible ones"
-        )
 
 
 def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str:
