@@ -24,7 +24,7 @@ _SLOPE = 1e-6
 _SAMPLES = 1000
 """Number of samples, and of draws of noise, in which a sensor that skips samples shows it."""
 _SHOWN = 3
-_COUNTER = "held_for"
+COUNTER = "held_for"
 """Counter in the memory of a law that skips samples, added by codegen; zero at a command."""
 
 
@@ -356,10 +356,10 @@ def _check_skipped(
 def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
     """Refuse a law that skips samples, because its counter changes after a command."""
     names = _names(controller.memory)
-    if _COUNTER not in names:
+    if COUNTER not in names:
         return
     seen, r, before, z, *numbers = arguments
-    place, commanding = names.index(_COUNTER), np.array(z, dtype=np.float64)
+    place, commanding = names.index(COUNTER), np.array(z, dtype=np.float64)
     commanding[..., place] = 0
     if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
         raise InputError(
