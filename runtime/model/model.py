@@ -252,16 +252,18 @@ class Model:
         reference = self._reference(r)
         if p is None:
             p = self.parameters()
-        check_manifold(self.manifest, self.functions, x, p, "x")
         if controller is not None:
             law = self.manifest.controller(controller)
             constants = law_vector(self.functions, law, {}) if c is None else c
-            return linearize_loop(self.manifest, self.functions, law, x, u, p, reference, constants, z, outputs)
-        for name, value in (("c", c), ("z", z)):
-            if value is not None:
-                raise bad_value(name, value, "None without a controller")
-        inputs = np.zeros(len(self.input_names)) if u is None else u
-        return linearize_plant(self.manifest, self.functions, x, inputs, p, reference, outputs)
+            system = linearize_loop(self.manifest, self.functions, law, x, u, p, reference, constants, z, outputs)
+        else:
+            for name, value in (("c", c), ("z", z)):
+                if value is not None:
+                    raise bad_value(name, value, "None without a controller")
+            inputs = np.zeros(len(self.input_names)) if u is None else u
+            system = linearize_plant(self.manifest, self.functions, x, inputs, p, reference, outputs)
+        check_manifold(self.manifest, self.functions, x, p, "x")
+        return system
 
     def to_casadi(self, name: str = "rhs") -> Any:
         """Return a generated function as a `casadi.Function` on SX, with CasADi's derivatives.
