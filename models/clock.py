@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import chain
+from typing import Any, TypeVar
 
 import sympy as sp
 
 from mehvar.base.names import CLOCK as CLOCK_NAME
 
 from .derivation import free_symbols
-from .quantities import TIME, Group, Quantity
-from .system import Controller, Coordinates, Diffusion, Expr, Function, RandomStep, Sensor, System, Variant
+from .quantities import TIME, Group, Located, Quantity
+from .system import Controller, Expr, Function, System, Variant
 
 CLOCK = Quantity(CLOCK_NAME, "s", "time, as a state of the plant", "t")
 """The clock: last state of a time-varying plant, zero at the start by default."""
@@ -54,6 +55,8 @@ def plant_of_time(system: System) -> bool:
 def _in_state(system: System) -> System:
     """Append the clock to the state and to every vector with a row per state."""
     states, last = _longer(system.states), CLOCK.symbol
+    sensor = _with_entries(system.sensor, measured=last)
+    chart = _with_entries(system.coordinates, rhs=sp.S.One, from_state=last, to_state=last)
     return replace(
         system,
         states=states,
@@ -61,42 +64,28 @@ def _in_state(system: System) -> System:
         mass=sp.diag(system.mass, 1) if system.mass is not None else None,
         initial=(*system.initial, sp.S.Zero),
         projection=(*system.projection, last) if system.projection else (),
-        sensor=_sensor(system.sensor) if system.sensor else None,
-        diffusion=_diffusion(system.diffusion) if system.diffusion else None,
-        random_step=_random_step(system.random_step) if system.random_step else None,
-        coordinates=_chart(system.coordinates) if system.coordinates else None,
+        sensor=replace(sensor, seen=_longer(sensor.seen)) if sensor and len(sensor.seen) else sensor,
+        diffusion=_with_entries(system.diffusion, change=sp.S.Zero),
+        random_step=_with_entries(system.random_step, after=last),
+        coordinates=replace(chart, states=_longer(chart.states)) if chart else None,
         variants=tuple(_variant(variant) for variant in system.variants),
         functions=tuple(_function(function, system.states, states) for function in system.functions),
     )
 
 
+_Part = TypeVar("_Part", bound=Located)
+
+
+def _with_entries(part: _Part | None, **entries: Expr) -> _Part | None:
+    """Return a part of a system with one more entry in some of its vectors."""
+    if part is None:
+        return None
+    longer: dict[str, Any] = {key: (*getattr(part, key), entry) for key, entry in entries.items()}
+    return replace(part, **longer)
+
+
 def _longer(group: Group) -> Group:
     return Group(group.name, (*group.quantities, CLOCK))
-
-
-def _sensor(sensor: Sensor) -> Sensor:
-    """Add the time to the sensor's output, under the name of its state."""
-    seen = _longer(sensor.seen) if len(sensor.seen) else sensor.seen
-    return replace(sensor, measured=(*sensor.measured, CLOCK.symbol), seen=seen)
-
-
-def _diffusion(diffusion: Diffusion) -> Diffusion:
-    return replace(diffusion, change=(*diffusion.change, sp.S.Zero))
-
-
-def _random_step(step: RandomStep) -> RandomStep:
-    return replace(step, after=(*step.after, CLOCK.symbol))
-
-
-def _chart(chart: Coordinates) -> Coordinates:
-    last = CLOCK.symbol
-    return replace(
-        chart,
-        states=_longer(chart.states),
-        rhs=(*chart.rhs, sp.S.One),
-        from_state=(*chart.from_state, last),
-        to_state=(*chart.to_state, last),
-    )
 
 
 def _variant(variant: Variant) -> Variant:

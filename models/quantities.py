@@ -176,7 +176,7 @@ class Parameter(Quantity):
     Parameters
     ----------
     name, unit, description, latex, positive, family, index
-        As of a `Quantity`; it is positive where its bounds are.
+        As of a `Quantity`; unless given, it is positive where its bounds are.
     default : float or str, optional
         The value, or a formula in other parameters of the same group.
     bounds : Interval or str
@@ -187,6 +187,7 @@ class Parameter(Quantity):
         Array of which it is an element.
     """
 
+    positive: bool = None  # type: ignore[assignment]  # until __post_init__
     default: float | str = 0.0
     bounds: Interval = REALS
     source: str = ""
@@ -195,7 +196,7 @@ class Parameter(Quantity):
     if TYPE_CHECKING:  # bounds may also be given as text
 
         def __init__(
-            self, name: str, unit: str, description: str, latex: str = "", positive: bool = False,
+            self, name: str, unit: str, description: str, latex: str = "", positive: bool | None = None,
             default: float | str = 0.0, bounds: Interval | str = REALS, source: str = "",
             array: ParameterArray | None = None, *, family: str = "", index: int = 0,
         ) -> None: ...  # fmt: skip
@@ -206,8 +207,9 @@ class Parameter(Quantity):
                 object.__setattr__(self, "bounds", Interval.parse(self.bounds))
             except ValueError as error:
                 raise ModelError(f"{caller()}: parameter {self.name!r}: {error}") from None
-        if isinstance(self.bounds, Interval) and isinstance(self.bounds.lower, Real) and self.bounds.positive:
-            object.__setattr__(self, "positive", True)
+        if self.positive is None:
+            known = isinstance(self.bounds, Interval) and isinstance(self.bounds.lower, Real)
+            object.__setattr__(self, "positive", known and self.bounds.positive)
 
 
 @dataclass(frozen=True, repr=False)

@@ -117,7 +117,7 @@ def read_parameters(path: Path) -> dict[str, Group]:
         If the file is unreadable or malformed, a key is unknown, a unit is missing, or a value is out of bounds.
     """
     groups = {}
-    for group, rows in _read_toml(path).items():
+    for group, rows in read_toml(path).items():
         if not isinstance(rows, dict):
             raise ModelError(
                 f"{place_in(path, group)}: {group!r} is outside of a group; write it into one, as in [plant.{group}]"
@@ -141,7 +141,7 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
     ModelError
         If the file is unreadable or malformed or a key is unknown.
     """
-    table = _validate(_ScenarioFile, _read_toml(path), path)
+    table = _validate(_ScenarioFile, read_toml(path), path)
     metrics = tuple(Metric(name, **{**row.model_dump(), "of": tuple(row.of)}) for name, row in table.metrics.items())
     scenarios = tuple(Scenario(name, **row.model_dump()) for name, row in table.scenarios.items())
     for scenario in scenarios:
@@ -232,7 +232,7 @@ def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
         File and line of the system.
     """
     path = None if folder is None else folder / "scenarios.toml"
-    written = path is not None and path.is_file() and name in _read_toml(path).get(kind, {})
+    written = path is not None and path.is_file() and name in read_toml(path).get(kind, {})
     return place_in(path, kind, name) if path is not None and written else otherwise
 
 
@@ -244,7 +244,8 @@ def _keys_of(text: str) -> tuple[str, ...]:
     return tuple(part.strip().strip("\"'") for part in text.split("."))
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the contents of a TOML file; errors name its line."""
     if not isinstance(path, Path):
         raise wrong("path", path, "a pathlib.Path")
     try:

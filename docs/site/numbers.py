@@ -56,6 +56,7 @@ _SETTINGS = {
     "small_edits.md": "the models in their default structure, which is a user's default",
     "soak.md": "settings stand on the page of each figure, beside a user's defaults where they differ",
     "store.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
+    "tune.md": "16 runs of 40 s in each mean cost; a user's default is 256",
     "tools.md": "one call at one point with a user's default parameters",
     "validation.md": "tolerances of the cases; a user's default is 1e-11",
     "mutants.md": "the tests with a user's defaults",

@@ -29,6 +29,12 @@ class Interval:
         """True if every allowed value is above zero."""
         return self.lower > 0 or (self.lower == 0 and self.lower_open)
 
+    def common(self, other: Interval) -> Interval | None:
+        """Return the values that both intervals allow; None if these are not several."""
+        lower, lower_open = max((self.lower, self.lower_open), (other.lower, other.lower_open))
+        upper, closed = min((self.upper, not self.upper_open), (other.upper, not other.upper_open))
+        return Interval(lower, upper, lower_open, not closed) if lower < upper else None
+
     @classmethod
     def parse(cls, text: str) -> Interval:
         """Parse "(0, inf)" or "[0, 1]".

@@ -466,6 +466,10 @@ class Manifest:
         """True if the projection of the states depends on parameters, such as lengths."""
         return "project" in self.functions and len(self.functions["project"].arguments) > 1
 
+    def c_name(self, function: str) -> str:
+        """Return the name of a function in the generated C."""
+        return f"{identifier(self.model)}_{identifier(function)}"
+
     def module_of(self, function: Function) -> str:
         """Return the name of a function's Python file: as in C, except for derivatives of rates."""
         own = function.file == file_of(self.model, "jac")

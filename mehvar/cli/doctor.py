@@ -13,7 +13,7 @@ import typer
 
 from mehvar.base.cache import cache_folder
 from mehvar.base.errors import InputError
-from mehvar.base.versions import installed
+from mehvar.base.versions import extra_of, installed
 from mehvar.runtime.compiling.compiler import find_compiler
 from mehvar.runtime.compiling.library import INCLUDE
 from mehvar.settings import AsJson
@@ -38,17 +38,6 @@ _PACKAGES = {
     "numba": "right-hand sides in Numba",
     "unicorn": "the board: an emulator",
     "pyserial": "the board: a serial port",
-}
-_EXTRAS = {
-    "control": "control",
-    "jax": "jax",
-    "numba": "numba",
-    "matplotlib": "plot",
-    "pyarrow": "parquet",
-    "distributed": "cluster",
-    "ziglang": "board",
-    "unicorn": "board",
-    "pyserial": "board",
 }
 _EXTRA = re.compile(r'pip install "mehvar\[(\w+)\]"')
 _COLUMNS = ("part", "found", "used_for", "install_with")
@@ -108,6 +97,6 @@ def _program_row(name: str, use: str, install: str) -> list[str]:
 def _package_row(name: str, use: str) -> list[str]:
     if number := installed(name).get(name):
         return [name, number, use, ""]
-    if name in _EXTRAS:
-        return [name, "not installed", use, f'pip install "mehvar[{_EXTRAS[name]}]"']
+    if extra := extra_of(name):
+        return [name, "not installed", use, f'pip install "mehvar[{extra}]"']
     return [name, "missing", use, f"pip install {name}"]

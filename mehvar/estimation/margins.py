@@ -19,7 +19,7 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.names import identifier
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.model.functions import FloatArray
-from mehvar.runtime.model.linear import LinearSystem, cut_loop
+from mehvar.runtime.model.linear import COUNTER, LinearSystem, cut_loop
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
@@ -98,7 +98,8 @@ def margins(
         small where a limit or a dead zone must not act.
     frequencies : sequence of float, optional
         Frequencies of the sweep in rad/s, increasing, at most the Nyquist frequency. Default: 10 per decade over three
-        decades below the Nyquist frequency, with the natural frequencies of the linear loop. Crossings are refined.
+        decades below the Nyquist frequency, with the natural frequencies of the linear loop. Crossings are refined;
+        crossings beyond the sweep, or two between neighbouring frequencies, are not noticed.
     **run
         Further arguments of `mehvar.simulate`, such as `parameters`, `initial`, `t_end` and `delay`.
 
@@ -122,8 +123,8 @@ def margins(
     loaded = model if isinstance(model, Model) else load(model, "c")
     if not isinstance(controller, str):
         raise bad_value("controller", controller, "the name of a law of the model")
-    for name in {"law", "dt_out", "hold", "inputs", "interpolation", "period", "memory"} & run.keys():
-        raise bad_value(name, run[name], "left out: it has no effect on margins of a law of the model")
+    for name in {"law", "dt_out", "hold", "real", "inputs", "interpolation", "period", "memory"} & run.keys():
+        raise bad_value(name, run[name], "left out: margins are of a law of the model, at its own period and in double")
     base = simulate(loaded, controller, scenario, **run)
     if base.status is not Status.DONE:
         raise InputError(f"{base.controller.name} has no margins where {base.scenario.name} ends: {base.reason}")
@@ -132,11 +133,15 @@ def margins(
             raise bad_value("frequencies", frequencies, "left out without size: only measured margins need them")
         if base.options.get("delay"):
             raise bad_value("delay", base.options["delay"], "0 for the linear loop; give size to measure the margins")
-        if loaded.manifest.jump:
-            raise InputError("the linear loop leaves out states that change at samples: give size to measure margins")
-        if not (result := linear_margins(linear_loop(loaded, base))):
+        try:
+            loop = linear_loop(loaded, base)
+        except InputError as error:
+            raise InputError(f"{error}; give size to measure the margins") from error
+        if not (result := linear_margins(loop)):
             raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
         return result
+    if COUNTER in (memory := [q.name for q in base.controller.memory]) and base.z[:, memory.index(COUNTER)].any():
+        raise InputError(f"{base.controller.name} commands only at some samples: margins need a command at each sample")
     if base.hold is None:
         raise InputError(f"{base.controller.name} is continuous, so that no sine can be added: leave size out")
     loops = [_Sweep(loaded, base, run, *pair, frequencies) for pair in _sizes(loaded, size)]
@@ -145,6 +150,8 @@ def margins(
 
 def _sizes(model: Model, size: object) -> list[tuple[str, float]]:
     """Return the inputs at which to measure with their amplitudes."""
+    if isinstance(size, Mapping) and not size:
+        raise bad_value("size", size, "a number, or amplitudes of one input or more")
     sizes: Mapping[Any, object] = size if isinstance(size, Mapping) else dict.fromkeys(model.input_names, size)
     for name, value in sizes.items():
         if name not in model.input_names:

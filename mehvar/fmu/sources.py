@@ -88,7 +88,7 @@ def _header(subject: Subject, token: str) -> str:
         "FMU_RTOL": repr(options.rtol),
         "FMU_ATOL": repr(options.atol),
         "FMU_MAX_STEPS": options.max_steps,
-        "FMU_OUTPUTS": _symbol(subject, "outputs"),
+        "FMU_OUTPUTS": manifest.c_name("outputs"),
         "FMU_STEP": repr(subject.step),
         "FMU_DURATION": repr(subject.duration),
     }
@@ -104,17 +104,12 @@ def _header(subject: Subject, token: str) -> str:
     lines += [f"#define {name} {value}" for name, value in defines.items()]
     lines += [f"#define FMU_MODEL(m) {_assignments(subject)}"]
     if subject.law and subject.law.memory:
-        call = _symbol(subject, f"{identifier(subject.law.name)}_start")
+        call = manifest.c_name(f"{subject.law.name}_start")
         lines.append(f"#define FMU_START(x, r, p, c, z) {call}(x, r, p, c, z)")
     events = ", ".join(str(number) for event in subject.events for number in event.numbers)
     lines += ["", f"static const int32_t fmu_events[] = {{{events or 0}}};"]
     lines += [f"static const double fmu_start[] = {{{start}}};", f'static const char fmu_class[] = "{classes}";']
     return "\n".join(lines) + "\n"
-
-
-def _symbol(subject: Subject, name: str) -> str:
-    model = subject.model.manifest.model
-    return f"{identifier(model)}_{identifier(name)}"
 
 
 def _assignments(subject: Subject) -> str:
@@ -124,6 +119,6 @@ def _assignments(subject: Subject) -> str:
     plant = ("actuate", "measure") if subject.law is None else ()  # whose input is what acts
     law = subject.law or NO_LAW
     functions = model_fields(loop_calls(manifest, law, "", subject.kind != "loop"), manifest, law)
-    names = {field: _symbol(subject, f.name) for field, f in functions.items() if field not in (*given, *plant)}
+    names = {field: manifest.c_name(f.name) for field, f in functions.items() if field not in (*given, *plant)}
     names |= {"law": "fmu_input"} if subject.law is None else {}
     return ", ".join(f"(m)->{field} = {name}" for field, name in names.items())

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mehvar.base.errors import unknown_name
 from mehvar.base.units import pretty_unit
@@ -19,9 +21,10 @@ from mehvar.runtime.batch.evaluation.statistics import (
     worst,
 )
 from mehvar.runtime.batch.sampling import FloatArray
+from mehvar.runtime.batch.store.dataset import Batch
 from mehvar.runtime.batch.store.store import Store
 
-from .style import BLUE, GREY, VERMILLION, case_text, label, new_figure, require_matplotlib, style
+from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, VERMILLION, case_text, label, new_figure, require_matplotlib, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,37 +74,83 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
         if name not in (*series, *metrics, "t_stop"):
             raise unknown_name(f"series or metric of {store.name}", name, [*series, *metrics])
     with style():
-        columns = 1 if len(shown) <= 4 else 2
-        rows = -(-len(shown) // columns)
-        figure = new_figure(5.5 * columns, 0.6 + 2.1 * rows)
         about = store.attributes
-        figure.suptitle(f"{about['title']} (scenario {case_text(about)}), {store.n} runs", fontsize=10, wrap=True)
-        axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
-        for name, ax in zip(shown, axes, strict=False):
-            (_draw_bands if name in series else _draw_histogram)(ax, store, name)
-        for ax in axes[len(shown) :]:
-            ax.remove()
+        title = f"{about['title']} (scenario {case_text(about)}), {store.n} runs"
+        figure, axes = panels(title, len(shown), 4)
+        for name, ax in zip(shown, axes, strict=True):
+            if name in series:
+                draw_bands(ax, store, name, _largest(store, name))
+            else:
+                highest = worst(store, lambda block, name=name: column(store, name, [block]), _WORST)  # type: ignore[misc]
+                draw_histogram(ax, store, name, marked=highest)
         return figure
 
 
-def _draw_bands(ax: Axes, store: Store, name: str) -> None:
-    attributes = store.variables()[name].attributes
-    t = store.coordinate("t")
+def panels(title: str, count: int, most: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure with panels below each other, in two columns above `most` panels."""
+    columns = 1 if count <= most else 2
+    rows = -(-count // columns)
+    figure = new_figure(5.5 * columns, 0.6 + 2.1 * rows)
+    figure.suptitle(title, fontsize=10, wrap=True)
+    axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
+    for ax in axes[count:]:
+        ax.remove()
+    return figure, axes[:count]
+
+
+def axis_text(batch: Batch, name: str) -> str:
+    """Return a name with its unit, for an axis."""
+    unit = number_attributes(batch, name).get("units", "")
+    return f"{name} [{pretty_unit(unit)}]" if unit else name
+
+
+def draw_bands(ax: Axes, batch: Batch, name: str, marked: Sequence[int] = ()) -> None:
+    """Draw a stored series as quantile bands over time, with the lines of up to three marked runs."""
+    t = batch.coordinate("t")
     levels = [level for low, high, _ in BANDS for level in (low, high)]
-    values = bands(store, name, [*levels, 0.5])
-    for k, (low, high, opacity) in enumerate(BANDS):
+    *edges, median = bands(batch, name, [*levels, 0.5])
+    for (low, high, opacity), below, above in zip(BANDS, edges[::2], edges[1::2], strict=True):
         text = f"{100 * low:g} to {100 * high:g} %"
-        ax.fill_between(t, values[2 * k], values[2 * k + 1], color=BLUE, alpha=opacity, linewidth=0, label=text)
-    ax.plot(t, values[-1], color=BLUE, label="median")
-    for place, run in enumerate(_largest(store, name)):
-        block, row = divmod(run, store.chunk)
-        line = store.series(name, 0, len(t), [block])[row]
-        ax.plot(t, line, color=VERMILLION, linewidth=0.8, linestyle=("-", "--", ":")[place], label=f"run {run}")
-    ax.set_title(attributes["long_name"])
+        ax.fill_between(t, below, above, color=BLUE, alpha=opacity, linewidth=0, label=text)
+        if (low, high) == BANDS[1][:2]:  # a chart has one band
+            for edge, side in ((below, BAND_LOW), (above, BAND_HIGH)):
+                ax.plot(t, edge, color=BLUE, lw=0.4, gid=side)
+    ax.plot(t, median, color=BLUE, label="median")
+    for line, run in zip(("-", "--", ":"), marked, strict=False):
+        block, row = divmod(run, batch.chunk)
+        values = batch.series(name, 0, len(t), [block])[row]
+        ax.plot(t, values, color=VERMILLION, linewidth=0.8, linestyle=line, label=f"run {run}")
+    ax.set_title(_meaning(batch, name))
     ax.set_xlabel(label("t", "time", "s"))
-    ax.set_ylabel(f"{name} [{pretty_unit(attributes['units'])}]")
+    ax.set_ylabel(axis_text(batch, name))
     ax.margins(x=0)
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+
+
+def draw_histogram(
+    ax: Axes, batch: Batch, name: str, successful: NDArray[np.bool_] | None = None, marked: Sequence[int] = ()
+) -> None:
+    """Draw a number of the runs as a histogram, stacked by success if that is given, with some marked runs."""
+    values = column(batch, name)
+    finite = np.isfinite(values)
+    groups = [finite] if successful is None else [finite & successful, finite & ~successful]
+    colours = (BLUE, VERMILLION)[: len(groups)]
+    ax.hist([values[group] for group in groups], bins=list(bin_edges(values[finite])), stacked=True, color=colours)
+    for run in marked:
+        block, row = divmod(run, batch.chunk)
+        value = column(batch, name, [block])[row]
+        if np.isfinite(value):
+            place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "rotation": 90, "ha": "right", "va": "top"}
+            ax.axvline(value, color=VERMILLION, linewidth=0.8)
+            ax.annotate(f"run {run}", (value, 0.95), fontsize=7, color=GREY, **place)
+    title = f"{_meaning(batch, name)}: {np.count_nonzero(finite)} of {values.size} runs"
+    ax.set_title(textwrap.fill(title, _TITLE))
+    ax.set_xlabel(axis_text(batch, name))
+    ax.set_ylabel("runs")
+
+
+def _meaning(batch: Batch, name: str) -> str:
+    return str(number_attributes(batch, name).get("long_name", name))
 
 
 def _largest(store: Store, name: str) -> list[int]:
@@ -127,25 +176,3 @@ def bin_edges(values: FloatArray) -> FloatArray:
         middle, half = low / 2 + high / 2, 0.1 * size if size >= _TINY else 1.0
         return np.linspace(middle - half, middle + half, BINS + 1) + half / BINS
     return np.linspace(low, high, BINS + 1)
-
-
-def histogram_title(meaning: str, finite: int, runs: int) -> str:
-    """Return the title of a histogram, wrapped to the width of its panel."""
-    return textwrap.fill(f"{meaning}: {finite} of {runs} runs", _TITLE)
-
-
-def _draw_histogram(ax: Axes, store: Store, name: str) -> None:
-    attributes = number_attributes(store, name)
-    values = column(store, name)
-    finite = values[np.isfinite(values)]
-    ax.hist(finite, bins=list(bin_edges(finite)), color=BLUE)
-    for run in worst(store, lambda block: column(store, name, [block]), _WORST):
-        block, row = divmod(run, store.chunk)
-        value = column(store, name, [block])[row]
-        if np.isfinite(value):
-            place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "rotation": 90, "ha": "right", "va": "top"}
-            ax.axvline(value, color=VERMILLION, linewidth=0.8)
-            ax.annotate(f"run {run}", (value, 0.95), fontsize=7, color=GREY, **place)
-    ax.set_title(histogram_title(attributes["long_name"], finite.size, values.size))
-    ax.set_xlabel(f"{name} [{pretty_unit(attributes['units'])}]")
-    ax.set_ylabel("runs")

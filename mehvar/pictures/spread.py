@@ -6,13 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, unknown_name
-from mehvar.base.units import pretty_unit
 from mehvar.runtime.batch.evaluation.statistics import (
     NO_INTERVAL,
     Success,
@@ -21,19 +20,17 @@ from mehvar.runtime.batch.evaluation.statistics import (
     drawn_names,
     interval,
     metric_names,
-    number_attributes,
     scalars,
     summary_names,
 )
 from mehvar.runtime.batch.store.dataset import DatasetBatch
 from mehvar.runtime.batch.store.layout import NOT_RUN
 
-from .batch import BANDS, MOST_STATES, bin_edges, histogram_title
-from .style import BAND_HIGH, BAND_LOW, BLUE, GREY, LIGHT, VERMILLION, case_text, label, new_figure
+from .batch import MOST_STATES, axis_text, draw_bands, draw_histogram, panels
+from .style import BLUE, GREY, LIGHT, VERMILLION, case_text, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
@@ -105,12 +102,7 @@ class Runs:
 
     def axis(self, name: str) -> str:
         """Return a name with its unit, for an axis."""
-        unit = number_attributes(self.batch, name).get("units", "")
-        return f"{name} [{pretty_unit(unit)}]" if unit else name
-
-    def meaning(self, name: str) -> str:
-        """Return the description of a number or series."""
-        return str(number_attributes(self.batch, name).get("long_name", name))
+        return axis_text(self.batch, name)
 
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
@@ -134,15 +126,13 @@ def metrics_picture(runs: Runs, names: Sequence[str] = ()) -> Figure:
     for name in shown:
         if name not in runs.series:
             runs.column(name)
-    columns = 1 if len(shown) <= 3 else 2
-    rows = -(-len(shown) // columns)
-    figure = new_figure(5.5 * columns, 0.6 + 2.1 * rows)
-    figure.suptitle(runs.headline, fontsize=10, wrap=True)
-    axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False).T.flat)
-    for name, ax in zip(shown, axes, strict=False):
-        (_bands if name in runs.series else _histogram)(ax, runs, name)
-    for ax in axes[len(shown) :]:
-        ax.remove()
+    figure, axes = panels(runs.headline, len(shown), 3)
+    for name, ax in zip(shown, axes, strict=True):
+        if name in runs.series:
+            draw_bands(ax, runs.batch, name)
+            ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
+        else:
+            draw_histogram(ax, runs.batch, name, runs.successful)
     return figure
 
 
@@ -205,31 +195,3 @@ def convergence_picture(runs: Runs) -> Figure:
     ax.margins(x=0)
     ax.legend()
     return figure
-
-
-def _histogram(ax: Axes, runs: Runs, name: str) -> None:
-    values = runs.column(name)
-    finite = np.isfinite(values)
-    parts = [values[finite & runs.successful], values[finite & ~runs.successful]]
-    ax.hist(parts, bins=list(bin_edges(values[finite])), stacked=True, color=(BLUE, VERMILLION))
-    ax.set_title(histogram_title(runs.meaning(name), int(finite.sum()), values.size))
-    ax.set_xlabel(runs.axis(name))
-    ax.set_ylabel("runs")
-
-
-def _bands(ax: Axes, runs: Runs, name: str) -> None:
-    t, values = runs.dataset["t"].values, np.asarray(runs.dataset[name].values, dtype=float)
-    for low, high, opacity in BANDS:
-        edges: Any = np.nanquantile(values, (low, high), axis=0)
-        text = f"{100 * low:g} to {100 * high:g} %"
-        ax.fill_between(t, *edges, color=BLUE, alpha=opacity, linewidth=0, label=text)
-        if (low, high) == BANDS[1][:2]:  # a chart has one band
-            for edge, side in zip(edges, (BAND_LOW, BAND_HIGH), strict=True):
-                ax.plot(t, edge, color=BLUE, lw=0.4, gid=side)
-    ax.plot(t, np.nanmedian(values, axis=0), color=BLUE, label="median")
-    ax.axhline(0.0, color=GREY, lw=0.6, zorder=0.9)
-    ax.set_title(runs.meaning(name))
-    ax.set_xlabel(label("t", "time", "s"))
-    ax.set_ylabel(runs.axis(name))
-    ax.margins(x=0)
-    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)

@@ -12,12 +12,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from mehvar.base.errors import InputError
 from mehvar.base.names import identifier
 
 from .claims import Check, Checks, Claim, ClaimText, Expected, decide
-from .data import read_data
-from .paper import FigureCaption, PaperFigure, load_reproduction, paper_part
+from .data import FileTable, read_data
+from .paper import FigureCaption, PaperFigure, check_functions, load_reproduction, paper_part
 from .runs import Runs
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ BothFigure: TypeAlias = "Callable[[Runs, Runs], Figure]"
 
 
 @dataclass(frozen=True)
-class BeyondWords:
+class BeyondWords(FileTable):
     """Contents of a paper's `beyond.toml`.
 
     Attributes
@@ -44,8 +43,6 @@ class BeyondWords:
     text : tuple of str
         Effects that the structure adds.
     """
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     page: str
     structure: Mapping[str, str]
@@ -116,12 +113,8 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
     """
     path = folder / "beyond.toml"
     words = read_data(path, BeyondWords)
-    for kind, numbers, functions in (
-        ("figure", [figure.number for figure in words.figure], list(draw)),
-        ("claim", [text.number for text in words.claim], list(checks)),
-    ):
-        if numbers != functions:
-            raise InputError(f"{path}: {kind}s {numbers} do not match the functions of the code, {functions}")
+    check_functions(path, "figure", [figure.number for figure in words.figure], draw)
+    check_functions(path, "claim", [text.number for text in words.claim], checks)
     return Beyond(words, draw, checks)
 
 

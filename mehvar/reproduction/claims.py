@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from mehvar.base.errors import InputError
 
+from .data import FileTable
 from .runs import Runs, WatchedRuns
 
 TIMES = 0.01
@@ -160,20 +161,16 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class ReadingText:
+class ReadingText(FileTable):
     """Name of an alternative reading for a claim, and one sentence about its change."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     name: str
     text: str
 
 
 @dataclass(frozen=True)
-class ClaimText:
+class ClaimText(FileTable):
     """Entry of a paper's `claims.toml`: the text of a claim, and the expected numbers of its checks."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     number: str
     text: str

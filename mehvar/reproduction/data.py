@@ -5,14 +5,20 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from mehvar.base.errors import InputError
 from mehvar.base.schema import parse_toml
 
 Data = TypeVar("Data")
+
+
+class FileTable:
+    """Base of dataclasses for the tables of a data file, which refuse unknown fields."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = {"extra": "forbid"}
 
 
 def read_data(path: Path, kind: type[Data]) -> Data:
@@ -23,7 +29,7 @@ def read_data(path: Path, kind: type[Data]) -> Data:
     path : Path
         The file.
     kind : type
-        The dataclass; its `__pydantic_config__` decides whether other fields are refused.
+        The dataclass, a `FileTable`.
 
     Raises
     ------

@@ -33,7 +33,7 @@ from mehvar.pictures.style import style
 from mehvar.runtime.model.catalogue import is_installed
 
 from .claims import Checks, Claim, ClaimText, Readings, decide
-from .data import read_data
+from .data import FileTable, read_data
 from .runs import Runs
 from .statements import Statements
 from .study import Study
@@ -48,14 +48,12 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class FigureCaption:
+class FigureCaption(FileTable):
     """Texts of a figure, by its number in the paper; `claims` are the numbers of the claims that it supports.
 
     `label` is the paper's name for it, if the paper numbers several kinds of pictures. If the picture is `lost`, the
     caption ends with the common text about lost pictures.
     """
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     number: int
     title: str
@@ -66,10 +64,8 @@ class FigureCaption:
 
 
 @dataclass(frozen=True)
-class SceneCaption:
+class SceneCaption(FileTable):
     """Texts of the animation: title, a caption for any run, and the events `shown` in the paper's runs."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     title: str
     caption: str
@@ -77,13 +73,11 @@ class SceneCaption:
 
 
 @dataclass(frozen=True)
-class Captions:
+class Captions(FileTable):
     """Contents of a paper's `captions.toml`: authors, reading, and texts of figures and animation.
 
     `cover` is the number of the figure that represents the paper on the overview.
     """
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     citation: str
     cover: int
@@ -94,10 +88,8 @@ class Captions:
 
 
 @dataclass(frozen=True)
-class Claims:
+class Claims(FileTable):
     """Contents of a paper's `claims.toml`."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     claim: tuple[ClaimText, ...]
 
@@ -199,12 +191,12 @@ def read_reproduction(
     """
     captions = read_data(folder / "captions.toml", Captions)
     texts = read_data(folder / "claims.toml", Claims).claim
-    _same(folder / "captions.toml", "figure", [figure.number for figure in captions.figure], draw)
-    _same(folder / "claims.toml", "claim", [text.number for text in texts], checks)
+    check_functions(folder / "captions.toml", "figure", [figure.number for figure in captions.figure], draw)
+    check_functions(folder / "claims.toml", "claim", [text.number for text in texts], checks)
     readings = readings or {}
     for text in texts:
         names = [reading.name for reading in text.reading]
-        _same(folder / "claims.toml", f"claim {text.number}: reading", names, readings.get(text.number, {}))
+        check_functions(folder / "claims.toml", f"claim {text.number}: reading", names, readings.get(text.number, {}))
     figures = tuple(
         PaperFigure(f.number, f.title, _caption(f, captions.lost_picture), draw[f.number], f.claims, f.label)
         for f in captions.figure
@@ -220,7 +212,8 @@ def _caption(figure: FigureCaption, lost_picture: str) -> str:
     return f"{figure.caption} {lost_picture}" if figure.lost else figure.caption
 
 
-def _same(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[object]) -> None:
+def check_functions(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[object]) -> None:
+    """Refuse a file whose numbered entries differ from the functions of the code."""
     if list(numbers) != list(functions):
         raise InputError(f"{path}: {kind}s {list(numbers)} do not match the functions of the code, {list(functions)}")
 

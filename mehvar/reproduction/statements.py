@@ -23,13 +23,14 @@ A statement gets the worst verdict of its evidence. Without evidence it is not j
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 from mehvar.base.errors import InputError
 
 from .claims import Claim, ClaimVerdict
+from .data import FileTable
 
 BEYOND = "beyond the paper"
 """Place of a statement that is our own."""
@@ -66,10 +67,8 @@ _EQUATIONS = {
 
 
 @dataclass(frozen=True)
-class PrintedCounts:
+class PrintedCounts(FileTable):
     """Numbers of the equations, tables and figures that a paper prints."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     equations: int
     tables: int
@@ -77,10 +76,8 @@ class PrintedCounts:
 
 
 @dataclass(frozen=True)
-class StatementText:
+class StatementText(FileTable):
     """A sentence of a paper with its evidence: claims, equations of the ledger, figures."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     place: str
     text: str
@@ -91,10 +88,8 @@ class StatementText:
 
 
 @dataclass(frozen=True)
-class Statements:
+class Statements(FileTable):
     """A paper's `statements.toml`."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     printed: PrintedCounts
     statement: tuple[StatementText, ...] = ()
@@ -163,37 +158,6 @@ def _known(text: StatementText, kind: str, numbers: Iterable[str], allowed: Mapp
     for number in numbers:
         if number not in allowed:
             raise InputError(f"statements.toml: {text.place}: {kind} {number!r} does not exist: {', '.join(allowed)}")
-
-
-def missing(
-    statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
-) -> Iterator[str]:
-    """Return the paper's printed items that have no entry in the file, and its claims that have no statement.
-
-    Parameters
-    ----------
-    statements : Statements
-        Of the paper.
-    claims, equations : iterable of str
-        Numbers of the claims, and of the entries of the ledger.
-    figures : iterable of int
-        The paper's figures that the report draws.
-    """
-    places = {statement.place for statement in statements.statement}
-    entries, drawn = set(equations), set(figures)
-    printed = statements.printed
-    yield from (f"equation ({k})" for k in range(1, printed.equations + 1) if f"({k})" not in entries)
-    yield from (f"table {k}" for k in range(1, printed.tables + 1) if f"table {k}" not in places)
-    for k in range(1, printed.figures + 1):
-        if f"figure {k}" not in places:
-            yield f"statement of figure {k}"
-        if k not in drawn:
-            yield f"drawing of figure {k}"
-    resting = {number for statement in statements.statement for number in statement.claims}
-    yield from (f"statement for claim {number}" for number in claims if number not in resting)
-    for section in ("abstract", "conclusions"):
-        if not any(place.startswith(section) for place in places):
-            yield section
 
 
 def coverage(

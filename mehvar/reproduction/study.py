@@ -7,12 +7,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from .data import FileTable
+
 
 @dataclass(frozen=True)
-class Band:
+class Band(FileTable):
     """A stored series to draw over time: its axis label, and True for an angle in degrees."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     label: str
     degrees: bool = False
@@ -24,7 +24,7 @@ class Band:
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(FileTable):
     """A batch for each of several laws: dispersions, success condition, and series to show.
 
     Attributes
@@ -50,8 +50,6 @@ class Study:
     options : mapping
         Options of each run, as in `--set`.
     """
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     text: str
     laws: Mapping[str, str]

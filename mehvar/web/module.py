@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mehvar.base import cache
-from mehvar.base.errors import BuildError, MissingError
+from mehvar.base.errors import MissingError
 from mehvar.base.manifest import Controller, Manifest, file_of
 from mehvar.base.names import identifier
 from mehvar.runtime.board.image.toolchains import Toolchain, toolchain
-from mehvar.runtime.compiling.compiler import environment
+from mehvar.runtime.compiling.compiler import run_compiler, write_sources
 from mehvar.runtime.compiling.library import native_headers, native_sources
 from mehvar.runtime.model.generated import generated_text
 from mehvar.runtime.run.calls import loop_calls, model_fields
@@ -77,16 +76,8 @@ def zig_toolchain() -> Toolchain:
 
 def _compile(folder: Path, sources: Mapping[str, str], zig: Toolchain, options: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as scratch:
-        for name, text in sources.items():
-            (Path(scratch) / name).parent.mkdir(parents=True, exist_ok=True)
-            (Path(scratch) / name).write_text(text, encoding="utf-8")
-        process = subprocess.run(
-            [*zig.command, *options, _UNIT, "-o", str(folder / _MODULE)],
-            cwd=scratch, env=environment(Path(scratch)), capture_output=True, text=True, check=False,
-            stdin=subprocess.DEVNULL,
-        )  # fmt: skip
-        if process.returncode:
-            raise BuildError(f"zig failed: exit status {process.returncode}\n{process.stderr}".rstrip())
+        write_sources(Path(scratch), sources)
+        run_compiler([*zig.command, *options, _UNIT, "-o", str(folder / _MODULE)], Path(scratch), "zig failed")
 
 
 def _needs_library(sources: Mapping[str, str]) -> bool:
@@ -136,9 +127,9 @@ def _header(manifest: Manifest, cases: Sequence[Case]) -> str:
     lines = [f"#define WEB_{name} {size}" for name, size in sizes.items()]
     functions = {identifier(name) for name in manifest.functions}
     optional = {"constraints": "p, s, margin", "to_coordinates": "x, q", "geometry": "x, u, r, p, points"}
-    lines.append(f"#define web_initial(p, s, x) {_symbol(manifest, 'initial')}(p, s, x)")
+    lines.append(f"#define web_initial(p, s, x) {manifest.c_name('initial')}(p, s, x)")
     for name, arguments in optional.items():
-        body = f"{_symbol(manifest, name)}({arguments})" if name in functions else "(void)0"
+        body = f"{manifest.c_name(name)}({arguments})" if name in functions else "(void)0"
         lines.append(f"#define web_{name}({arguments}) {body}")
     entries = ",\n".join(f"    {{{_law(manifest, law)}}}" for law in (*laws, _OWN))
     return "\n".join([*lines, _STRUCTURE, f"static const web_law web_laws[] = {{\n{entries}\n}};", ""])
@@ -180,7 +171,7 @@ def _law(manifest: Manifest, law: Controller) -> str:
         "limits_of_state": int(manifest.limits_of_state),
         "method": INTEGRATORS.index(first_integrator(RunOptions().method)),
     }
-    model = {**numbers, **{field: _symbol(manifest, f.name) for field, f in model_fields(calls, manifest, law).items()}}
+    model = {**numbers, **{field: manifest.c_name(f.name) for field, f in model_fields(calls, manifest, law).items()}}
     fields: dict[str, object] = {"charted": int(charted), "count": len(law.constraints), "own": int(law is _OWN)}
     for field, present in (
         ("start", law.memory),
@@ -188,13 +179,9 @@ def _law(manifest: Manifest, law: Controller) -> str:
         ("constraints", law.constraints),
     ):
         if present:
-            fields[field] = _symbol(manifest, f"{name}_{field}")
+            fields[field] = manifest.c_name(f"{name}_{field}")
     return f".model = {{{_fields(model)}}},\n     {_fields(fields)}"
 
 
 def _fields(values: dict[str, object]) -> str:
     return ", ".join(f".{name} = {value}" for name, value in values.items())
-
-
-def _symbol(manifest: Manifest, name: str) -> str:
-    return f"{identifier(manifest.model)}_{identifier(name)}"

@@ -16,7 +16,7 @@ from mehvar.base.parts import part_changes
 from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
 from ..quantities import TIME, Group, ModelError, Quantity
-from ..system import Actuator, Controller, System
+from ..system import Actuator, Condition, Controller, System
 from .assembly import accelerations, contributions, mount
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
@@ -114,7 +114,9 @@ class Spacecraft:
         _name("name", part.name)
         if any(other.name == part.name for other in self.parts):
             raise ModelError(f"{self.name}: a part named {part.name!r} is mounted already; parts need different names")
-        part.values(Parameters())  # refuses its numbers here; they are declared when the craft is derived
+        part.values(
+            Parameters(self._plant.quantities)
+        )  # refuses its numbers here; they are declared when the craft is derived
         self.parts.append(part)
         return part
 
@@ -196,6 +198,7 @@ class Spacecraft:
         states = self._states()
         actuator, controllers = self._actuator(mounted), self._controllers(mounted[0].craft)
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
+        self._check_defaults(constraints)
         events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
         limits = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.limits(at))
         limits += self.chart.limits()
@@ -248,6 +251,15 @@ class Spacecraft:
                     f"{where} would have no effect in a craft with motion = {self.motion!r}; use parts with one "
                     "direction, such as Thruster and Wheel"
                 )
+
+    def _check_defaults(self, constraints: Iterable[Condition]) -> None:
+        """Refuse defaults that violate a constraint."""
+        names = {q.name: float(q.default) for q in self._plant.quantities.values()}
+        symbols = {q.symbol: names[q.name] for q in self._plant.quantities.values()}
+        for condition in constraints:
+            if condition.margin.free_symbols <= symbols.keys() and not condition.margin.subs(symbols) > 0:
+                shown = [float(value.subs(symbols)) for value in condition.shown]
+                raise ModelError(f"{self.name}: {condition.message.format(*shown, **names)}")
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
         """Derive the rates of all states, and the motion of the parts."""

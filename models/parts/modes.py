@@ -11,8 +11,9 @@ from typing import Annotated
 import sympy as sp
 
 from ..quantities import ModelError, Quantity
+from ..system import Condition
 from .part import Aggregates, Coordinate, Mounted, Part
-from .values import Number, Parameters, Vector, scalar, vector
+from .values import Number, Parameters, Vector, conditions, kinds, scalar, vector
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,10 @@ class Modes(Part):
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         return SimpleNamespace(modes=[parameters.of(mode, f"{self.name}_{k}") for k, mode in enumerate(self.modes, 1)])
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        modes = enumerate(zip(self.modes, at.values.modes, strict=True), 1)
+        return tuple(c for k, (mode, v) in modes for c in conditions(f"{self.name}_{k}", v, kinds(mode)))
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         return tuple(

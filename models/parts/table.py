@@ -11,17 +11,15 @@ A table is a TOML file with an entry for each field of the part, and a list of t
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from mehvar.base.errors import value_text
-from mehvar.base.schema import parse_toml
 from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
-from ..tables import place_in, suggestion
+from ..tables import place_in, read_toml, suggestion
 from .values import Kind, Value, kinds
 
 KEYS = ("unit", "default", "source", "bounds")
@@ -45,12 +43,7 @@ def read_table(path: str | Path, of: type, lists: Mapping[str, type]) -> dict[st
         If the file cannot be read, or has an unknown field or a wrong unit.
     """
     file = Path(path)
-    try:
-        table = parse_toml(file.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise ModelError(f"cannot read {file}: {error.strerror}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ModelError(f"{file}: is not valid TOML: {error}") from error
+    table = read_toml(file)
     rows = {name: table.pop(name) for name in lists if name in table}
     result: dict[str, Any] = _fields(file, of, table)
     for name, entries in rows.items():

@@ -9,7 +9,8 @@ in a vector or tensor is structural and enters no equation.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
@@ -97,8 +98,8 @@ def kinds(part: object) -> dict[str, Kind]:
 class Parameters:
     """Parameters of an assembly, in the order of declaration."""
 
-    def __init__(self) -> None:
-        self.quantities: dict[str, Parameter] = {}
+    def __init__(self, quantities: Mapping[str, Parameter] | None = None) -> None:
+        self.quantities = dict(quantities or {})
 
     def add(
         self, name: str, value: float | Value, unit: str, meaning: str, bounds: str, array: ParameterArray | None = None
@@ -158,7 +159,7 @@ class Parameters:
             value.tolist() if hasattr(value, "tolist") and not isinstance(value, sp.Basic | sp.MatrixBase) else value
         )
         if kind.form == "scalar":
-            return self._number(kind, name, value, kind.meaning)
+            return self.number(kind, name, value, kind.meaning)
         if kind.form == "tensor":
             return self._tensor(kind, name, value, where)
         entries = _entries(value, where, 3)
@@ -170,15 +171,33 @@ class Parameters:
         )
         return _unit(result, where) if kind.form == "direction" else result
 
-    def _number(self, kind: Kind, name: str, value: Number, meaning: str) -> Expr:
-        if isinstance(value, sp.Expr):
-            return value
-        return self.add(name, value, kind.unit, meaning, kind.bounds)
+    def number(self, kind: Kind, name: str, value: Number, meaning: str) -> Expr:
+        """Declare a number and return its symbol; an expression stays, with the bounds of the field."""
+        if not isinstance(value, sp.Expr):
+            return self.add(name, value, kind.unit, meaning, kind.bounds)
+        if value.is_number:
+            Parameters().add(name, float(value), kind.unit, meaning, kind.bounds)
+        elif (shared := self.quantities.get(str(value))) and shared.symbol == value:
+            self._narrow(shared, kind, f"{name} ({meaning})")
+        return value
+
+    def _narrow(self, shared: Parameter, kind: Kind, user: str) -> None:
+        """Limit a shared parameter to the bounds of a field that uses it; its symbol keeps its assumptions."""
+        bounds = shared.bounds.common(Interval.parse(kind.bounds))
+        if bounds is None:
+            raise ModelError(
+                f"{shared.name}: its bounds {shared.bounds} allow no value in {kind.bounds}, as {user} needs"
+            )
+        if float(shared.default) not in bounds:
+            raise ModelError(
+                f"{shared.name} = {shared.default!r}: must be in {bounds}, {kind.unit}, for its use as {user}"
+            )
+        self.quantities[shared.name] = dataclasses.replace(shared, bounds=bounds)
 
     def _entry(self, kind: Kind, name: str, value: Number, which: str) -> Expr:
         if value == 0:
             return sp.S.Zero
-        return self._number(kind, name, value, f"{kind.meaning}, {which}")
+        return self.number(kind, name, value, f"{kind.meaning}, {which}")
 
     def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
         rows = sp.zeros(3, 3)
@@ -229,19 +248,38 @@ def _unit(vector: sp.Matrix, where: str) -> sp.Matrix:
 
 
 def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[Condition, ...]:
-    """Return the conditions on symbolic values of a part: positive numbers, physical inertias."""
+    """Return the conditions on symbolic values of a part: numbers in their bounds, physical inertias."""
     result: list[Condition] = []
     for field, kind in declared.items():
         value = getattr(values, field, None)
+        if value is None:
+            continue
         if kind.form == "tensor":
-            text = f"{name}.{field} is the inertia of no body: no moment may exceed the sum of the other two"
-            result += (Condition(margin, text) for margin in _of_a_body(value))
-        elif kind.form == "scalar" and value is not None and not value.is_Symbol and kind.bounds == "(0, inf)":
-            result.append(Condition(value, f"{name}.{field} must be above zero"))
+            text = f"{name}.{field}, with {_shown(value.free_symbols)}, {NO_BODY}"
+            result += (Condition(margin, text) for margin in of_a_body(value))
+        elif kind.form == "scalar" and not value.is_Symbol:
+            text = f"{name}.{field} = {value}, with {_shown(value.free_symbols)}: must be in {kind.bounds}"
+            result += (Condition(margin, text) for margin in _within(value, Interval.parse(kind.bounds)))
     return tuple(condition for condition in result if condition.margin.free_symbols)
 
 
-def _of_a_body(inertia: sp.Matrix) -> list[Expr]:
+def _shown(symbols: Iterable[sp.Symbol]) -> str:
+    """Return the text that shows values of parameters in a message."""
+    return ", ".join(f"{name} = {{{name}:g}}" for name in sorted(map(str, symbols)))
+
+
+NO_BODY = "is the inertia of no body: no moment may exceed the sum of the other two"
+
+
+def _within(value: Expr, bounds: Interval) -> Iterator[Expr]:
+    """Yield margins that are positive if a value is in an interval."""
+    for end, sign, beyond in ((bounds.lower, 1, bounds.lower_open), (bounds.upper, -1, bounds.upper_open)):
+        if math.isfinite(end):
+            margin = sign * (value - (int(end) if end.is_integer() else end))
+            yield margin if beyond else sp.Piecewise((1, margin >= 0), (-1, True))
+
+
+def of_a_body(inertia: sp.Matrix) -> list[Expr]:
     """Return margins that are positive if J is the inertia of a real body, whose second moments are tr(J)/2 - J.
 
     A flat body, with one second moment of zero, is allowed by a small tolerance.

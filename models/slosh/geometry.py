@@ -12,7 +12,7 @@ from ..geometry import Shape
 from ..mechanics import frame_turn
 from ..system import Expr, Group
 from .plant.equations import gimbal_position
-from .states import Pendulum, angle_quantities, direction_quantities
+from .states import Pendulum, angle_quantities, direction_quantities, rod
 
 _REAR, _FRONT, _RADIUS = sp.Rational(-52, 100), sp.Rational(6, 5), sp.Rational(36, 100)
 """Rear end, front end and radius of the hull in the picture, m, which the paper does not give."""
@@ -75,5 +75,4 @@ def _direction(k: int, inertia: str) -> sp.Matrix:
     """Return the unit vector from the pivot to bob k in body axes: from angles (7), or three states."""
     if inertia == "ball":
         return sp.Matrix([q.symbol for q in direction_quantities(k)])
-    phi, theta = (q.symbol for q in angle_quantities(k))
-    return sp.Matrix([-sp.cos(phi), sp.sin(phi) * sp.sin(theta), sp.sin(phi) * sp.cos(theta)])
+    return rod(*(q.symbol for q in angle_quantities(k)))

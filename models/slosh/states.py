@@ -86,6 +86,11 @@ def arm_rate_quantities(k: int) -> tuple[Quantity, ...]:
     )
 
 
+def rod(phi: Expr, theta: Expr) -> sp.Matrix:
+    """Return the unit vector from pivot to bob (7), in body axes."""
+    return sp.Matrix([-sp.cos(phi), sp.sin(phi) * sp.sin(theta), sp.sin(phi) * sp.cos(theta)])
+
+
 @dataclass(frozen=True)
 class Pendulum:
     """Parameters of one pendulum.
@@ -121,16 +126,12 @@ def renumbered(parameter: Parameter, old: int, new: int) -> Parameter:
     """Return a parameter of pendulum `old` with the number of pendulum `new`."""
     if old is new:
         return parameter
-    name = parameter.name.replace(str(old), str(new))
-    return Parameter(
-        name,
-        parameter.unit,
-        parameter.description.replace(f"pendulum {old}", f"pendulum {new}"),
-        parameter.latex.replace(str(old), f"{{{new}}}"),
-        parameter.positive,
-        parameter.default,
-        parameter.bounds,
-        f"addition: pendulums beyond the second start from the numbers of pendulum {old}",
+    return dataclasses.replace(
+        parameter,
+        name=parameter.name.replace(str(old), str(new)),
+        description=parameter.description.replace(f"pendulum {old}", f"pendulum {new}"),
+        latex=parameter.latex.replace(str(old), f"{{{new}}}"),
+        source=f"addition: pendulums beyond the second start from the numbers of pendulum {old}",
     )
 
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, Runs, not_essential, read_data
+from mehvar.reproduction.data import FileTable
 from mehvar.runtime import Status
 
 if TYPE_CHECKING:
@@ -44,10 +45,8 @@ Three: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class TableRow:
+class TableRow(FileTable):
     """A run of the table: its name, what distinguishes it in words, law, scenario and settings; and its numbers."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     name: str
     title: str
@@ -68,10 +67,8 @@ class TableRow:
 
 
 @dataclass(frozen=True)
-class AxisTable:
+class AxisTable(FileTable):
     """The contents of expected.toml; `explanation` is about the rows that may not be run."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     explanation: str
     printed_b: Mapping[str, tuple[float, float]]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mehvar.reproduction import TIMES, Check, Claim, Runs, not_essential, read_data
+from mehvar.reproduction.data import FileTable
 
 if TYPE_CHECKING:
     from mehvar.runtime import Run
@@ -24,10 +25,8 @@ FULL: Mapping[str, Any] = {}
 
 
 @dataclass(frozen=True)
-class TableColumn:
+class TableColumn(FileTable):
     """A run of the table: its description, law and settings."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     title: str
     law: str
@@ -35,10 +34,8 @@ class TableColumn:
 
 
 @dataclass(frozen=True)
-class TableGroup:
+class TableGroup(FileTable):
     """Numbers that are shown in one line: one value for each column, by the name of a metric or an input."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     what: str
     unit: str
@@ -47,10 +44,8 @@ class TableGroup:
 
 
 @dataclass(frozen=True)
-class LoopTable:
+class LoopTable(FileTable):
     """The contents of expected.toml; `explanation` is about inputs that are larger between whole seconds."""
-
-    __pydantic_config__ = {"extra": "forbid"}  # noqa: RUF012 - read by pydantic
 
     explanation: str
     run: tuple[TableColumn, ...]

@@ -227,11 +227,7 @@ def _sizes(loop: KernelLoop) -> dict[str, str]:
 
 def _declaration(manifest: Manifest, function: Function) -> str:
     arguments = ["const real *"] * len(function.arguments) + ["real *"] * len(function.results)
-    return f"void {_symbol(manifest, function.name)}({', '.join(arguments)})"
-
-
-def _symbol(manifest: Manifest, name: str) -> str:
-    return f"{identifier(manifest.model)}_{identifier(name)}"
+    return f"void {manifest.c_name(function.name)}({', '.join(arguments)})"
 
 
 def _call(manifest: Manifest, call: str, function: Function | None, results: Sequence[str]) -> str:
@@ -247,7 +243,7 @@ def _statement(manifest: Manifest, call: str, function: Function, results: Seque
     """Return the C call of a generated function; unnamed results go into the model's structure."""
     arguments = [_expression(array.name, call) for array in function.arguments]
     arguments += results or [_expression(array.name, call) for array in function.results]
-    return f"{_symbol(manifest, function.name)}({', '.join(arguments)})"
+    return f"{manifest.c_name(function.name)}({', '.join(arguments)})"
 
 
 def _expression(name: str, call: str) -> str:

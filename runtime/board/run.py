@@ -49,7 +49,7 @@ class BoardRequest:
     Attributes
     ----------
     target : str
-        "sil", "unicorn", "qemu", "qemu-pty" or a serial port.
+        "sil", "unicorn", "qemu" or a serial port.
     board, compiler : str, optional
         Board and compiler of the image; default: "stm32f4", and gcc or else zig. For software in the loop, a
         processor of QEMU's user mode; default: this machine's.
@@ -248,7 +248,7 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     z, expected = _memories(law, single)
     covered: tuple[Coverage, ...] = ()
     if profiler and elf:
-        laws = (_law_symbol(model, request), "mv_app_law", "mv_app_step")
+        laws = (model.manifest.c_name(request.controller), "mv_app_law", "mv_app_step")
         names = [name for name in laws if name in elf.symbols]
         covered = tuple(coverage(image.path, elf, names, profiler.profile.addresses))
     return BoardRun(
@@ -384,12 +384,6 @@ def _memories(law: BoardLaw, single: Run) -> tuple[NDArray[np.float32], NDArray[
     return np.stack([law.z[k] for k in samples]), single.z[[k + 1 for k in samples]]
 
 
-def _law_symbol(model: Model, request: BoardRequest) -> str:
-    from mehvar.base.names import identifier
-
-    return f"{identifier(model.name)}_{identifier(request.controller)}"
-
-
 def difference(values: NDArray[Any], expected: NDArray[Any]) -> Difference:
     """Return the differences of two series as floats.
 
@@ -422,22 +416,3 @@ def _ordered(values: NDArray[np.float32]) -> NDArray[np.int64]:
     """Return the rank of each float among all floats, with equal ranks for all NaN and for both zeros."""
     bits = np.where(np.isnan(values), np.float32(np.nan), values).astype(np.float32).view(np.int32).astype(np.int64)
     return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
-
-
-def is_complete(outcome: BoardRun) -> bool:
-    """Return True if the board's run reached its end."""
-    return outcome.board.status.complete
-
-
-__all__ = [
-    "TARGETS",
-    "BoardRequest",
-    "BoardRun",
-    "Difference",
-    "build_image",
-    "difference",
-    "is_complete",
-    "run_on_board",
-    "samples_of",
-    "ulps",
-]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import errno
 import os
 import queue
-import re
 import select
 import shutil
 import socket
@@ -24,7 +23,7 @@ from .image.build import Image
 from .image.elf import read_elf
 from .line.link import LinkError, Port
 
-TARGETS = ("sil", "unicorn", "qemu", "qemu-pty")
+TARGETS = ("sil", "unicorn", "qemu")
 """Targets without hardware; all other names are serial ports."""
 _CHUNK = 4096
 """Number of bytes per read, above the length of any frame."""
@@ -176,44 +175,13 @@ class SerialPort:
         self._port.close()
 
 
-class PtyPort:
-    """A board under QEMU with its serial line on a pseudo-terminal, used like a serial port."""
-
-    def __init__(self, image: Image) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
-        log = Path(self._folder.name) / "log"
-        self.name, self._process = _qemu(image, "pty", log, ())
-        try:
-            self._port = SerialPort(_terminal(self._process, log))
-        except BaseException:
-            self._end()
-            raise
-
-    def write(self, data: bytes) -> None:
-        """Send bytes."""
-        self._port.write(data)
-
-    def read(self, timeout: float) -> bytes:
-        """Return received bytes."""
-        return self._port.read(timeout)
-
-    def close(self) -> None:
-        """End the emulator."""
-        self._port.close()
-        self._end()
-
-    def _end(self) -> None:
-        _end(self._process)
-        self._folder.cleanup()
-
-
 def open_target(target: str, image: Image) -> Port:
     """Open the line to a board.
 
     Parameters
     ----------
     target : str
-        "sil", "unicorn", "qemu", "qemu-pty" or the name of a serial port.
+        "sil", "unicorn", "qemu" or the name of a serial port.
     image : Image
         Image for the emulators; a board at a serial port must already run it.
 
@@ -228,8 +196,6 @@ def open_target(target: str, image: Image) -> Port:
         return MachinePort(image)
     if target == "qemu":
         return SocketPort(image)
-    if target == "qemu-pty":
-        return PtyPort(image)
     return SerialPort(target)
 
 
@@ -247,17 +213,6 @@ def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple
     with log.open("wb") as errors:
         process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors)
     return f"qemu {image.board.machine}", process
-
-
-def _terminal(process: subprocess.Popen[bytes], log: Path) -> str:
-    """Return the pseudo-terminal's name from QEMU's messages."""
-    for _ in range(_START_TRIES):
-        if match := re.search(r"redirected to (/dev/\S+)", log.read_text(errors="replace")):
-            return match[1]
-        if process.poll() is not None:
-            break
-        time.sleep(_START_PAUSE)
-    raise LinkError(f"qemu-system-arm did not start: {log.read_text(errors='replace').strip()}")
 
 
 def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socket.socket:

@@ -10,11 +10,12 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from mehvar.base.cache import cache_folder
-from mehvar.base.errors import InputError, MissingError
+from mehvar.base.errors import BuildError, InputError, MissingError
 
 _PATH_NAMES = ("cc", "clang", "gcc")
 _VERSION_TIMEOUT = 60.0
@@ -75,15 +76,35 @@ def require_compiler() -> Compiler:
 
 
 def environment(scratch: Path) -> dict[str, str]:
-    """Return environment variables for compiling, which put zig's caches into mehvar's unless the user has set them.
-
-    Parameters
-    ----------
-    scratch : Path
-        A folder that is removed after this compilation.
-    """
+    """Return environment variables for compiling, which put zig's caches into mehvar's unless the user has set them."""
     zig = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig"), "ZIG_LOCAL_CACHE_DIR": str(scratch / "zig")}
     return {**zig, **os.environ}
+
+
+def write_sources(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write files into a folder, by their paths."""
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def run_compiler(command: Sequence[str], folder: Path, failure: str) -> str:
+    """Run a compiler in a folder that is removed afterwards, and return its report.
+
+    Raises
+    ------
+    BuildError
+        If it fails; the message is `failure` with the report.
+    """
+    process = subprocess.run(
+        command, cwd=folder, env=environment(folder), capture_output=True, text=True, errors="replace",
+        check=False, stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    output = process.stderr or process.stdout
+    report = f"exit status {process.returncode}\n$ {shlex.join(command)}\n{output}".rstrip()
+    if process.returncode != 0:
+        raise BuildError(f"{failure}: {report}")
+    return report
 
 
 @functools.cache

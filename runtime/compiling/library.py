@@ -8,7 +8,6 @@ import functools
 import os
 import platform
 import shlex
-import subprocess
 import sys
 import tempfile
 import threading
@@ -19,7 +18,7 @@ from pathlib import Path
 from mehvar.base import cache
 from mehvar.base.errors import BuildError, InputError
 
-from .compiler import Compiler, environment, require_compiler
+from .compiler import Compiler, require_compiler, run_compiler, write_sources
 
 NATIVE = Path(__file__).parents[1] / "native"
 INCLUDE = NATIVE / "include"
@@ -151,31 +150,13 @@ def _native() -> ctypes.CDLL:
 
 def _compile(folder: Path, file: str, sources: Mapping[str, str], command: Sequence[str], compiler: Compiler) -> None:
     """Compile in a temporary folder next to the library, and move only the result."""
-    with tempfile.TemporaryDirectory(dir=folder) as scratch:
-        for name, text in sources.items():
-            (Path(scratch) / name).parent.mkdir(parents=True, exist_ok=True)
-            (Path(scratch) / name).write_text(text, encoding="utf-8")
-        process = subprocess.run(
-            command,
-            cwd=scratch,
-            env=environment(Path(scratch)),
-            capture_output=True,
-            text=True,
-            errors="replace",
-            check=False,
-            stdin=subprocess.DEVNULL,
-        )
-        library = Path(scratch) / file
-        if process.returncode != 0 or not library.is_file():
-            raise _failure(command, process, compiler)
-        library.replace(folder / file)
-
-
-def _failure(
-    command: Sequence[str], process: subprocess.CompletedProcess[str], compiler: Compiler
-) -> InputError | BuildError:
-    report = f"exit status {process.returncode}\n$ {shlex.join(command)}\n{process.stderr or process.stdout}".rstrip()
-    if process.returncode == 0 and compiler.origin == "$CC":
-        cc = shlex.join(compiler.command)
-        return InputError(f"$CC = {cc!r}: must be a C compiler, but it wrote no file: {report}")
-    return BuildError(f"the C compiler failed: {report}")
+    with tempfile.TemporaryDirectory(dir=folder) as name:
+        scratch = Path(name)
+        write_sources(scratch, sources)
+        report = run_compiler(command, scratch, "the C compiler failed")
+        if not (scratch / file).is_file():
+            if compiler.origin == "$CC":
+                cc = shlex.join(compiler.command)
+                raise InputError(f"$CC = {cc!r}: must be a C compiler, but it wrote no file: {report}")
+            raise BuildError(f"the C compiler wrote no file: {report}")
+        (scratch / file).replace(folder / file)

@@ -190,7 +190,7 @@ class CBackend:
     def address(self, name: str, real: Real = "double") -> int:
         """Return a C function's address for the native loop, on doubles; `real` is its internal number type."""
         function = self._manifest.functions[name]
-        symbol = _symbol(self._manifest, function) if real == "double" else f"narrow_{identifier(name)}"
+        symbol = self._manifest.c_name(function.name) if real == "double" else f"narrow_{identifier(name)}"
         return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
 
     def narrow(self, name: str, *arguments: FloatArray) -> FloatArray:
@@ -287,10 +287,6 @@ def _is_jacobian(function: Function) -> bool:
     return function.file.endswith("_jac.c")
 
 
-def _symbol(manifest: Manifest, function: Function) -> str:
-    return f"{identifier(manifest.model)}_{identifier(function.name)}"
-
-
 def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str:
     """Return C code that includes a generated file and gives its functions a common signature."""
     lines = [f'#include "{file}"', ""]
@@ -299,7 +295,7 @@ def _calls_text(manifest: Manifest, file: str, functions: list[Function]) -> str
         results = [f"r[{i}]" for i in range(len(function.results))]
         lines += [
             f"void call_{identifier(function.name)}(const double *const *a, double *const *r)",
-            f"{{ {_symbol(manifest, function)}({', '.join(arguments + results)}); }}",
+            f"{{ {manifest.c_name(function.name)}({', '.join(arguments + results)}); }}",
         ]
     return "\n".join(lines) + "\n"
 
@@ -314,7 +310,7 @@ def _narrow_text(manifest: Manifest, file: str, functions: list[Function]) -> st
         lines += [f"    float {a.name}_f[{max(a.size, 1)}];" for a in (*arguments, *results)]
         lines += [f"    for (int i = 0; i < {a.size}; i++) {a.name}_f[i] = (float){a.name}[i];" for a in arguments]
         names = ", ".join(f"{a.name}_f" for a in (*arguments, *results))
-        lines.append(f"    {_symbol(manifest, function)}({names});")
+        lines.append(f"    {manifest.c_name(function.name)}({names});")
         lines += [f"    for (int i = 0; i < {r.size}; i++) {r.name}[i] = (double){r.name}_f[i];" for r in results]
         lines.append("}")
     return "\n".join(lines) + "\n"
@@ -349,7 +345,11 @@ def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
         raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error
 
 
-def displacement(manifest: Manifest, functions: Functions, x: FloatArray, p: FloatArray) -> FloatArray:
+START_OFF = 1e-3
+"""Largest change of an initial state by the projection, enough for a quaternion with three decimals."""
+
+
+def displacement(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> FloatArray:
     """Return the projection of states minus the states, of shape (..., 0) without a projection.
 
     Parameters
@@ -362,4 +362,35 @@ def displacement(manifest: Manifest, functions: Functions, x: FloatArray, p: Flo
     if "project" not in manifest.functions or "to_coordinates" in manifest.functions:
         return np.empty((*np.shape(x)[:-1], 0))
     more = (p,) if manifest.projects_by_parameters else ()
-    return np.asarray(functions["project"](x, *more)) - x
+    change: FloatArray = np.asarray(functions["project"](x, *more)) - np.asarray(x)
+    return change
+
+
+def check_manifold(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike, what: str) -> None:
+    """Refuse a state that the projection changes, such as a quaternion without unit length.
+
+    Parameters
+    ----------
+    x : array, shape (..., n_x)
+        States.
+    p : array, shape (..., n_p)
+        Model parameters.
+    what : str
+        The state in the message.
+
+    Raises
+    ------
+    InputError
+        With the nearest possible numbers.
+    """
+    moved = displacement(manifest, functions, x, p)
+    impossible = ~(np.abs(moved) <= START_OFF)
+    if not impossible.any():
+        return
+    first = tuple(np.argwhere(impossible.any(axis=-1))[0])
+    rows = zip(manifest.states, np.broadcast_to(x, moved.shape)[first], moved[first], impossible[first], strict=True)
+    parts = ", ".join(f"{q.name} = {value:g} ({value + change:.6g})" for q, value, change, is_wrong in rows if is_wrong)
+    raise InputError(
+        f"{what} is impossible, as a quaternion whose length is not 1: {parts}. "
+        "The numbers in parentheses are the nearest possible ones"
+    )

@@ -91,7 +91,7 @@ def addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
 def _address(problem: Problem, field: str, function: Function, callbacks: Callbacks) -> int:
     evaluator = problem.model.evaluator
     if isinstance(evaluator, CBackend):
-        return evaluator.address(function.name, problem.real if field in _LAWS else "double")
+        return evaluator.address(function.name, problem.options.real if field in _LAWS else "double")
     arguments = [argument.shape for argument in function.arguments]
     return callbacks.address(evaluator.raw(function.name), arguments, function.shapes)
 
@@ -99,7 +99,7 @@ def _address(problem: Problem, field: str, function: Function, callbacks: Callba
 def _own_addresses(problem: Problem, callbacks: Callbacks) -> dict[str, int]:
     """Return the functions of a loop under a continuous Python law; time is appended to the reference."""
     loop, manifest = _OwnLoop(problem), problem.model.manifest
-    p, c, s = (vector.shape for vector in (problem.p, problem.c, problem.s))
+    p, c, s = (vector.shape for vector in (problem.parameters.p, problem.parameters.c, problem.parameters.s))
     x, u, r = ((len(group),) for group in (manifest.states, manifest.inputs, (*manifest.references, "t")))
     observed, observe = (x, u, u) if loop.acts else (x, u), "observe_command" if loop.acts else "observe"
     functions: dict[str, tuple[Callable[..., Any], Sequence[Shape], Sequence[Shape]]] = {

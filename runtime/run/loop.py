@@ -164,7 +164,8 @@ def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any
     nx, nu, ny = (len(group) for group in (manifest.states, manifest.inputs, manifest.outputs))
     nz = len(problem.controller.memory)
     rows = (len(problem.t) - 1 + problem.record_every - 1) // problem.record_every + 1
-    arguments = {"p": problem.p, "c": problem.c, "s": problem.s, "e": problem.noise, "t": problem.t}
+    values, options = problem.parameters, problem.options
+    arguments = {"p": values.p, "c": values.c, "s": values.s, "e": problem.noise, "t": problem.t}
     arrays: dict[str, Any] = {
         name: np.array(v, dtype=np.float64) for name, v in (arguments | {"q": x0, "z": problem.z0}).items()
     }
@@ -179,10 +180,10 @@ def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any
         ticks=len(problem.t),
         record_every=problem.record_every,
         hold_every=problem.hold_every or 1,
-        max_steps=problem.max_steps,
-        delay=problem.delay,
-        rtol=problem.rtol,
-        atol=problem.atol,
+        max_steps=options.max_steps,
+        delay=options.delay,
+        rtol=options.rtol,
+        atol=options.atol,
         step=problem.step,
         longest=max(problem.input_delays, default=0),
     )
@@ -192,8 +193,8 @@ def _prepare(problem: Problem, callbacks: Callbacks) -> tuple[Any, dict[str, Any
         nseen=len(manifest.seen),
         nw=len(manifest.wiener),
         nj=manifest.jump,
-        seed=problem.seed,
-        run=problem.run,
+        seed=options.seed,
+        run=options.run,
         nv=len(numbers),
         sampled=sampled,
         reference_constant=manifest.reference_constant and not timed,

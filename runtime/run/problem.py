@@ -35,8 +35,6 @@ Progress = Callable[[float, float], None]
 
 _AT_SAMPLES = frozenset(("actuate", "jump", "measure"))
 """Plant functions that act once per sample."""
-START_OFF = 1e-3
-"""Largest change of an initial state by the projection, enough for a quaternion with three decimals."""
 STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
 
@@ -78,18 +76,17 @@ class Problem:
 
     Parameters
     ----------
-    p, c, s : array
+    parameters : Resolved
         Parameters of plant, law and scenario.
+    options : RunOptions
+        Seed, run number, tolerances, delay, number type of a sampled law and largest number of trial steps; the fields
+        below replace what depends on the scenario or the law.
     x0, z0 : array
         Initial state, and the memory of the law before its first sample or at the start.
     noise : array, (n, ne)
         Independent standard normal numbers for each evaluation of a sampled law.
-    seed, run : int
-        Seed and run number, on which all noise of the run depends.
     suffix : str
         Suffix of the functions that only the chosen variant of the plant has.
-    real : str
-        Number type of a sampled law, "double" or "float".
     t : array
         Ticks in seconds, the first at 0 and the last at the end; integration stops at each of them exactly.
     dt, hold : float
@@ -98,18 +95,12 @@ class Problem:
         Ticks from one recorded sample to the next; the last tick is recorded too.
     hold_every : int or None
         Number of ticks for which a sampled law's input is held; None for a continuous loop.
-    delay : int
-        Samples of the law between computing an input and applying it; zero input before.
     input_delays : tuple of int
         Further samples until each input acts, for a plant with input delays.
     method : str
         One of `METHODS`.
-    rtol, atol : float
-        Tolerances of the adaptive methods.
     step : float
         Largest step of a method with a fixed step, s.
-    max_steps : int
-        Largest number of trial steps between two ticks.
     progress : callable, optional
         Called now and then with the time reached and the end time.
     law : callable, optional
@@ -120,29 +111,21 @@ class Problem:
 
     model: Model
     controller: Controller
-    p: FloatArray
-    c: FloatArray
-    s: FloatArray
+    parameters: Resolved
+    options: RunOptions
     x0: FloatArray
     z0: FloatArray
     noise: FloatArray
-    seed: int
-    run: int
     suffix: str
-    real: Real
     t: FloatArray
     dt: float
     hold: float | None
     record_every: int
     hold_every: int | None
-    delay: int
     input_delays: tuple[int, ...]
     method: Integrator
     stiff_test: bool
-    rtol: float
-    atol: float
     step: float
-    max_steps: int
     progress: Progress | None
     law: Law | None = None
     own: PythonLaw | None = None
@@ -234,29 +217,21 @@ def problem_of(
     return Problem(
         model=model,
         controller=law,
-        p=resolved.p,
-        c=resolved.c,
-        s=resolved.s,
+        parameters=resolved,
+        options=options,
         x0=x0,
         z0=start_memory(model, law, resolved, x0, options.real) if own is None else own.start,
         noise=_noise(model, len(ticks), hold_every, options),
-        seed=options.seed,
-        run=options.run,
         suffix=suffix,
-        real=options.real,
         t=ticks,
         dt=dt,
         hold=hold,
         record_every=record_every,
         hold_every=hold_every,
-        delay=options.delay,
         input_delays=delays,
         method=first_integrator(options.method),
         stiff_test=options.method == AUTO,
-        rtol=options.rtol,
-        atol=options.atol,
         step=options.step or min(dt, hold or dt),
-        max_steps=options.max_steps,
         progress=progress,
         law=None if own is None or hold_every is None else own.at(ticks[::hold_every]),
         own=own,
@@ -409,7 +384,7 @@ def _solved(
     return None
 
 
-def start_memory(model: Model, law: Controller, values: Resolved | Problem, x0: FloatArray, real: Real) -> FloatArray:
+def start_memory(model: Model, law: Controller, values: Resolved, x0: FloatArray, real: Real) -> FloatArray:
     """Return a law's initial memory, in float with the bits of a board."""
     if not law.memory:
         return np.empty(0)

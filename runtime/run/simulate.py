@@ -21,13 +21,13 @@ from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts
-from ..model.functions import BackendName, FloatArray, displacement
+from ..model.functions import BackendName, FloatArray, check_manifold
 from ..model.model import Model, shared_model
 from ..model.parameters import Resolved, advice, all_parameters, elements, named_values, resolve, say
 from . import loop
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
-from .problem import START_OFF, Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
+from .problem import Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
 from .readers import check_read
 from .user.choice import law_of
 from .user.law import Law, LawFunction, PythonLaw
@@ -283,9 +283,9 @@ def simulate(
         u_cmd=trajectory.u_cmd,
         y=trajectory.y,
         z=trajectory.z,
-        w=_reports(problem, resolved, trajectory),
+        w=_reports(problem, trajectory),
         status=trajectory.status,
-        reason=_reason(problem, resolved, trajectory),
+        reason=_reason(problem, trajectory),
         t_stop=trajectory.t_stop,
         violated=trajectory.violated if trajectory.status is Status.LIMIT else -1,
         error=trajectory.error,
@@ -309,15 +309,15 @@ def simulate(
     )
 
 
-def _reports(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> FloatArray:
+def _reports(problem: Problem, trajectory: Trajectory) -> FloatArray:
     """Return the law's reports at each sample."""
-    model, law = problem.model, problem.controller
+    model, law, values = problem.model, problem.controller, problem.parameters
     if not law.outputs:
         return np.empty((len(trajectory.t), 0))
-    r = model.functions["reference"](trajectory.t, resolved.p, resolved.s)
+    r = model.functions["reference"](trajectory.t, values.p, values.s)
     outputs = model.functions[f"{identifier(law.name)}_outputs"]
     memory = (trajectory.z,) if reads_memory(outputs.function) else ()
-    return np.asarray(outputs(trajectory.x, r, *memory, resolved.p, resolved.c), dtype=np.float64)
+    return np.asarray(outputs(trajectory.x, r, *memory, values.p, values.c), dtype=np.float64)
 
 
 def _integrate(problem: Problem) -> Trajectory:
@@ -340,9 +340,9 @@ def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
         raise bad_value(
             "method", AUTO, "another method: auto may repeat the run, but this law is evaluated once per sample", origin
         )
-    if problem.real != "double":
-        raise bad_value("real", problem.real, "left out with law: the given law determines its precision", origin)
-    z0 = start_memory(problem.model, problem.controller, problem, problem.x0, getattr(law, "real", "double"))
+    if (real := problem.options.real) != "double":
+        raise bad_value("real", real, "left out with law: the given law determines its precision", origin)
+    z0 = start_memory(problem.model, problem.controller, problem.parameters, problem.x0, getattr(law, "real", "double"))
     return replace(problem, law=law, z0=z0)
 
 
@@ -364,7 +364,7 @@ def _start(
     for name, value in zip(model.state_names, x0, strict=True):
         if not math.isfinite(value):
             raise bad_value(f"initial state {name}", float(value), "a finite number", place)
-    _check_manifold(model, resolved.p, x0, place)
+    check_manifold(model.manifest, model.functions, x0, resolved.p, f"the initial state (from {place})")
     if not model.manifest.limits:
         return x0
     margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
@@ -375,19 +375,7 @@ def _start(
     return x0
 
 
-def _check_manifold(model: Model, p: FloatArray, x0: FloatArray, place: str) -> None:
-    """Refuse an initial state that the projection changes, such as a quaternion without unit length."""
-    moved = displacement(model.manifest, model.functions, x0, p)
-    rows = [row for row, change in enumerate(moved) if not abs(change) <= START_OFF]
-    if rows:
-        parts = ", ".join(f"{model.state_names[row]} = {x0[row]:g} ({x0[row] + moved[row]:.6g})" for row in rows)
-        raise InputError(
-            f"the initial state (from {place}) is impossible, as a quaternion whose length is not 1: {parts}. "
-            "The numbers in parentheses are the nearest possible ones"
-        )
-
-
-def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str:
+def _reason(problem: Problem, trajectory: Trajectory) -> str:
     """Return the reason for the end of a run in words."""
     model, at = problem.model, f"at t = {trajectory.t_stop:.6g} s"
     if trajectory.status is Status.DONE:
@@ -395,7 +383,7 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
     if trajectory.status is Status.LIMIT:
         last = dict(zip(model.state_names, trajectory.x_stop, strict=True))
         message = model.manifest.limits[trajectory.violated]
-        return f"{say(message, {**resolved.values, **last})} ({at})"
+        return f"{say(message, {**problem.parameters.values, **last})} ({at})"
     if trajectory.status.by_event:
         return _ending(problem, trajectory, at)
     if trajectory.events and trajectory.status is Status.CHATTERING:
@@ -408,7 +396,7 @@ def _reason(problem: Problem, resolved: Resolved, trajectory: Trajectory) -> str
         return f"{what} is not finite {at}"
     if trajectory.status is Status.STEP_UNDERFLOW:
         return f"the tolerance needs a step below the resolution of time {at}"
-    return f"more than {problem.max_steps} steps from one sample to the next {at}"
+    return f"more than {problem.options.max_steps} steps from one sample to the next {at}"
 
 
 def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
@@ -451,8 +439,8 @@ def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Da
 def _effective(problem: Problem) -> dict[str, float | str]:
     options: dict[str, float | str] = {"t_end": float(problem.t[-1]), "dt_out": problem.dt}
     if problem.hold is not None:
-        options |= {"hold": problem.hold, "delay": problem.delay}
+        options |= {"hold": problem.hold, "delay": problem.options.delay}
     options |= {"method": AUTO if problem.stiff_test else problem.method}
     if problem.method in FIXED:
         return options | {"step": problem.step}
-    return options | {"rtol": problem.rtol, "atol": problem.atol}
+    return options | {"rtol": problem.options.rtol, "atol": problem.options.atol}

@@ -8,6 +8,7 @@ takes the papers' runs for its own.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from mehvar.report.backends import Agreement, agreement
@@ -15,6 +16,7 @@ from mehvar.report.content import beyond_folders
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.reproduction.runs import Runs
+from mehvar.reproduction.statements import Statements
 from mehvar.runtime.model.model import Model, load
 
 LIGHT = "triangle"
@@ -50,3 +52,24 @@ def paper_claims(model: str) -> tuple[Claim, ...]:
 def paper_agreement(model: str) -> Agreement:
     """Return the agreement of a model's code with CasADi's C."""
     return agreement(paper_runs(model))
+
+
+def missing(
+    statements: Statements, claims: Iterable[str], equations: Iterable[str], figures: Iterable[int]
+) -> Iterator[str]:
+    """Return the paper's printed items that have no entry in the file, and its claims that have no statement."""
+    places = {statement.place for statement in statements.statement}
+    entries, drawn = set(equations), set(figures)
+    printed = statements.printed
+    yield from (f"equation ({k})" for k in range(1, printed.equations + 1) if f"({k})" not in entries)
+    yield from (f"table {k}" for k in range(1, printed.tables + 1) if f"table {k}" not in places)
+    for k in range(1, printed.figures + 1):
+        if f"figure {k}" not in places:
+            yield f"statement of figure {k}"
+        if k not in drawn:
+            yield f"drawing of figure {k}"
+    resting = {number for statement in statements.statement for number in statement.claims}
+    yield from (f"statement for claim {number}" for number in claims if number not in resting)
+    for section in ("abstract", "conclusions"):
+        if not any(place.startswith(section) for place in places):
+            yield section

@@ -24,9 +24,10 @@ from mehvar.cli.board.loop import (
     compiled,
     tunable_of,
 )
-from mehvar.runtime.board.image.build import Image, compile_commands, sources, write_sources
+from mehvar.runtime.board.image.build import Image, compile_commands, sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
+from mehvar.runtime.compiling.compiler import write_sources
 from mehvar.runtime.files import check_folder, filling
 from mehvar.terminal import print_table
 

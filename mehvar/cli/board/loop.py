@@ -12,7 +12,7 @@ import typer
 from mehvar.base.errors import bad_value
 from mehvar.runtime.board.image.processors import PROCESSORS
 from mehvar.runtime.board.image.toolchains import BOARDS
-from mehvar.runtime.board.run import BoardRequest, BoardRun, is_complete, run_on_board
+from mehvar.runtime.board.run import BoardRequest, BoardRun, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
 from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values, whole_number
@@ -35,7 +35,7 @@ Scenario = Annotated[
     typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
 ]
 Target = Annotated[
-    str, typer.Option(metavar="T", help="sil (a process on this machine), unicorn, qemu, qemu-pty, or a serial port.")
+    str, typer.Option(metavar="T", help="sil (a process on this machine), unicorn, qemu, or a serial port.")
 ]
 Samples = Annotated[int, typer.Option(parser=whole_number, metavar="N", help="Number of evaluations of the law.")]
 Raw = Annotated[bool, typer.Option("--raw", help="Bare packets, as in the satellite's paper.")]
@@ -90,7 +90,7 @@ def outcome_of(model: Model, request: BoardRequest) -> BoardRun:
 
 def status_of(outcome: BoardRun) -> int:
     """Return the exit status of a run."""
-    if not is_complete(outcome):
+    if not outcome.board.status.complete:
         typer.echo(f"mehvar: the run ended early: {outcome.board.reason}", err=True)
         return 3
     return int(outcome.max_ulp > 0 or outcome.x.ulp > 0)

@@ -29,7 +29,8 @@ from mehvar.cli.board.loop import (
     with_settings,
 )
 from mehvar.report.board.facts import facts
-from mehvar.runtime.board.run import TARGETS, BoardRequest, BoardRun
+from mehvar.runtime.board.run import BoardRequest, BoardRun
+from mehvar.runtime.board.targets import TARGETS
 from mehvar.runtime.files import check_file
 from mehvar.settings import SettingTexts, whole_number
 from mehvar.terminal import print_table

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from mehvar.base.versions import installed
-from mehvar.runtime.board.run import TARGETS, BoardRun, Difference
+from mehvar.runtime.board.run import BoardRun, Difference
+from mehvar.runtime.board.targets import TARGETS
 from mehvar.runtime.run.simulate import Run
 
 _PACKAGES = ("mehvar", "numpy", "unicorn", "ziglang", "python")

@@ -111,7 +111,8 @@ class Orbit(Part):
         Where a fixed Sun at 1 au stands, rad.
     epoch : text or number, optional
         Time of the start, such as "2026-11-28 12:00", or seconds since 2000-01-01 12:00; from 1950 to 2050. The Sun
-        then moves, to 0.015 degrees, in axes of the mean equator and equinox of date.
+        then moves, to 0.015 degrees, in axes of the mean equator and equinox of date. `longitude` and the `ascension`
+        of stations do not follow from it.
     """
 
     name: str = field(default="orbit", init=False)

@@ -13,7 +13,7 @@ The recursion is that of Featherstone: Rigid body dynamics algorithms. Springer 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Annotated
 
@@ -28,6 +28,7 @@ from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State,
 from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 
 JOINTS = ("hinge", "slider", "ball")
+_OPTIONAL = {"stiffness": scalar("k", "", "stiffness", "[0, inf)"), "damping": scalar("d", " s", "damping", "[0, inf)")}
 
 
 @dataclass(frozen=True)
@@ -142,14 +143,18 @@ class Chain(Part):
         for name, link in self._named():
             result, place = parameters.of(link, name), "m" if link.joint == "slider" else "rad"
             force = "N" if link.joint == "slider" else "N m"
-            result.stiffness = _optional(parameters, f"{name}_k", link.stiffness, f"{force}/{place}", "stiffness")
-            result.damping = _optional(parameters, f"{name}_d", link.damping, f"{force} s/{place}", "damping")
+            for option, kind in _OPTIONAL.items():
+                value, kind = getattr(link, option), replace(kind, unit=f"{force}{kind.unit}/{place}")
+                symbol = (
+                    None if value is None else parameters.number(kind, f"{name}_{kind.symbol}", value, kind.meaning)
+                )
+                setattr(result, option, symbol)
             links.append(result)
         return SimpleNamespace(links=links)
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         pairs = zip(self._named(), at.values.links, strict=True)
-        return tuple(c for (name, link), v in pairs for c in conditions(name, v, kinds(link)))
+        return tuple(c for (name, link), v in pairs for c in conditions(name, v, kinds(link) | _OPTIONAL))
 
     def _named(self) -> list[tuple[str, Link]]:
         return [(f"{self.name}_{k}", link) for k, link in enumerate(self.links, 1)]
@@ -267,13 +272,6 @@ class Chain(Part):
             linear, angular = x[:3, :], x[3:, :]
             result += [*_place_rates(name, link), *own]
         return tuple(result)
-
-
-def _optional(parameters: Parameters, name: str, value: Number | None, unit: str, meaning: str) -> Expr | None:
-    """Declare a parameter >= 0; None omits its term, expressions stay."""
-    if value is None or isinstance(value, sp.Expr):
-        return value
-    return parameters.add(name, value, unit, meaning, "[0, inf)")
 
 
 def places_of(name: str, link: Link) -> tuple[Quantity, ...]:

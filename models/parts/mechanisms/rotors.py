@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Annotated, TypeGuard
@@ -11,10 +12,11 @@ import sympy as sp
 
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
+from ...system import Condition
 from ..frame import AXES, point_inertia
 from ..joints import Turning
 from ..part import Aggregates, Coordinate, Motion, Mounted, Part
-from ..values import Number, Parameters, Vector, direction, place, scalar
+from ..values import NO_BODY, Number, Parameters, Vector, direction, of_a_body, place, scalar
 from ..wheels import Wheel
 
 
@@ -58,6 +60,12 @@ class UnbalancedWheel(Wheel):
     def __post_init__(self) -> None:
         if self.towards and self.towards not in AXES:
             raise ModelError(f"{self.name}.towards = {self.towards!r}: must be one of x, y, z")
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        v = at.values
+        product = sp.S.Zero if v.dynamic is None else v.dynamic
+        body = sp.Matrix([[v.inertia, product, 0], [product, v.across, 0], [0, 0, v.across]])
+        return (*super().constraints(at), *of_no_body(self, v, ("inertia", "across", "dynamic"), of_a_body(body)))
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         (speed,) = super().coordinates()
@@ -159,6 +167,15 @@ class ControlMomentGyro(Part):
         check_across(self, "spin", "gimbal")
         return result
 
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        """Return those on the rotor, of which half its moment at least is in the others, and on rotor and gimbal."""
+        v, names = at.values, ("inertia", "gimbal_inertia", "across", "frame")
+        beside = [moment for moment in (v.gimbal_inertia, v.across) if moment is not None]
+        margins = [margin for moment in beside for margin in of_a_body(sp.diag(v.inertia, moment, moment))]
+        if v.frame is not None and v.across is not None:
+            margins += of_a_body(sp.diag(v.inertia + v.frame, v.gimbal_inertia, v.across))
+        return (*super().constraints(at), *of_no_body(self, v, names, margins))
+
     @property
     def rotor_speed(self) -> sp.Symbol:
         """Symbol of the rotor's variable speed relative to the gimbal, rad/s."""
@@ -219,6 +236,15 @@ class ControlMomentGyro(Part):
         side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "axis across both at zero", "1")
         spin = at.vector("rotor", side.cross(v.gimbal), "axis of the rotor at zero", "1")
         return cosine * spin + sine * side, cosine * side - sine * spin
+
+
+def of_no_body(part: Part, values: object, names: Sequence[str], margins: Iterable[Expr]) -> Iterator[Condition]:
+    """Yield the conditions that moments of inertia are those of a body, without those that always hold."""
+    given = {f"{part.name}.{name}": value for name in names if (value := getattr(values, name)) is not None}
+    shown = ", ".join(f"{name} = {{{v}:g}}" if v.is_Symbol else f"{name} = {v}" for name, v in given.items())
+    for margin in dict.fromkeys(map(sp.expand, margins)):
+        if margin.free_symbols and not margin.is_positive:
+            yield Condition(margin, f"{shown} kg m^2 {NO_BODY}")
 
 
 def check_across(part: Part, name: str, axis: str) -> None:

@@ -17,7 +17,7 @@ from ...derivation import vector
 from ...system import Actuator, Derivation, Expr, Group, Quantity
 from ..fast.hull import Dynamics
 from ..fast.linear import solve
-from ..plant.equations import gimbal_position
+from ..plant.equations import gimbal_position, thrust
 from ..states import GIMBALS, INPUTS, MOMENTS
 
 
@@ -85,7 +85,7 @@ def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: 
         for k in range(3)
     ]
     delta1, delta2 = _gimbal_angles(force, p, name)
-    acting = _thrust(p, delta1, delta2)
+    acting = thrust(p, (delta1, delta2))
     missing = [
         name(f"df{k + 1}", acting[k] - force[k], f"thrust less demand along {'xyz'[k]}", "N", rf"\Delta f_{'xyz'[k]}")
         for k in range(3)
@@ -134,14 +134,6 @@ def _unit(value: Expr) -> Expr:
     return sp.Max(-1, sp.Min(1, value))
 
 
-def _thrust(p: Group, delta1: Expr, delta2: Expr) -> tuple[Expr, ...]:
-    return (
-        p.F * sp.cos(delta1) * sp.cos(delta2),
-        p.F * sp.sin(delta2),
-        -p.F * sp.sin(delta1) * sp.cos(delta2),
-    )
-
-
 def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
     """Return the derivative of the equations of roll, G_y and G_z by the force at constant Omega'."""
     response = solve(plant.factors, missing, tag, d)
@@ -166,7 +158,7 @@ def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
     served = sp.Piecewise((angle1, inside), (sp.asin(share), True))
     delta1 = _clip(served, p.delta1_max)
     delta1 = d.define("delta1_act", delta1, title="gimbal angle within its limit", unit="rad", latex=r"\delta_1")
-    acting, demand = _thrust(p, delta1, delta2), _thrust(p, angle1, angle2)
+    acting, demand = thrust(p, (delta1, delta2)), thrust(p, (angle1, angle2))
     missing = [a - b for a, b in zip(acting, demand, strict=True)]
     missing = list(vector("df*_act", missing, "thrust less command", "N", r"\Delta f_*", d, labels="123"))
     change = _moment_change(plant, missing, "da_act", d)

@@ -16,7 +16,7 @@ import sympy as sp
 
 from ...mechanics import kirchhoff, lagrange
 from ...system import Expr
-from ..states import Pendulum, arm_rate_quantities, direction_quantities, rate, velocity
+from ..states import Pendulum, arm_rate_quantities, direction_quantities, rate, rod, velocity
 from .pendulum import GENERIC, Contribution, frame_rates, galilean
 
 direction = sp.Matrix(sp.symbols("s_{ix} s_{iy} s_{iz}", real=True))
@@ -98,7 +98,7 @@ def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:
 def at_angles(phi: Expr, theta: Expr, rates: Sequence[Expr], turning: Sequence[Expr]) -> tuple[Expr, ...]:
     """Return s and sigma of a bob from its angles (7), angle rates and body rates."""
     angles = sp.symbols("phi theta", real=True)
-    s = sp.Matrix([-sp.cos(angles[0]), sp.sin(angles[0]) * sp.sin(angles[1]), sp.sin(angles[0]) * sp.cos(angles[1])])
+    s = rod(*angles)
     slip = s.diff(angles[0]) * rates[0] + s.diff(angles[1]) * rates[1]
     sigma = slip + sp.Matrix(turning).cross(s)
     here = dict(zip(angles, (phi, theta), strict=True))

@@ -18,11 +18,12 @@ from ..states import GIMBALS, MOMENTS, rate, velocity
 from .pendulum import Contribution, acceleration, angular_acceleration, frame_rates, galilean
 
 ACCELERATIONS = (*acceleration, *angular_acceleration)
+GIMBAL_ANGLES = tuple(q.symbol for q in GIMBALS)
 
 
-def thrust(p: Group) -> sp.Matrix:
-    """Return tau_t, the thrust in body axes, N; its magnitude is always F."""
-    d1, d2 = (q.symbol for q in GIMBALS)
+def thrust(p: Group, angles: Sequence[Expr] = GIMBAL_ANGLES) -> sp.Matrix:
+    """Return tau_t, the thrust in body axes for two gimbal angles, N; its magnitude is always F."""
+    d1, d2 = angles
     return p.F * sp.Matrix([sp.cos(d1) * sp.cos(d2), sp.sin(d2), -sp.sin(d1) * sp.cos(d2)])
 
 

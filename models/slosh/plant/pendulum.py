@@ -15,7 +15,7 @@ import sympy as sp
 
 from ...mechanics import kirchhoff, lagrange, matrix_rate
 from ...system import Expr, ModelError
-from ..states import Pendulum, angle_quantities, angle_rate_quantities, rate, velocity
+from ..states import Pendulum, angle_quantities, angle_rate_quantities, rate, rod, velocity
 
 _NAMES = ("m_i", "l_i", "h_i", "I_i", r"\varepsilon_{i}")
 GENERIC = Pendulum("i", *(sp.Symbol(name, real=True) for name in _NAMES))
@@ -72,13 +72,7 @@ def contribution(inertia: str) -> Contribution:
     """
     m, length, pivot = GENERIC.mass, GENERIC.length, GENERIC.pivot
     turning = {phi: phi_rate, theta: theta_rate}
-    position = sp.Matrix(
-        [
-            pivot - length * sp.cos(phi),
-            length * sp.sin(phi) * sp.sin(theta),
-            length * sp.sin(phi) * sp.cos(theta),
-        ]
-    )
+    position = sp.Matrix([pivot, 0, 0]) + length * rod(phi, theta)
     bob = velocity + rate.cross(position) + matrix_rate(position, turning)
     spin = rate + _own_rate(inertia)
     energy = m * bob.dot(bob) / 2 + GENERIC.inertia * spin.dot(spin) / 2

@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 
 from ..image.elf import Elf
@@ -215,7 +215,7 @@ class _Function:
                 total += self._flow.worst(called, arguments, self._above).instructions
         return total, own
 
-    def _longest(self, nodes: set[int], entry: int) -> tuple[int, int]:
+    def _longest(self, nodes: Set[int], entry: int) -> tuple[int, int]:
         """Return the longest path from an entry within given blocks that does not return to the entry."""
         arrows = {n: [m for m in self._next[n] if m in nodes and m != entry] for n in nodes}
         length: dict[int, tuple[int, int]] = {}
@@ -234,10 +234,10 @@ class _Function:
         return sum(self._loops(c, self._next) for c in _components(self._next, min(self._blocks)))
 
     @staticmethod
-    def _loops(component: set[int], arrows: Mapping[int, list[int]]) -> bool:
+    def _loops(component: Set[int], arrows: Mapping[int, list[int]]) -> bool:
         return len(component) > 1 or any(n in arrows[n] for n in component)
 
-    def _turns(self, loop: set[int], nodes: set[int]) -> tuple[int, int]:
+    def _turns(self, loop: Set[int], nodes: Set[int]) -> tuple[int, int]:
         """Return the length of a loop: its longest iteration times their number."""
         entries = {m for n in nodes - loop for m in self._next[n] if m in loop}
         if len(entries) != 1:
@@ -247,7 +247,7 @@ class _Function:
         total, own = self._longest(loop, header)
         return turns * total, turns * own
 
-    def _count(self, loop: set[int], header: int) -> int:
+    def _count(self, loop: Set[int], header: int) -> int:
         """Return the largest number of iterations of a loop."""
         before = [self._after(n, self._states[n]) for n in self._blocks if header in self._next[n] and n not in loop]
         start = functools.reduce(_common, before)
@@ -260,7 +260,7 @@ class _Function:
                     return count
         raise self._unbounded(loop, "no register counts its iterations between known values")
 
-    def _counted(self, loop: set[int], start: State, block: list[Instruction]) -> int | None:
+    def _counted(self, loop: Set[int], start: State, block: list[Instruction]) -> int | None:
         last = block[-1]
         zero = last.mnemonic.startswith("cb")
         test = last if zero else next((i for i in reversed(block[:-1]) if _sets_flags(i)), None)
@@ -289,7 +289,7 @@ class _Function:
             return turns + (0 if after and last.exact else 1)
         return None
 
-    def _unbounded(self, loop: set[int], why: str) -> UnboundedError:
+    def _unbounded(self, loop: Set[int], why: str) -> UnboundedError:
         return UnboundedError(f"{self._name} has a loop at {min(loop):#010x}: {why}")
 
 
@@ -297,41 +297,21 @@ def _common(one: State, other: State) -> State:
     return {register: value for register, value in one.items() if other.get(register) == value}
 
 
-def _components(arrows: Mapping[int, list[int]], entry: int) -> list[set[int]]:
-    """Return the strongly connected components reachable from an entry, successors first (Tarjan 1972)."""
-    index: dict[int, int] = {}
-    low: dict[int, int] = {}
-    stack: list[int] = []
-    on: set[int] = set()
-    result: list[set[int]] = []
-    work: list[tuple[int, Iterator[int]]] = []
+def _components(arrows: Mapping[int, list[int]], entry: int) -> list[frozenset[int]]:
+    """Return the strongly connected components reachable from an entry, successors first."""
+    reach = {node: _reachable(arrows, node) for node in _reachable(arrows, entry)}
+    components = {frozenset(other for other in nodes if node in reach[other]) for node, nodes in reach.items()}
+    return sorted(components, key=lambda component: len(reach[min(component)]))  # a successor reaches fewer nodes
 
-    def enter(node: int) -> None:
-        index[node] = low[node] = len(index)
-        stack.append(node)
-        on.add(node)
-        work.append((node, iter(arrows[node])))
 
-    enter(entry)
+def _reachable(arrows: Mapping[int, list[int]], entry: int) -> set[int]:
+    """Return the nodes that are reachable from an entry, with the entry."""
+    reached, work = {entry}, [entry]
     while work:
-        node, following = work[-1]
-        for m in following:
-            if m not in index:
-                enter(m)
-                break
-            if m in on:
-                low[node] = min(low[node], index[m])
-        else:
-            work.pop()
-            if work:
-                low[work[-1][0]] = min(low[work[-1][0]], low[node])
-            if low[node] == index[node]:
-                component: set[int] = set()
-                while node not in component:
-                    component.add(stack.pop())
-                on -= component
-                result.append(component)
-    return result
+        fresh = set(arrows[work.pop()]) - reached
+        reached |= fresh
+        work += fresh
+    return reached
 
 
 _REGISTER_NUMBER = re.compile(r"(\w+), (?:(\w+), )?#(-?0x[0-9a-f]+|-?\d+)$")

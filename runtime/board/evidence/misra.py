@@ -10,7 +10,8 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from ..image.build import Image, sources, write_sources
+from ...compiling.compiler import write_sources
+from ..image.build import Image, sources
 
 Findings = Counter[tuple[str, str]]
 """Number of findings by rule and file."""

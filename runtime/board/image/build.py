@@ -7,9 +7,7 @@ import math
 import os
 import posixpath
 import re
-import shlex
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,10 +16,10 @@ from pathlib import Path
 
 from mehvar.base import cache
 from mehvar.base.capabilities import Operation, refuse
-from mehvar.base.errors import BuildError, bad_value
+from mehvar.base.errors import bad_value
 from mehvar.base.manifest import Controller, Scenario
 
-from ...compiling.compiler import environment
+from ...compiling.compiler import run_compiler, write_sources
 from ...compiling.library import native_headers
 from ...model.generated import generated_text
 from ...model.model import Model
@@ -208,22 +206,23 @@ def build(firmware: Program, board: Board | None, toolchain: Toolchain) -> Image
 
 
 def _compile(folder: Path, texts: Mapping[str, str], commands: list[list[str]], toolchain: Toolchain) -> None:
+    failure = f"{toolchain.version} could not compile the firmware"
     with tempfile.TemporaryDirectory(dir=folder) as name:
         scratch = Path(name)
         write_sources(scratch, texts)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            list(pool.map(lambda command: _object(command, texts, scratch, toolchain), commands[:-1]))
-        _run(commands[-1], scratch, toolchain)
+            list(pool.map(lambda command: _object(command, texts, scratch, toolchain, failure), commands[:-1]))
+        run_compiler(commands[-1], scratch, failure)
         (scratch / _ELF).replace(folder / _ELF)
 
 
-def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolchain: Toolchain) -> None:
+def _object(command: list[str], texts: Mapping[str, str], scratch: Path, toolchain: Toolchain, failure: str) -> None:
     """Write a unit's object file into a folder, from the cache that firmwares share."""
     unit, name = command[-3], command[-1]
     read = (text for item in sorted(_included(unit, texts).items()) for text in item)
 
     def fill(place: Path) -> None:
-        _run(command, scratch, toolchain)
+        run_compiler(command, scratch, failure)
         (scratch / name).replace(place / name)
 
     key = cache.key(toolchain.version, *command, *read)
@@ -268,26 +267,9 @@ def _below(folder: str) -> list[str]:
     return [path.relative_to(FIRMWARE).as_posix() for path in sorted((FIRMWARE / folder).rglob("*.[ch]"))]
 
 
-def write_sources(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write a firmware's files."""
-    for name, text in texts.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8", newline="\n")
-
-
 def _linker_script(board: Board) -> str:
     text = (FIRMWARE / "cortexm.ld").read_text(encoding="utf-8")
     values = {"FLASH": board.flash[0], "FLASH_SIZE": board.flash[1], "RAM": board.ram[0], "RAM_SIZE": board.ram[1]}
     for name, value in {**values, "STACK_SIZE": STACK_SIZE}.items():
         text = text.replace(f"@{name}@", f"{value:#x}")
     return text
-
-
-def _run(command: list[str], folder: Path, toolchain: Toolchain) -> None:
-    done = subprocess.run(
-        command, cwd=folder, env=environment(folder), capture_output=True, text=True, errors="replace",
-        check=False, stdin=subprocess.DEVNULL,
-    )  # fmt: skip
-    if done.returncode != 0:
-        report = f"exit status {done.returncode}\n$ {shlex.join(command)}\n{done.stderr or done.stdout}".rstrip()
-        raise BuildError(f"{toolchain.version} could not compile the firmware: {report}")

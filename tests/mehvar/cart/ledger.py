@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A paper about the cart, with a misprint: its (2) has the wrong sign."""
 
-from mehvar.models.paper import Erratum, ErratumKind, Names, Paper, Printed, Reading, Relation, follow
+from mehvar.models.paper import Erratum, ErratumKind, Names, Paper, Printed, Reading, Relation, insert_definitions
 from mehvar.models.system import System
 
 
@@ -11,8 +11,8 @@ def paper(system: System) -> Paper:
     own |= {q.symbol: names.free(q, 1, 2) for q in system.parameters}
     x, v, force, mass, k, d = own.values()
     symbols = {symbol.name: symbol for symbol in system.definitions}
-    spring = names.derived("F_s", "F_s", follow(symbols["spring"], system.definitions, own))
-    rate = names.derived("v_dot", r"\dot v", follow(symbols["v_dot"], system.definitions, own))
+    spring = names.derived("F_s", "F_s", insert_definitions(symbols["spring"], system.definitions, own))
+    rate = names.derived("v_dot", r"\dot v", insert_definitions(symbols["v_dot"], system.definitions, own))
     wrong = Relation(rate, (spring - force) / mass, corrected=(spring + force) / mass)
     return Paper(
         "The cart: a paper that nobody wrote",

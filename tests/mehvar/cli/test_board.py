@@ -166,7 +166,7 @@ def test_mistakes_are_named():
         *RUN, "--tunable", "R"
     )
     assert "backend = 'python'" in refused(*RUN, "--set", "backend=python")
-    assert "must be sil, unicorn, qemu, qemu-pty, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
+    assert "must be sil, unicorn, qemu, or a serial port" in refused(*RUN[:-4], "--target", "/dev/nowhere")
 
 
 def test_a_folder_that_cannot_be_written_is_named_before_anything_runs(tmp_path):

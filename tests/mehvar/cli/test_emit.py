@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from mehvar.package.files import FRAMEWORKS, KINDS, package
-from mehvar.runtime.board.image.build import FIRMWARE, build, program, write_sources
+from mehvar.runtime.board.image.build import FIRMWARE, build, program
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.targets import ProcessPort
+from mehvar.runtime.compiling.compiler import write_sources
 from tests.mehvar.cli.test_app import refused, run
 from tests.runtime.board.conftest import load
 from tests.tools import needs

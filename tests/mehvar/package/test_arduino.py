@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mehvar.package.files import package
-from mehvar.runtime.board.image.build import write_sources
+from mehvar.runtime.compiling.compiler import write_sources
 from tests.mehvar.package.test_laws import SAMPLES, closed_loop, firmware, table
 from tests.tools import needs
 

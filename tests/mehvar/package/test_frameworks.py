@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from mehvar.package.files import package
-from mehvar.runtime.board.image.build import program, write_sources
+from mehvar.runtime.board.image.build import program
+from mehvar.runtime.compiling.compiler import write_sources
 from tests.runtime.board.conftest import load
 from tests.tools import needs
 

@@ -16,8 +16,9 @@ from mehvar import runtime
 from mehvar.package.files import package
 from mehvar.package.law import law_facts, law_name
 from mehvar.parts import AttitudeFilter, Gyro, Hub, Spacecraft, StarTracker, Wheel
-from mehvar.runtime.board.image.build import Program, delay_of, program, write_sources
+from mehvar.runtime.board.image.build import Program, delay_of, program
 from mehvar.runtime.board.line.packets import HostLaw
+from mehvar.runtime.compiling.compiler import write_sources
 from tests.mehvar.cli.test_app import refused
 from tests.tools import needs
 

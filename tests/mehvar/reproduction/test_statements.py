@@ -9,9 +9,9 @@ from mehvar.reproduction.statements import (
     StatementText,
     StatementVerdict,
     coverage,
-    missing,
     statement_verdicts,
 )
+from tests.papers.shared import missing
 
 HOLDS = Claim("1", "", (Check("a", "1", "1", True),))
 REFUTED = Claim("2", "", (Check("a", "1", "2", False),), refuted=True)

@@ -63,7 +63,7 @@ inertia = { unit = "kg m^2", default = 0.1, source = "assumption: any" }"""
         (Hub, HUB.replace("source", "sources"), r"part.toml:2: mass: unknown key 'sources' \(did you mean 'source'"),
         (Hub, "mass = 3.0", r"part.toml:1: mass = 3.0: must be \{ unit = 'kg', default = ..., source = ... \}"),
         (Hub, 'mass = { unit = "kg", default = 3.0 }', "mass: 'source' is missing"),
-        (Hub, "mass = ", "part.toml: is not valid TOML"),
+        (Hub, "mass = ", "part.toml:1: is not valid TOML"),
         (
             Hub,
             HUB.split("inertia", maxsplit=1)[0],

@@ -13,7 +13,7 @@ from mehvar.reproduction.deviations import deviations, table_claims
 from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import load_reproduction, run_picture
 from mehvar.reproduction.runs import Runs
-from mehvar.reproduction.statements import coverage, missing, statement_verdicts
+from mehvar.reproduction.statements import coverage, statement_verdicts
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from papers.satellite import coarse
@@ -21,7 +21,7 @@ from papers.satellite import rows as table
 from papers.satellite.rows import AXES, PRINTED_B
 from papers.satellite.survival import COVARIANCES, survival
 from tests.mehvar.images import numbered_and_told, unlabelled
-from tests.papers.shared import paper_claims, paper_runs
+from tests.papers.shared import missing, paper_claims, paper_runs
 
 pytestmark = pytest.mark.soak  # `make run` decides the claims too
 NOTED = {"3", "5", "7", "11", "17"}

@@ -12,7 +12,7 @@ from mehvar.reproduction.deviations import Deviation, deviations, table_claims
 from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.reproduction.runs import Runs
-from mehvar.reproduction.statements import StatementVerdict, missing, statement_verdicts
+from mehvar.reproduction.statements import StatementVerdict, statement_verdicts
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import metrics
@@ -21,7 +21,7 @@ from papers.triangle import surfaces as surfaces
 from papers.triangle.chart import law_direction, target_shape
 from tests.derived import REPRODUCED
 from tests.mehvar.images import numbered_and_told, unlabelled
-from tests.papers.shared import paper_claims, paper_runs
+from tests.papers.shared import missing, paper_claims, paper_runs
 from tests.reference import cartesian_triangle as cartesian
 
 NOTED = {"1", "2", "3", "7", "8", "12"}

@@ -102,8 +102,8 @@ class _Loop:
             raw(name) if name in manifest.functions else None for name in ("actuate", "measure", "project")
         )
         self._project = project if charted or "to_coordinates" not in manifest.functions else None
-        self._of_manifold = (problem.p,) if manifest.projects_by_parameters else ()
-        self.mass = raw("mass_diagonal")(problem.p) if manifest.algebraic else None
+        self._of_manifold = (problem.parameters.p,) if manifest.projects_by_parameters else ()
+        self.mass = raw("mass_diagonal")(problem.parameters.p) if manifest.algebraic else None
         self._loop = raw(f"{law}_loop{problem.suffix}") if charted else None
         self._observe = raw(f"{law}_observe") if charted else None
         self._jacobian = None
@@ -118,8 +118,8 @@ class _Loop:
         self._no_memory = np.empty(0)
         self._diffuse = raw("diffuse") if manifest.wiener else None
         self._jump = raw("jump") if manifest.random_step and not self.continuous else None
-        self._wiener = Draws(problem.seed, problem.run, Stream.WIENER_PROCESSES, len(manifest.wiener))
-        self._steps = Draws(problem.seed, problem.run, Stream.RANDOM_STEPS, len(manifest.random_step))
+        self._wiener = Draws(problem.options.seed, problem.options.run, Stream.WIENER_PROCESSES, len(manifest.wiener))
+        self._steps = Draws(problem.options.seed, problem.options.run, Stream.RANDOM_STEPS, len(manifest.random_step))
         self._diffused = 0
         self._reported = time.perf_counter()
         self.happened: list[tuple[float, int]] = []
@@ -132,9 +132,9 @@ class _Loop:
         """Return the guards, whose zero crossings are events."""
         assert self._guards is not None
         if self._guards_of_loop:
-            values = self._guards(q, self.reference(t), self.problem.p, self.problem.c)
+            values = self._guards(q, self.reference(t), self.problem.parameters.p, self.problem.parameters.c)
         else:
-            values = self._guards(q, self._input(t, q), self.problem.p)
+            values = self._guards(q, self._input(t, q), self.problem.parameters.p)
         return np.asarray(values, dtype=np.float64)
 
     def _input(self, t: float, q: FloatArray) -> FloatArray:
@@ -148,7 +148,9 @@ class _Loop:
             self.happened.append((float(t), event))
             if self.problem.events[event].resets:
                 assert self._resets is not None
-                q = np.asarray(self._resets(q, self._input(t, q), self.problem.p, np.float64(event)), dtype=np.float64)
+                q = np.asarray(
+                    self._resets(q, self._input(t, q), self.problem.parameters.p, np.float64(event)), dtype=np.float64
+                )
         past = self.watch.settle(t, before, q, fires)
         if not any(self.problem.events[event].ends for event in fires):
             self.happened += [(float(t), event) for event in past]
@@ -183,7 +185,7 @@ class _Loop:
         change = np.zeros(len(q))
         if self._diffuse is None:
             return change
-        n, p, root = len(self.problem.x0), self.problem.p, math.sqrt(h)
+        n, p, root = len(self.problem.x0), self.problem.parameters.p, math.sqrt(h)
         dw = root * self._wiener(self._diffused)
         self._diffused += 1
         change[:n] = self._diffuse(q[:n], dw, p)
@@ -197,26 +199,28 @@ class _Loop:
         """Return the state after the random step of a sample."""
         if self._jump is None:
             return x
-        return np.asarray(self._jump(x, self._steps(evaluation), self.problem.p), dtype=np.float64)
+        return np.asarray(self._jump(x, self._steps(evaluation), self.problem.parameters.p), dtype=np.float64)
 
     def reference(self, t: float) -> FloatArray:
         """Return r(t)."""
         return self._reference_at(t) if self._constant is None else self._constant
 
     def _reference_at(self, t: float) -> FloatArray:
-        return np.asarray(self._reference(np.float64(t), self.problem.p, self.problem.s), dtype=np.float64)
+        return np.asarray(
+            self._reference(np.float64(t), self.problem.parameters.p, self.problem.parameters.s), dtype=np.float64
+        )
 
     def closed(self, t: float, q: FloatArray) -> FloatArray:
         """Return q' of the continuous closed loop."""
         if self._loop is None:
             x, u, _ = self.observed(t, q)
-            return np.asarray(self.rhs(x, u, self.problem.p), dtype=np.float64)
-        slope: FloatArray = self._loop(q, self.reference(t), self.problem.p, self.problem.c)
+            return np.asarray(self.rhs(x, u, self.problem.parameters.p), dtype=np.float64)
+        slope: FloatArray = self._loop(q, self.reference(t), self.problem.parameters.p, self.problem.parameters.c)
         return slope
 
     def held(self, _t: float, x: FloatArray) -> FloatArray:
         """Return x' under the currently held input."""
-        slope: FloatArray = self.rhs(x, self.u, self.problem.p)
+        slope: FloatArray = self.rhs(x, self.u, self.problem.parameters.p)
         return slope
 
     @property
@@ -227,7 +231,7 @@ class _Loop:
         function, problem = self._jacobian, self.problem
 
         def jacobian(t: float, q: FloatArray) -> FloatArray:
-            result = function(q, self.reference(t), problem.p, problem.c)
+            result = function(q, self.reference(t), problem.parameters.p, problem.parameters.c)
             return np.asarray(result[0] if isinstance(result, tuple) else result, dtype=np.float64)
 
         return jacobian
@@ -235,15 +239,15 @@ class _Loop:
     def held_jacobian(self, _t: float, x: FloatArray) -> FloatArray:
         """Return the Jacobian of `held`."""
         assert self._jacobian is not None
-        return np.asarray(self._jacobian(x, self.u, self.problem.p), dtype=np.float64)
+        return np.asarray(self._jacobian(x, self.u, self.problem.parameters.p), dtype=np.float64)
 
     def observed(self, t: float, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return state, input and commanded input of the continuous closed loop."""
         if self._observe is None:
             assert self.problem.own is not None
             command, _ = self.problem.own.command(float(t), q, self.reference(t), self._no_memory)
-            return q, command if self.actuate is None else self.actuate(q, command, self.problem.p), command
-        x, u, *command = self._observe(q, self.reference(t), self.problem.p, self.problem.c)
+            return q, command if self.actuate is None else self.actuate(q, command, self.problem.parameters.p), command
+        x, u, *command = self._observe(q, self.reference(t), self.problem.parameters.p, self.problem.parameters.c)
         return x, u, command[0] if command else u
 
     def projected(self, q: FloatArray) -> FloatArray:
@@ -290,7 +294,7 @@ class _Loop:
             self.problem.progress(t, float(self.problem.t[-1]))
 
     def _write(self, t: float, x: FloatArray, u: FloatArray, u_cmd: FloatArray, z: FloatArray) -> None:
-        y = self.outputs(x, u, self.reference(t), self.problem.p)
+        y = self.outputs(x, u, self.reference(t), self.problem.parameters.p)
         self.rows.append(tuple(np.array(v, dtype=np.float64) for v in (t, x, u, u_cmd, y, z)))
 
     def check(self, t: float, q: FloatArray) -> None:
@@ -307,7 +311,7 @@ class _Loop:
         assert self.limits is not None
         of_state = not self.continuous or self.problem.model.manifest.limits_of_state
         x, u = (q[: len(self.problem.x0)], self.u_cmd) if of_state else self.observed(t, q)[:2]
-        return np.asarray(self.limits(x, u, self.problem.p), dtype=np.float64)
+        return np.asarray(self.limits(x, u, self.problem.parameters.p), dtype=np.float64)
 
     def end_beyond(self, limit: int, t: float, q: FloatArray) -> None:
         """End the run at a violated limit."""
@@ -317,7 +321,7 @@ class _Loop:
         """Return the first violated limit."""
         if self.limits is None:
             return None
-        indices = np.flatnonzero(~(self.limits(x, u, self.problem.p) > 0))
+        indices = np.flatnonzero(~(self.limits(x, u, self.problem.parameters.p) > 0))
         return int(indices[0]) if indices.size else None
 
 
@@ -359,7 +363,7 @@ def _run_sampled(loop: _Loop) -> None:
     x, z = problem.x0, problem.z0
     solver = _Solver(loop, loop.held, loop.held_jacobian)
     u = u_cmd = loop.u
-    queue, sent = deque([u] * problem.delay), deque([u] * max(problem.input_delays, default=0))
+    queue, sent = deque([u] * problem.options.delay), deque([u] * max(problem.input_delays, default=0))
     for tick in range(len(t)):
         memory = z
         if tick % problem.hold_every == 0:
@@ -370,7 +374,7 @@ def _run_sampled(loop: _Loop) -> None:
                 sent.append(u)
                 u = np.array([sent[-1 - late][i] for i, late in enumerate(problem.input_delays)])
                 sent.popleft()
-            u = u if loop.actuate is None else loop.actuate(x, u, problem.p)
+            u = u if loop.actuate is None else loop.actuate(x, u, problem.parameters.p)
         loop.record(tick, x, u, u_cmd, memory, loop.violated(x, u_cmd))
         if tick + 1 < len(t):
             loop.u, loop.u_cmd, loop.z = u, u_cmd, z
@@ -391,7 +395,7 @@ def _settled(loop: _Loop, x: FloatArray) -> FloatArray:
         except np.linalg.LinAlgError:
             return x
         x = x + change
-        if not np.sqrt(np.mean((change / (problem.atol + problem.rtol * np.abs(x))) ** 2)) > _SETTLED:
+        if not np.sqrt(np.mean((change / (problem.options.atol + problem.options.rtol * np.abs(x))) ** 2)) > _SETTLED:
             break
     return x
 
@@ -403,13 +407,15 @@ def _command(
     problem = loop.problem
     assert problem.hold_every is not None
     r = loop.reference(problem.t[tick])
-    x_seen = x if loop.measure is None else loop.measure(x, problem.noise[tick // problem.hold_every], problem.p)
+    x_seen = (
+        x if loop.measure is None else loop.measure(x, problem.noise[tick // problem.hold_every], problem.parameters.p)
+    )
     if problem.law is not None:
         return problem.law(np.asarray(x_seen, dtype=np.float64), r, applied, z)
     assert loop.law is not None
     if not problem.controller.memory:
-        return loop.law(x_seen, r, problem.p, problem.c), z
-    u_cmd, z_next = loop.law(x_seen, r, applied, z, problem.p, problem.c)
+        return loop.law(x_seen, r, problem.parameters.p, problem.parameters.c), z
+    u_cmd, z_next = loop.law(x_seen, r, applied, z, problem.parameters.p, problem.parameters.c)
     return u_cmd, z_next
 
 
@@ -477,12 +483,12 @@ class _Solver:
         implicit = {"jac": self._jacobian, "mass": self._loop.mass} if problem.method in IMPLICIT else {}
         method = {"dop853": DOP853, "dopri5": RK45, "rock4": Rock4, "rodas5p": Rodas5P}[problem.method]
         first = None if h is None else min(h, end - t)
-        rtol = max(problem.rtol * tighter, SMALLEST_RTOL)
-        tolerances = {"rtol": rtol, "atol": problem.atol * tighter}
+        rtol = max(problem.options.rtol * tighter, SMALLEST_RTOL)
+        tolerances = {"rtol": rtol, "atol": problem.options.atol * tighter}
         solver = method(self._evaluate, t, x, end, **tolerances, first_step=first, **implicit)
         self._begin(t, x)
         while solver.status == "running":
-            if self.trials == problem.max_steps:
+            if self.trials == problem.options.max_steps:
                 raise _EndOfRun(Status.TOO_MANY_STEPS, solver.t)
             self.trials += 1
             before = solver.t, solver.y.copy()
@@ -557,7 +563,7 @@ class _Solver:
 
     def _advance_fixed(self, t: float, x: FloatArray, end: float) -> FloatArray:
         pieces = float(end - t) / self._loop.problem.step * (1 - 1e-12)
-        if pieces > self._loop.problem.max_steps:
+        if pieces > self._loop.problem.options.max_steps:
             raise _EndOfRun(Status.TOO_MANY_STEPS, t)
         count = math.ceil(pieces)
         h = (end - t) / count

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from mehvar import runtime
 from mehvar.base.names import identifier
 from mehvar.runtime.batch.kernel import Block, Kernel
 from mehvar.runtime.model.functions import CBackend
+from mehvar.runtime.model.parameters import Resolved
 from mehvar.runtime.run import loop
 from mehvar.runtime.run.metrics import evaluate
 from mehvar.runtime.run.noise import normals
@@ -46,9 +48,9 @@ def run_alone(
         noise = normals(seed, first_run + i, evaluations, len(manifest.noise))
         step = kernel.options.step or min(dt, hold or dt)
         problem = Problem(
-            model, law, p[i], c[i], s[i], x0[i], z0, noise, seed, first_run + i, kernel.loop.suffix, "double",
-            t, dt, hold, record_every, hold_every, kernel.options.delay, (), kernel.loop.method, False,
-            kernel.options.rtol, kernel.options.atol, step, kernel.options.max_steps, None,
+            model, law, Resolved(p[i], c[i], s[i], {}, {}), replace(kernel.options, seed=seed, run=first_run + i),
+            x0[i], z0, noise, kernel.loop.suffix, t, dt, hold, record_every, hold_every, (), kernel.loop.method, False,
+            step, None,
         )  # fmt: skip
         assert isinstance(model.evaluator, CBackend)
         one = loop.run(problem, lambda: None)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from pathlib import Path
 
@@ -12,10 +13,11 @@ import pytest
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.parts import Hub, Spacecraft, Tank
+from mehvar.runtime.board import targets
 from mehvar.runtime.board.image.build import build, program, sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import Link, LinkError
-from mehvar.runtime.board.run import BoardRequest, difference, run_on_board
+from mehvar.runtime.board.run import BoardRequest, build_image, difference, run_on_board
 from mehvar.runtime.board.session import BoardLaw
 from mehvar.runtime.board.targets import ProcessPort, SerialPort, open_target
 from tests.runtime.board.conftest import Bench, load
@@ -229,10 +231,18 @@ def test_a_serial_port(tmp_path):
 
 
 @NEEDS_QEMU
-def test_an_emulated_board_behind_a_serial_port():
+def test_an_emulated_board_behind_a_serial_port(tmp_path):
     """QEMU makes a pseudo-terminal; the host opens it as it opens the cable of a board."""
-    outcome = run_on_board(load("satellite"), BoardRequest("mrac", "qemu-pty", samples=60, selftest=0))
-    assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 180)
+    model, log = load("satellite"), tmp_path / "log"
+    _, process = targets._qemu(build_image(model, BoardRequest("mrac", "qemu")), "pty", log, ())
+    try:
+        while not (terminal := re.search(r"redirected to (/dev/\S+)", log.read_text())):
+            assert process.poll() is None
+        outcome = run_on_board(model, BoardRequest("mrac", terminal[1], samples=60, selftest=0))
+        assert (outcome.max_ulp, outcome.x.ulp, outcome.u.compared) == (0, 0, 180)
+    finally:
+        process.kill()
+        process.wait()
 
 
 def test_a_difference_is_found():
@@ -264,7 +274,7 @@ def test_what_cannot_be_run_is_refused():
         (BoardRequest("mrac", "sil", samples=1), "must be a whole number >= 2"),
         (BoardRequest("mrac", "sil", raw=True, parameters={"F0": 2.0}), "bare link"),
         (BoardRequest("mrac", "sil", journal=Path("/no/such/folder/journal")), "journal = .*No such file"),
-        (BoardRequest("mrac", "/dev/no-such-port"), "sil, unicorn, qemu, qemu-pty, or a serial port"),
+        (BoardRequest("mrac", "/dev/no-such-port"), "sil, unicorn, qemu, or a serial port"),
     ):
         with pytest.raises(InputError, match=text):
             run_on_board(model, request)

@@ -15,11 +15,12 @@ import pytest
 
 from mehvar.runtime.board.emulator.machine import EmulatedBoard
 from mehvar.runtime.board.emulator.profile import _cost, disassemble
-from mehvar.runtime.board.image.build import FIRMWARE, build, compile_commands, program, sources, write_sources
+from mehvar.runtime.board.image.build import FIRMWARE, build, compile_commands, program, sources
 from mehvar.runtime.board.image.elf import Elf, read_elf
 from mehvar.runtime.board.image.header import layout
 from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolchain
 from mehvar.runtime.board.run import BoardRequest, run_on_board
+from mehvar.runtime.compiling.compiler import write_sources
 from mehvar.runtime.compiling.library import load_library, native_headers
 from tests.runtime.board.conftest import load
 from tests.tools import needs

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from mehvar.package.files import package
-from mehvar.runtime.board.image.build import program, write_sources
+from mehvar.runtime.board.image.build import program
+from mehvar.runtime.compiling.compiler import write_sources
 from tests.mehvar.cli.test_app import refused, run
 from tests.runtime.board.conftest import load
 from tests.tools import needs

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from mehvar.runtime import load
-from mehvar.runtime.board.image.build import program, sources, write_sources
+from mehvar.runtime.board.image.build import program, sources
+from mehvar.runtime.compiling.compiler import write_sources
 from mehvar.runtime.compiling.library import INCLUDE
 from tests.tools import needs
 

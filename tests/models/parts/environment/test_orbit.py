@@ -356,7 +356,7 @@ def test_libration_in_pitch():
         (lambda: Orbit("kepler"), "orbit: gravity = 'kepler': must be one of two-body, J2, J4"),
         (lambda: Orbit(shadow="soft"), "orbit: shadow = 'soft': must be one of cylinder, cone"),
         (lambda: Orbit(epoch="now"), "orbit: epoch = 'now': must be a date such as 2026-11-28 12:00, or a number, s"),
-        (lambda: built(Orbit(epoch="1949-12-31")), "orbit_epoch = .*: must be a number in .-1.57792e\\+09"),
+        (lambda: built(Orbit(epoch="1949-12-31")), "orbit_epoch = .*: must be a number in .-1577923200"),
         (lambda: Orbit(epoch=0.0, ascension=0.3), "orbit: ascension has no effect beside epoch"),
         (lambda: Orbit(air=AIR, height=5e5), "orbit: height has no effect beside air"),
         (lambda: Orbit(air=[(1e5, 1.0)]), "orbit: air: must be two rows or more with increasing heights"),
