@@ -10,7 +10,7 @@ import numpy as np
 
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import read_manifest
-from mehvar.runtime.model.functions import FloatArray, PythonBackend
+from mehvar.runtime.model.functions import FloatArray, PythonBackend, displacement
 from mehvar.runtime.model.model import Model
 
 from .runs import Overlay, Runs, runs
@@ -176,10 +176,15 @@ def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
 def _rest(model: Model) -> FloatArray:
     """Search for an equilibrium without inputs, starting at the zero state or a scenario's start."""
     p, u = model.parameters(), np.zeros(len(model.input_names))
-    x = np.zeros(len(model.state_names))
+    x = np.asarray(model.state())
     if not (np.all(np.isfinite(model.rhs(x, u, p))) and np.all(np.isfinite(model.jac_x(x, u, p)))):
         x = start(model)
-    return rest(lambda v: model.rhs(v, u, p), lambda v: model.jac_x(v, u, p), x)
+
+    def projection(state: FloatArray) -> FloatArray:
+        change = displacement(model.manifest, model.functions, state, p)
+        return state + change if change.size else state
+
+    return rest(lambda v: model.rhs(v, u, p), lambda v: model.jac_x(v, u, p), projection, x)
 
 
 def _slope(model: Model, x: FloatArray) -> FloatArray:

@@ -271,7 +271,10 @@ def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
     """Return the margins at the end of a run, linearised with the state held fixed; empty if they are undefined."""
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
-    return linear_margins(linear_loop(model, run))
+    try:
+        return linear_margins(linear_loop(model, run))
+    except InputError:  # which the comparison of the loops reports
+        return ()
 
 
 def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:

@@ -19,6 +19,8 @@ Pairs = tuple[tuple[complex, complex], ...]
 
 _STEPS = 20
 """Number of Gauss-Newton steps; near an equilibrium each step doubles the number of correct digits."""
+_AT_REST = 1e-6
+"""Largest rate at an equilibrium, relative to the start. A search without an equilibrium stops far above it."""
 _ROUNDING = 1e-9
 """Bound relative to a state, below which values print as zero."""
 _EIGENVALUE_ROUNDING = 1e-5
@@ -55,18 +57,26 @@ def start(model: Model) -> FloatArray:
 
 
 def rest(
-    rate: Callable[[FloatArray], FloatArray], slope: Callable[[FloatArray], FloatArray], x: FloatArray
+    rate: Callable[[FloatArray], FloatArray],
+    slope: Callable[[FloatArray], FloatArray],
+    projection: Callable[[FloatArray], FloatArray],
+    x: FloatArray,
 ) -> FloatArray:
-    """Search for a zero of the rates by Gauss-Newton steps of minimum norm."""
+    """Search for a zero of the rates by Gauss-Newton steps of minimum norm, each followed by the projection.
+
+    Return the start if there is none, as for a craft in orbit.
+    """
+    first = x
     for _ in range(_STEPS):
         matrix = slope(x)
         if not np.all(np.isfinite(matrix)):
             break
         step = np.linalg.lstsq(matrix, -rate(x))[0]
-        if not np.linalg.norm(rate(x + step)) < np.linalg.norm(rate(x)):
+        following = projection(x + step)
+        if not np.linalg.norm(rate(following)) < np.linalg.norm(rate(x)):
             break
-        x = x + step
-    return x
+        x = following
+    return x if np.max(np.abs(rate(x)), initial=0.0) <= _AT_REST * np.max(np.abs(rate(first)), initial=0.0) else first
 
 
 def named(names: Iterable[str], x: FloatArray) -> tuple[tuple[str, float], ...]:

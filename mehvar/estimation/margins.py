@@ -101,7 +101,8 @@ def margins(
         decades below the Nyquist frequency, with the natural frequencies of the linear loop. Crossings are refined;
         crossings beyond the sweep, or two between neighbouring frequencies, are not noticed.
     **run
-        Further arguments of `mehvar.simulate`, such as `parameters`, `initial`, `t_end` and `delay`.
+        Further arguments of `mehvar.simulate`, such as `parameters`, `initial`, `t_end`, `delay`, and a `dt_out` that
+        fits the period of the law where the step of the scenario does not.
 
     Returns
     -------
@@ -123,7 +124,7 @@ def margins(
     loaded = model if isinstance(model, Model) else load(model, "c")
     if not isinstance(controller, str):
         raise bad_value("controller", controller, "the name of a law of the model")
-    for name in {"law", "dt_out", "hold", "real", "inputs", "interpolation", "period", "memory"} & run.keys():
+    for name in {"law", "hold", "real", "inputs", "interpolation", "period", "memory"} & run.keys():
         raise bad_value(name, run[name], "left out: margins are of a law of the model, at its own period and in double")
     base = simulate(loaded, controller, scenario, **run)
     if base.status is not Status.DONE:
@@ -133,9 +134,11 @@ def margins(
             raise bad_value("frequencies", frequencies, "left out without size: only measured margins need them")
         if base.options.get("delay"):
             raise bad_value("delay", base.options["delay"], "0 for the linear loop; give size to measure the margins")
-        if loaded.manifest.jump:
-            raise InputError("the linear loop leaves out states that change at samples: give size to measure margins")
-        if not (result := linear_margins(linear_loop(loaded, base))):
+        try:
+            loop = linear_loop(loaded, base)
+        except InputError as error:
+            raise InputError(f"{error}; give size to measure the margins") from error
+        if not (result := linear_margins(loop)):
             raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
         return result
     if COUNTER in (memory := [q.name for q in base.controller.memory]) and base.z[:, memory.index(COUNTER)].any():

@@ -234,7 +234,7 @@ class Results:
         >>> bool(runs.mehvar.again(17)["theta"][-1] == runs["final"][17][3])
         True
         """
-        from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
+        from mehvar.runtime.batch.repeat import check_row, difference, plan_of, repeat_run
         from mehvar.runtime.batch.store.dataset import DatasetBatch
         from mehvar.runtime.run.results import to_dataset
 
@@ -242,6 +242,7 @@ class Results:
             raise bad_value("run", run, "left out: this result is a single run", "the call")
         batch = DatasetBatch(self._dataset)
         plan = plan_of(batch, model, controller=controller, inputs=inputs, interpolation=interpolation)
+        check_row(plan, batch, run)
         repeated = repeat_run(plan, batch, run)
         if different := difference(repeated, plan, batch, run):
             raise MehvarError(f"run {run}: {different}")

@@ -17,12 +17,11 @@ from mehvar.base.manifest import Parameter, Quantity
 from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
-from ..model.functions import displacement
+from ..model.functions import START_OFF, displacement
 from ..model.model import Model
 from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_option, number_option, read_options, rows, word_option
 from ..run.problem import (
-    START_OFF,
     check_sampled_parts,
     initial_corrections,
     is_consistent,

@@ -37,7 +37,7 @@ from .store.layout import STATUS
 if TYPE_CHECKING:
     import xarray
 
-    from .store.dataset import Batch
+    from .store.dataset import Batch, DatasetBatch
 
 
 SESSION_LAWS: dict[str, LawFunction] = {}
@@ -251,6 +251,25 @@ def repeat_run(plan: Plan, store: Batch, number: int, progress: Progress | None 
         **options,
         **plan.choices,
     )
+
+
+def check_row(plan: Plan, dataset: DatasetBatch, number: int) -> None:
+    """Refuse a row of a dataset whose drawn values are not those of the run with its number.
+
+    Raises
+    ------
+    InputError
+        With the run that has the row's values, if there is one.
+    """
+    block = number // dataset.chunk
+    if not (plan.names and 0 <= number < dataset.n and dataset.has(block)):
+        return
+    row = np.array([dataset.read(label, [block])[number % dataset.chunk] for label in plan.labels()])
+    if np.array_equal(row, list(plan.drawn(number).values())):
+        return
+    others = np.flatnonzero((plan.draw(0, plan.campaign.n).values == row).all(axis=1))
+    which = f"run {others[0]}" if others.size else f"another run than {number}"
+    raise InputError(f"row {number} holds {which} of the batch, as after isel or sortby: repeat from the whole dataset")
 
 
 def difference(run: Run, plan: Plan, store: Batch, number: int) -> str | None:

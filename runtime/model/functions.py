@@ -345,7 +345,11 @@ def _numbers(function: Function, spec: Array, value: ArrayLike) -> NDArray[Any]:
         raise InputError(f"{function.name}: {spec.name} must be an array of numbers: {error}") from error
 
 
-def displacement(manifest: Manifest, functions: Functions, x: FloatArray, p: FloatArray) -> FloatArray:
+START_OFF = 1e-3
+"""Largest change of an initial state by the projection, enough for a quaternion with three decimals."""
+
+
+def displacement(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> FloatArray:
     """Return the projection of states minus the states, of shape (..., 0) without a projection.
 
     Parameters
@@ -358,4 +362,35 @@ def displacement(manifest: Manifest, functions: Functions, x: FloatArray, p: Flo
     if "project" not in manifest.functions or "to_coordinates" in manifest.functions:
         return np.empty((*np.shape(x)[:-1], 0))
     more = (p,) if manifest.projects_by_parameters else ()
-    return np.asarray(functions["project"](x, *more)) - x
+    change: FloatArray = np.asarray(functions["project"](x, *more)) - np.asarray(x)
+    return change
+
+
+def check_manifold(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike, what: str) -> None:
+    """Refuse a state that the projection changes, such as a quaternion without unit length.
+
+    Parameters
+    ----------
+    x : array, shape (..., n_x)
+        States.
+    p : array, shape (..., n_p)
+        Model parameters.
+    what : str
+        The state in the message.
+
+    Raises
+    ------
+    InputError
+        With the nearest possible numbers.
+    """
+    moved = displacement(manifest, functions, x, p)
+    impossible = ~(np.abs(moved) <= START_OFF)
+    if not impossible.any():
+        return
+    first = tuple(np.argwhere(impossible.any(axis=-1))[0])
+    rows = zip(manifest.states, np.broadcast_to(x, moved.shape)[first], moved[first], impossible[first], strict=True)
+    parts = ", ".join(f"{q.name} = {value:g} ({value + change:.6g})" for q, value, change, is_wrong in rows if is_wrong)
+    raise InputError(
+        f"{what} is impossible, as a quaternion whose length is not 1: {parts}. "
+        "The numbers in parentheses are the nearest possible ones"
+    )

@@ -13,7 +13,7 @@ from mehvar.base.capabilities import Operation, refuse
 from mehvar.base.display import heading, table
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Controller, Manifest, Quantity
-from mehvar.base.names import identifier
+from mehvar.base.names import CLOCK, identifier
 
 from .functions import FloatArray, Functions, GeneratedFunction
 
@@ -21,6 +21,9 @@ _STEP = 1e-4
 """Step of differences for a sensor's slope, with errors of 1e-12 for linear sensors of size one."""
 _SLOPE = 1e-6
 """Allowed deviation of that slope from one, far below the scale error of any sensor."""
+_SAMPLES = 1000
+"""Number of samples, and of draws of noise, in which a sensor that skips samples shows it."""
+_SHOWN = 3
 COUNTER = "held_for"
 """Counter in the memory of a law that skips samples, added by codegen; zero at a command."""
 
@@ -112,7 +115,7 @@ def linearize_loop(
     outputs: Sequence[str] | None,
 ) -> LinearSystem:
     """Return the closed loop's linear system, driven by the reference; see `Model.linearize`."""
-    _check_delays(manifest, controller, p)
+    _check_samples(manifest, functions, controller, x, p)
     acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
     A, B, C, D, E = _plant(manifest, functions, x, acting, p, r, outputs)
     period = _period(manifest, controller, p)
@@ -144,7 +147,7 @@ def cut_loop(
 
     Its inputs act on the plant, and its outputs are the law's commands, so that A + B C is the closed loop.
     """
-    _check_delays(manifest, controller, p)
+    _check_samples(manifest, functions, controller, x, p)
     acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
     A, B, *_ = _plant(manifest, functions, x, acting, p, r, None)
     period = _period(manifest, controller, p)
@@ -300,12 +303,54 @@ def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: Flo
         )
 
 
-def _check_delays(manifest: Manifest, controller: Controller, p: ArrayLike) -> None:
-    """Refuse delayed inputs."""
+def _check_samples(
+    manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
+) -> None:
+    """Refuse what acts between the samples of a law and has no part in the map over one period."""
+    if not controller.period:
+        return
     names = [q.name for q in manifest.parameters]
-    for given, name in manifest.delays.items() if controller.period else ():
+    for given, name in manifest.delays.items():
         if np.any(np.asarray(p, dtype=np.float64)[..., names.index(name)] > 0):
             raise InputError(f"the input {given} is delayed by {name} samples: set {name} = 0 for a linear system")
+    if "jump" in functions:
+        _check_jump(manifest, functions, x, p)
+    if manifest.measured:
+        _check_skipped(manifest, functions, controller, x, p)
+
+
+def _check_jump(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> None:
+    """Refuse states that change at a sample by more than noise, such as the queue of a delayed sensor."""
+    states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (x, p))
+    quiet, step = np.zeros(len(manifest.random_step)), _STEP * np.eye(len(manifest.states))
+    above, below = (functions["jump"](states + h, quiet, parameters) for h in (step, -step))
+    off = np.abs((above - below) / (2 * _STEP) - np.eye(len(manifest.states)))
+    changed = np.any(off > _SLOPE * np.maximum(1, np.abs(states)), axis=tuple(range(off.ndim - 1)))
+    if changed.any():
+        few = [name for name, is_changed in zip(_names(manifest.states), changed, strict=True) if is_changed]
+        raise InputError(
+            f"sensors change states at samples ({', '.join(few[:_SHOWN])}{', ...' if few[_SHOWN:] else ''}), as with a "
+            "delay or a mean over a period; a linear system leaves that out"
+        )
+
+
+def _check_skipped(
+    manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
+) -> None:
+    """Refuse sensors that skip samples: measured flags that switch between 0 and 1 over time or by chance."""
+    first, numbers = (np.asarray(v, dtype=np.float64).reshape(-1, np.shape(v)[-1])[0] for v in (x, p))
+    states, noise = np.tile(first, (2 * _SAMPLES, 1)), np.zeros((2 * _SAMPLES, len(manifest.noise)))
+    if CLOCK in (names := _names(manifest.states)):
+        period = numbers[[q.name for q in manifest.parameters].index(str(controller.period))]
+        states[:_SAMPLES, names.index(CLOCK)] += period * np.arange(_SAMPLES)
+    noise[_SAMPLES:] = np.random.default_rng(0).standard_normal((_SAMPLES, len(manifest.noise)))
+    seen = np.asarray(functions["measure"](states, noise, numbers))
+    skipping = (seen.min(axis=0) == 0) & (seen.max(axis=0) == 1) & np.all((seen == 0) | (seen == 1), axis=0)
+    if skipping.any():
+        flags = [name for name, is_flag in zip(_names(manifest.measured), skipping, strict=True) if is_flag]
+        raise InputError(
+            f"sensors skip samples ({', '.join(flags)} switch); a linear system needs a measurement at every sample"
+        )
 
 
 def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:

@@ -22,7 +22,7 @@ from ..compiling.compiler import find_compiler, require_compiler
 from .casadi_c import CasadiBackend, casadi_manifest
 from .catalogue import find_folder, find_model
 from .equations import rates
-from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend, displacement
+from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend, check_manifold, displacement
 from .generated import warn_if_stale
 from .header import check_header
 from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows, slope_of_inputs
@@ -223,7 +223,7 @@ class Model:
         controller : str, optional
             A law; the input of the linear system is then the reference. For a sampled law the result is the map over
             one period, with the plant linearised at the acting input, which is held. The map is exact at an
-            equilibrium. Sensor and delay are neglected.
+            equilibrium. Noise and the option `delay` are neglected.
         c : array_like, optional
             Parameters of the law, as from `law_parameters`; default: those of the model.
         z : array_like, optional
@@ -238,7 +238,8 @@ class Model:
         Raises
         ------
         InputError
-            If an output or law is unknown, an argument has the wrong shape, or an argument has no effect.
+            If an output or law is unknown, an argument has the wrong shape or no effect, or x is impossible; for a
+            sampled law also if a sensor has a delay, averages over a period, or skips samples.
 
         Examples
         --------
@@ -254,12 +255,15 @@ class Model:
         if controller is not None:
             law = self.manifest.controller(controller)
             constants = law_vector(self.functions, law, {}) if c is None else c
-            return linearize_loop(self.manifest, self.functions, law, x, u, p, reference, constants, z, outputs)
-        for name, value in (("c", c), ("z", z)):
-            if value is not None:
-                raise bad_value(name, value, "None without a controller")
-        inputs = np.zeros(len(self.input_names)) if u is None else u
-        return linearize_plant(self.manifest, self.functions, x, inputs, p, reference, outputs)
+            system = linearize_loop(self.manifest, self.functions, law, x, u, p, reference, constants, z, outputs)
+        else:
+            for name, value in (("c", c), ("z", z)):
+                if value is not None:
+                    raise bad_value(name, value, "None without a controller")
+            inputs = np.zeros(len(self.input_names)) if u is None else u
+            system = linearize_plant(self.manifest, self.functions, x, inputs, p, reference, outputs)
+        check_manifold(self.manifest, self.functions, x, p, "x")
+        return system
 
     def to_casadi(self, name: str = "rhs") -> Any:
         """Return a generated function as a `casadi.Function` on SX, with CasADi's derivatives.

@@ -35,8 +35,6 @@ Progress = Callable[[float, float], None]
 
 _AT_SAMPLES = frozenset(("actuate", "jump", "measure"))
 """Plant functions that act once per sample."""
-START_OFF = 1e-3
-"""Largest change of an initial state by the projection, enough for a quaternion with three decimals."""
 STAGES = 16  # the most that a method has, and the length of a row of its coefficients: MV_STAGES
 
 

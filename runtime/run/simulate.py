@@ -21,13 +21,13 @@ from mehvar.base.names import identifier
 
 from ..arguments import check_arguments
 from ..interrupts import KeptInterrupts
-from ..model.functions import BackendName, FloatArray, displacement
+from ..model.functions import BackendName, FloatArray, check_manifold
 from ..model.model import Model, shared_model
 from ..model.parameters import Resolved, advice, all_parameters, elements, named_values, resolve, say
 from . import loop
 from .calls import events_of
 from .options import AUTO, EXPLICIT, FIXED, OPTIONS, STIFF, Integrator, RunOptions, merged, read_options
-from .problem import START_OFF, Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
+from .problem import Problem, Progress, Status, Trajectory, problem_of, start_memory, variant_suffix
 from .readers import check_read
 from .user.choice import law_of
 from .user.law import Law, LawFunction, PythonLaw
@@ -364,7 +364,7 @@ def _start(
     for name, value in zip(model.state_names, x0, strict=True):
         if not math.isfinite(value):
             raise bad_value(f"initial state {name}", float(value), "a finite number", place)
-    _check_manifold(model, resolved.p, x0, place)
+    check_manifold(model.manifest, model.functions, x0, resolved.p, f"the initial state (from {place})")
     if not model.manifest.limits:
         return x0
     margins = model.functions["limits"](x0, np.zeros(len(model.input_names)), resolved.p)
@@ -375,6 +375,7 @@ def _start(
     return x0
 
 
+<<<<<<< HEAD
 def _check_manifold(model: Model, p: FloatArray, x0: FloatArray, place: str) -> None:
     """Refuse an initial state that the projection changes, such as a quaternion without unit length."""
     moved = displacement(model.manifest, model.functions, x0, p)
@@ -387,6 +388,8 @@ def _check_manifold(model: Model, p: FloatArray, x0: FloatArray, place: str) -> 
         )
 
 
+=======
+>>>>>>> main
 def _reason(problem: Problem, trajectory: Trajectory) -> str:
     """Return the reason for the end of a run in words."""
     model, at = problem.model, f"at t = {trajectory.t_stop:.6g} s"

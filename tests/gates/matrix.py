@@ -36,7 +36,7 @@ TESTS = (
     "tests/runtime/model/test_model.py",
     "tests/runtime/run/test_simulate.py",
     "tests/runtime/run/test_results.py",
-    "tests/runtime/batch/test_store.py",
+    "tests/runtime/batch/store/test_store.py",
     "tests/codegen/functions/test_lower.py",
     "tests/codegen/code/test_tape.py",
     "tests/models/test_tables.py",

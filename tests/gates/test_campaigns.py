@@ -56,3 +56,10 @@ def test_the_row_of_another_campaign_is_no_change_of_the_commit(
     assert "with changes" not in campaigns.commit()
     (tmp_path / "other.py").write_text("1")
     assert campaigns.commit().endswith("with changes")
+
+
+def test_the_tests_that_other_pythons_run_exist() -> None:
+    text = (ROOT / "tests" / "gates" / "matrix.py").read_text(encoding="utf-8")
+    files = re.findall(r'"(tests/[\w/]+\.py)"', text)
+    assert len(files) > 5
+    assert [name for name in files if not (ROOT / name).is_file()] == []

@@ -5,7 +5,7 @@ import pytest
 
 import mehvar
 from mehvar.base.errors import MehvarError
-from mehvar.parts import Hub, PointMass, Spacecraft, Torquer, Wheel
+from mehvar.parts import Hinge, Hub, PointMass, Spacecraft, Torquer, Wheel
 
 
 def craft_of(axis=(0, 1, 0), *more, mass=100.0):
@@ -29,6 +29,20 @@ def test_the_same_craft_is_the_same():
     found = mehvar.diff(craft_of(), craft_of())
     assert not found.differs
     assert not found.notes
+
+
+def test_eigenvalues_are_those_at_a_possible_state():
+    """At zero the craft has no attitude; its panel swings at sqrt(k/I (1 + I/J)) about the hub."""
+
+    def with_panel(stiffness):
+        panel = Hinge("panel", mass=1e-6, inertia=(1.0, 1.0, 1.0), axis=(0, 1, 0), stiffness=stiffness)
+        return craft_of((0, 1, 0), panel)
+
+    found = str(mehvar.diff(with_panel(1.0), with_panel(4.0)))
+    assert "eigenvalues at q0 = 1, the rest 0" in found
+    hub = 12.0 - 0.1  # the wheel along the axis is free
+    slow = (1 + 1 / hub) ** 0.5
+    assert f"± {slow:.4g}i -> ± {2 * slow:.4g}i" in found
 
 
 def test_parts_that_come_and_go():

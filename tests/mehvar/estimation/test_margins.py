@@ -126,7 +126,6 @@ def test_a_running_loop_has_the_margins_of_the_linear_one(turner):
         ({"size": 1e-3, "frequencies": [1.0, 32.0]}, "at most pi/Ts = 31.4159 rad/s"),
         ({"frequencies": [1.0, 2.0]}, "frequencies = .*: must be left out without size"),
         ({"size": {}}, "size = {}: must be a number, or amplitudes of one input or more"),
-        ({"dt_out": 0.1}, "dt_out = 0.1: must be left out"),
     ],
 )
 def test_what_has_no_margins_is_refused(turner, arguments, text):

@@ -130,6 +130,14 @@ def test_a_run_of_a_batch_is_repeated(batch):
         changed.mehvar.again(17)
 
 
+@pytest.mark.parametrize("order", [[3, 7, 11], list(range(19, -1, -1))])
+def test_a_row_of_a_selection_is_not_taken_for_the_run_of_its_number(batch, order):
+    """It was compared with another run, and the data were blamed."""
+    with pytest.raises(mehvar.InputError, match=f"^row 1 holds run {order[1]} of the batch, as after isel or sortby"):
+        batch.isel(run=order).mehvar.again(1)
+    assert batch.isel(run=slice(0, 5)).mehvar.again(1).attrs["reason"]
+
+
 def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only(monkeypatch):
     batch = mehvar.batch("satellite", damp, 3, period=0.5, t_end=5.0, vary={"roll": "uniform(-0.1, 0.1)"})
     for law in ((), (damp,)):

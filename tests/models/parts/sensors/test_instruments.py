@@ -7,7 +7,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 import mehvar
-from mehvar.base.errors import MehvarError
+from mehvar.base.errors import InputError, MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import (
     Accelerometer,
@@ -267,6 +267,31 @@ def test_a_law_has_the_last_measurement():
     shown = np.where(x <= 0.1, q, 0.0)  # before the first picture a law has no turn
     np.testing.assert_allclose(run["u_cmd_wheel_torque"].values[:-1], shown + x[4 * (k // 4)] - 0.01, rtol=1e-12)
     assert 0 < np.count_nonzero(shown) < len(x)
+
+
+@pytest.mark.parametrize(
+    ("gyro", "words"),
+    [
+        ({"walk": 1e-5}, ""),
+        ({"delay": 2}, r"change states at samples \(gyro_x_ago0"),
+        ({"walk": 0.0, "integrating": True}, r"change states at samples \(gyro_angle_x"),
+        ({"every": 3}, r"skip samples \(gyro_new"),
+        ({"dropout": 0.3}, r"skip samples \(gyro_new"),
+    ],
+)
+def test_a_linear_loop_has_every_sensor_at_every_sample_or_is_refused(gyro, words):
+    """Such a loop was linear without its rate feedback, or with every sample measured."""
+    craft = craft_of(WHEEL, Gyro("gyro", **gyro), motion="attitude", period=0.25)
+    craft.law("rate", lambda law: {"wheel": law.parameter("k", 0.2, "N m s") * law.rates[0]})
+    model = mehvar.build(craft)
+    if words:
+        with pytest.raises(InputError, match=words):
+            model.linearize(model.state(), controller="rate")
+    else:
+        eigenvalues = model.linearize(model.state(), controller="rate").eigenvalues
+        assert np.abs(eigenvalues - (1 - 0.25 * 0.2 / 1.0)).min() < 1e-9  # 0.2 N m s on 1 kg m^2 for 0.25 s
+        with pytest.raises(InputError, match=r"^x is impossible, .*: q0 = 0 \("):
+            model.linearize(np.zeros(len(model.state_names)))
 
 
 def continuous(sensor):
