@@ -391,6 +391,6 @@ def check_manifold(manifest: Manifest, functions: Functions, x: ArrayLike, p: Ar
     rows = zip(manifest.states, np.broadcast_to(x, moved.shape)[first], moved[first], impossible[first], strict=True)
     parts = ", ".join(f"{q.name} = {value:g} ({value + change:.6g})" for q, value, change, is_wrong in rows if is_wrong)
     raise InputError(
-        f"{what} is impossible, as a quaternion whose length is not 1: {parts}. "
-        "The numbers in parentheses are the nearest possible ones"
+        f"{what} is impossible: {parts}. The numbers in parentheses are the nearest possible ones; a quaternion or "
+        "direction has length 1, the rate of a direction is normal to it"
     )

@@ -375,21 +375,6 @@ def _start(
     return x0
 
 
-<<<<<<< HEAD
-def _check_manifold(model: Model, p: FloatArray, x0: FloatArray, place: str) -> None:
-    """Refuse an initial state that the projection changes, such as a quaternion without unit length."""
-    moved = displacement(model.manifest, model.functions, x0, p)
-    rows = [row for row, change in enumerate(moved) if not abs(change) <= START_OFF]
-    if rows:
-        parts = ", ".join(f"{model.state_names[row]} = {x0[row]:g} ({x0[row] + moved[row]:.6g})" for row in rows)
-        raise InputError(
-            f"the initial state (from {place}) is impossible: {parts}. The numbers in parentheses are the nearest "
-            "possible ones; a quaternion or direction has length 1, the rate of a direction is normal to it"
-        )
-
-
-=======
->>>>>>> main
 def _reason(problem: Problem, trajectory: Trajectory) -> str:
     """Return the reason for the end of a run in words."""
     model, at = problem.model, f"at t = {trajectory.t_stop:.6g} s"

@@ -290,7 +290,7 @@ def test_a_linear_loop_has_every_sensor_at_every_sample_or_is_refused(gyro, word
     else:
         eigenvalues = model.linearize(model.state(), controller="rate").eigenvalues
         assert np.abs(eigenvalues - (1 - 0.25 * 0.2 / 1.0)).min() < 1e-9  # 0.2 N m s on 1 kg m^2 for 0.25 s
-        with pytest.raises(InputError, match=r"^x is impossible, .*: q0 = 0 \("):
+        with pytest.raises(InputError, match=r"^x is impossible: q0 = 0 \("):
             model.linearize(np.zeros(len(model.state_names)))
 
 
