@@ -6,11 +6,11 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from mehvar.base.cache import key
-from mehvar.base.manifest import Manifest
+from mehvar.base.manifest import Manifest, manifest_text
 
 from ..compiling.compiler import require_compiler
 from ..compiling.library import FLAGS, native_headers, native_sources
@@ -88,8 +88,13 @@ def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) ->
 
 
 def generated_digest(manifest: Manifest) -> str:
-    """Return a hash of the generated code that a batch compiles, and of its manifest."""
-    return _digest({**generated_sources(manifest), "manifest.json": manifest.text})
+    """Return a hash of the generated code that a batch compiles, and of its manifest without the hashes of sources.
+
+    An edit of a source that leaves the generated code unchanged leaves the batch unchanged.
+    """
+    none: dict[str, str] = {}
+    code = replace(manifest, versions=none, inputs_sha256=none, files_sha256=none, shapes_sha256=none)
+    return _digest({**generated_sources(manifest), "manifest.json": manifest_text(code)})
 
 
 def provenance(kernel: Kernel) -> dict[str, str | int]:

@@ -14,7 +14,7 @@ from mehvar.base.errors import InputError
 from mehvar.runtime.batch import blocks, numerics, workers
 from mehvar.runtime.batch.blocks import Blocks
 from mehvar.runtime.batch.fill import run_batch
-from mehvar.runtime.batch.numerics import other_numerics
+from mehvar.runtime.batch.numerics import generated_digest, other_numerics
 from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.batch.repeat import plan_of
 from mehvar.runtime.batch.store.store import open_store
@@ -100,3 +100,13 @@ def test_a_build_with_another_default_adds_no_block(name: str, tmp_path: Path, m
         workers._blocks(bundle.key(), bundle)
     with pytest.raises(InputError, match=f"was made with other options, by another build: .*{said}"):
         plan_of(open_store(out), PENDULUM)
+
+
+def test_an_edit_that_leaves_the_code_unchanged_leaves_the_batch_unchanged() -> None:
+    """A batch could not be repeated after an edit of a source that its model reads without effect."""
+    manifest = runtime.load("triangle").manifest
+    digest = generated_digest(manifest)
+    assert generated_digest(replace(manifest, inputs_sha256={"models/other.py": "0"}, text="")) == digest
+    first, *others = manifest.parameters
+    changed = (replace(first, description="another mass"), *others)
+    assert generated_digest(replace(manifest, parameters=changed)) != digest
