@@ -268,7 +268,7 @@ def _shown(symbols: Iterable[sp.Symbol]) -> str:
     return ", ".join(f"{name} = {{{name}:g}}" for name in sorted(map(str, symbols)))
 
 
-NO_BODY = "is the inertia of no body: no moment may exceed the sum of the other two"
+NO_BODY = "is the inertia of no body: no moment may exceed the sum of the other two, in any axes"
 
 
 def _within(value: Expr, bounds: Interval) -> Iterator[Expr]:
