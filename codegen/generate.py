@@ -316,7 +316,9 @@ def _system(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     check_system(system, folder)
     check_tables(system, folder, {} if plant is not None else load_model(tree, model).STRUCTURE)
     if system.name != model:
-        raise GenerateError(f"{folder}: name = {system.name!r} of the system: must be that of its folder, {model!r}")
+        raise GenerateError(
+            f"{folder}: the system's name is {system.name!r} but must equal the folder's name, {model!r}"
+        )
     return system
 
 
@@ -364,7 +366,7 @@ def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
     defaults = {name: values[0] for name, values in choices.items()}
     chosen = defaults | dict(structure)
     if {**defaults, **system.structure} != chosen:  # what has its default may be left out
-        raise GenerateError(f"{folder}: structure = {value_text(system.structure)} of the system: must be {chosen}")
+        raise GenerateError(f"{folder}: the system's structure is {value_text(system.structure)} but must be {chosen}")
     return system
 
 

@@ -26,8 +26,10 @@ _VARIABLE = "environment:"
 _SYSTEM = ("/proc/", "/dev/", "/sys/")
 """Folders of the operating system, which do not count as inputs."""
 _REFUSED = {
-    **dict.fromkeys(("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.fork"), "starts a program"),
-    **dict.fromkeys(("socket.connect", "socket.getaddrinfo"), "asks another machine"),
+    **dict.fromkeys(
+        ("subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.fork"), "the model starts a program"
+    ),
+    **dict.fromkeys(("socket.connect", "socket.getaddrinfo"), "the model contacts another machine"),
 }
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 _INSTALLED = {"site-packages", "dist-packages"}
@@ -175,8 +177,8 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
         from mehvar.models.quantities import ModelError, place
 
         raise ModelError(
-            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}, whose answer may "
-            "change: store the answer in a file of the model's folder"
+            f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}, whose result may "
+            "change: store the result in a file in the model's folder"
         )
 
 

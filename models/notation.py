@@ -120,12 +120,12 @@ class Names:
         return meaning
 
     def as_latex(self, side: Side) -> str:
-        """Return LaTeX of a side in the paper's notation."""
+        """Return one side of an equation as LaTeX, in the paper's notation."""
         names = {symbol: name.latex for symbol, name in self.table.items()}
         return str(sp.latex(_printable(side), symbol_names=names))
 
     def as_text(self, side: Side) -> str:
-        """Return plain text of a side in the paper's notation."""
+        """Return one side of an equation as plain text, in the paper's notation."""
         renamed = {symbol: _renamed(symbol, name.text) for symbol, name in self.table.items() if name.text}
         return str(_OneLine().doprint(_printable(sp.sympify(side).xreplace(renamed))))
 

@@ -300,7 +300,7 @@ class Paper:
         entered = [entry.number for entry in self.entries]
         strange = sorted(self.errata.keys() - set(entered))
         if strange:
-            raise ModelError(f"errata of unknown entries: {strange}: use numbers of entries of the ledger")
+            raise ModelError(f"errata refer to entries that do not exist: {strange}; use entry numbers of the ledger")
         numbers = [number for number in entered if number.isdecimal()]
         missing = [k for k in range(1, self.numbers + 1) if str(k) not in numbers]
         twice = sorted({number for number in entered if entered.count(number) > 1})

@@ -296,7 +296,7 @@ def _check_axes(path: Path, group: Group) -> None:
                 points = arrays.get(axis)
                 if not isinstance(points, Tensor) or points.form != INCREASING:
                     raise ModelError(
-                        f"{where}: over = {list(table.over)}: {axis!r} must be an array of [{group.name}] with "
+                        f"{where}: over = {list(table.over)}: {axis!r} must be an array in [{group.name}] with "
                         f"form = {INCREASING!r}{suggestion(axis, arrays)}"
                     )
                 if points.shape != (size,):

@@ -26,7 +26,7 @@ _RENAMED = frozenset(("definition", "equation", "limit", "constraint", "warning"
 
 @dataclass(frozen=True)
 class Item:
-    """A row of one side with its expression."""
+    """A row of the old or the new version, with its expression."""
 
     row: Row
     key: Key

@@ -57,7 +57,7 @@ class Domains:
         return self.pool.many("mul", sorted(factors))
 
     def inside(self, *roots: int) -> list[Atom]:
-        """Return signs that hold wherever all expressions have a value."""
+        """Return the signs of factors that are certain wherever all expressions have a value."""
         factors = sorted(frozenset[int]().union(*map(self, roots)))
         return [(self.positive[factor], 1) for factor in factors if factor in self.positive]
 

@@ -357,7 +357,7 @@ class EqualityTest:
         return self.values(self._free, node, self.count((self._free, node)))
 
     def _look_of(self, node: int) -> tuple[str, ...]:
-        """Return an expression's values at a few real points, by which equal parts are paired."""
+        """Return an expression's values at a few real points; parts with the same values are paired."""
         worlds = self._real[:_LOOKS]
         return tuple(
             mpmath.nstr(value, _LOOK_DIGITS) for w in worlds if (value := w[self._free].defined(node)) is not None

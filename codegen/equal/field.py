@@ -208,7 +208,7 @@ def turned(a: Circle, n: int) -> Circle:
 
 
 def halved(a: Circle, roots: Callable[[Element], Element] = sqrt) -> Circle:
-    """Return the circle element of half an angle between -pi and pi."""
+    """Return the circle element of half of an angle that is between -pi and pi."""
     half = number(Fraction(1, 2))
     cosine = roots(mul(half, add(1, a[0])))
     return cosine, mul(half, mul(a[1], inverse(cosine)))

@@ -67,7 +67,7 @@ def verify(system: System) -> None:
             error = np.abs(np.linalg.solve(slope, residual)).ravel()
         except np.linalg.LinAlgError as singular:
             raise VerificationError(
-                f"{system.origin}: residual does not determine {', '.join(names)}: its derivative by "
+                f"{system.origin}: residual does not determine {', '.join(names)}: its derivative with respect to "
                 f"{', '.join(str(rate) for rate in system.rates.values())} is singular at random point {point}"
             ) from singular
         bound = TOLERANCE * max(1.0, float(np.abs(rates).max()))
@@ -81,7 +81,7 @@ def verify(system: System) -> None:
 
 
 def _forms(system: System) -> ca.Function:
-    """Return functions of (x, u, p): the efficient form's rates, their residual, and its derivative by the rates."""
+    """Return functions of (x, u, p): efficient rates, their residual, and its derivative with respect to the rates."""
     groups = (system.states, system.inputs, system.parameters)
     vectors = [ca.SX.sym(group.name, len(group)) for group in groups]
     symbols = {

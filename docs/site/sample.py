@@ -19,7 +19,7 @@ WRITTEN = ("numbers", "capabilities", "mistakes", "options", "targets")
 """Pages that programs write."""
 
 
-COMPOSED = {"unknown_name": "unknown {} NAME: known: NAMES", "self._refused": "FIELD = VALUE: must be {}"}
+COMPOSED = {"unknown_name": "unknown {} NAME; known: NAMES", "self._refused": "FIELD = VALUE: must be {}"}
 """Messages that a function composes of several texts."""
 
 

@@ -126,9 +126,9 @@ def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = ""
     close = difflib.get_close_matches(name if isinstance(name, str) else value_text(name), names, n=3, cutoff=0.6)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     hint = f"{note}; " if note else hint
-    listed = ", ".join(names) if names else "none"
+    listed = f"{': ' if hint else '; '}{hint}known: {', '.join(names) or 'none'}"
     noun, place = re.fullmatch(r"(.*?)((?: of | in | under | \().*)?", kind).groups("")  # type: ignore[union-attr]
-    return InputError(f"unknown {noun} {value_text(name)}{place}{origin_text(origin)}: {hint}known: {listed}")
+    return InputError(f"unknown {noun} {value_text(name)}{place}{origin_text(origin)}{listed}")
 
 
 def run_checks(*checks: Callable[[], object]) -> None:

@@ -563,8 +563,8 @@ def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
 def files_on_first_use(model: str) -> frozenset[str]:
     """Return the names of rarely used files, which a generated folder omits and mehvar makes at first use.
 
-    They are CasADi's own C; derivatives by parameters, of laws and of closed loops; and all derivatives in Python
-    except those of the rates.
+    They are CasADi's own C; derivatives with respect to parameters; derivatives of laws and of closed loops; and in
+    Python all derivatives except the rates' derivatives.
     """
     derivatives = [part for part in get_args(Part) if part.endswith("_jac")]
     return frozenset(

@@ -159,7 +159,7 @@ def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
 
 
 def _mixed(folder: Path) -> tuple[str, ...]:
-    """Return the files of a revision's generated folder that come from another derivation, as after a merge."""
+    """Return the error about generated files of a revision that another derivation wrote, as after a merge, if any."""
     try:
         check_unedited(read_manifest(folder, any_age=True))
     except InputError as error:

@@ -226,7 +226,9 @@ class _Problem:
             if name not in names:
                 raise unknown_name("parameter or state", name, names, "free")
             if law is not None and name in (law.period, law.delay):
-                raise InputError(f"{name} cannot be fitted (from free): it determines the sample times of {law.name}")
+                raise InputError(
+                    f"{name}, listed in 'free', cannot be fitted: it determines the sample times of {law.name}"
+                )
 
     def _law(self) -> Controller | None:
         return self._model.manifest.controllers.get(self._controller) if isinstance(self._controller, str) else None
@@ -265,7 +267,7 @@ class _Problem:
             (above, plus), (below, minus) = ends
             if np.all(plus == _FAR) and np.all(minus == _FAR):
                 raise InputError(
-                    f"{self._free[k]} cannot be fitted (from free): no other value near its first guess is valid"
+                    f"{self._free[k]}, listed in 'free', cannot be fitted: no other value near its first guess is valid"
                 )
             columns.append((plus - minus) / (above - below))
         return np.stack(columns, axis=1)
@@ -332,7 +334,7 @@ class _Problem:
                 if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
                     name = self._free[int(np.argmax(np.abs(direction)))]
                     raise InputError(
-                        f"{name}, listed in free, cannot be fitted: only large changes of it affect the data, "
+                        f"{name}, listed in 'free', cannot be fitted: only large changes of it affect the data, "
                         "as of a time between two samples. Leave it out, or start from another value"
                     )
 

@@ -206,7 +206,7 @@ Readings: TypeAlias = Mapping[str, Mapping[str, Checks]]
 def decide(
     texts: Sequence[ClaimText], checks: Mapping[str, Checks], runs: Runs, readings: Readings | None = None
 ) -> list[Claim]:
-    """Return the claims with their checks and verdicts, also under alternative readings."""
+    """Return the claims with their checks and verdicts, including those for alternative readings."""
     return [_decided(text, checks[text.number], (readings or {}).get(text.number, {}), runs) for text in texts]
 
 

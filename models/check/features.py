@@ -134,14 +134,14 @@ def _check_times(system: System, law: Controller) -> None:
     clock = next((q for q in system.parameters if q.name == law.period), None)
     if isinstance(clock, Parameter) and not clock.bounds.positive:
         raise ModelError(
-            f"{law.origin}: period = {law.period!r} of law {law.name!r} has the bounds {clock.bounds}: must be above "
-            "zero, as in (0, inf)"
+            f"{law.origin}: period = {law.period!r} of law {law.name!r} has the bounds {clock.bounds}: all values "
+            "must be above zero, as in (0, inf)"
         )
     multiple = next((q for q in law.parameters if q.name == law.every), None)
     if isinstance(multiple, Parameter) and not multiple.bounds.lower >= 1:
         raise ModelError(
-            f"{law.origin}: every = {law.every!r} of law {law.name!r} has the bounds {multiple.bounds}: must be one or "
-            "above, as in [1, inf)"
+            f"{law.origin}: every = {law.every!r} of law {law.name!r} has the bounds {multiple.bounds}: its lower "
+            "bound must be at least 1, as in [1, inf)"
         )
 
 
@@ -157,7 +157,7 @@ def _check_noise(system: System) -> None:
         for k, row in enumerate(diffusion.change):
             if not isinstance(row, sp.Expr) or not _linear(row, diffusion.wiener.symbols):
                 raise ModelError(
-                    f"{diffusion.origin}: change of the diffusion, row {k + 1}: {row} must be linear in "
+                    f"{diffusion.origin}: row {k + 1} of the diffusion's change, {row}, must be linear in "
                     f"{', '.join(q.name for q in diffusion.wiener)}, as in p.sigma * dW"
                 )
     if step and not any(law.period for law in system.controllers):
@@ -220,13 +220,16 @@ def _check_choices(system: System) -> None:
     check_distinct(present, f"{system.origin}: variant")
     missing = [values for values in wanted if values not in present]
     if missing:
-        raise ModelError(f"{system.origin}: variants lacks {missing[0]}: give one for each choice except the first")
+        raise ModelError(
+            f"{system.origin}: 'variants' has no entry for {missing[0]}: give one entry for each "
+            "combination of choices except the first"
+        )
 
 
 def _check_variant(system: System, variant: Variant, wanted: Sequence[tuple[str, ...]]) -> None:
     if variant.values not in wanted:
         allowed = ", ".join(map(str, wanted)) or "none, for the system has no choices"
-        raise ModelError(f"{variant.origin}: values = {variant.values} of a variant: must be one of {allowed}")
+        raise ModelError(f"{variant.origin}: a variant has values = {variant.values}; allowed: {allowed}")
     continuous = [law.name for law in system.controllers if not law.period]
     check_names(variant.loops, continuous, f"{variant.origin}: loops of variant {variant.values}: continuous law")
 

@@ -75,7 +75,9 @@ def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) 
     one = sorted(present)[0]
     other = next((unit for unit in sorted(present) if dimension(unit) != dimension(one)), None)
     if other is not None:
-        raise ModelError(f"{where}: of = {list(metric.of)}: variables in {one} and {other} cannot be combined")
+        raise ModelError(
+            f"{where}: of = {list(metric.of)}: variables with the units {one} and {other} cannot be combined"
+        )
     unit = "s" if metric.kind in OF_SECONDS else "1" if metric.kind in OF_COUNTS else one
     with placed(where):
         own = dimension(metric.unit)

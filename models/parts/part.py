@@ -273,8 +273,8 @@ class Jump:
 
 
 _TURNING = sp.Rational(1, 1000)
-"""Of the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A tenth or ten times makes
-the arrows of pictures longer or shorter."""
+"""Torque scale divided by the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A
+tenth or ten times this value makes the arrows of pictures longer or shorter."""
 
 
 @dataclass(frozen=True)

@@ -272,7 +272,8 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
         if name == "campaign":
             name, stored, value = _difference(json.loads(stored), json.loads(value))
         raise InputError(
-            f"{store} was made with {name} = {stored!r}, not {value!r}: repeat its command, or choose another name"
+            f"{store} was made with {name} = {stored!r}, not {value!r}: use the original command, "
+            "or choose another name for the store"
         )
 
 

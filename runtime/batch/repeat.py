@@ -193,7 +193,7 @@ def _trusted_model(store: Batch, trust: bool) -> Model | str:
     there = os.path.isdir(source)  # noqa: PTH112 - pathlib raises for a name that is too long
     if not (trust and there):
         raise TrustError(
-            f"{store.name} needs the model {name}, which is neither installed nor in this project in that version; "
+            f"{store.name} needs the model {name} in a version that is neither installed nor in this project; "
             f"{_way(source, there)}"
         )
     if generated_digest(find_model(source)) != _recorded_digest(store):
@@ -206,10 +206,10 @@ def _trusted_model(store: Batch, trust: bool) -> Model | str:
 def _way(source: str, there: bool) -> str:
     """Return advice on which model to name if a store's model is not found."""
     if not there:
-        return f"it names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
+        return f"the store names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
     return (
-        f"it names {source!r}, whose code would be compiled and run. If you trust it, add --trust-model, in Python "
-        "model=PATH; or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
+        f"the store names {source!r}, whose code would be compiled and run. If you trust it, add --trust-model, "
+        "in Python model=PATH; or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
     )
 
 

@@ -165,7 +165,7 @@ class BoardLaw:
             self._checkpoint = (k + 1, self.z[k])
 
     def _at(self, k: int, request: Callable[[], Reply], restore: bool) -> Reply:
-        """Send a request for the state before sample k; a restarted board gets this state first."""
+        """Send a request that needs the state before sample k; first restore it after a restart, or if asked."""
         for _ in range(self._restarts):
             try:
                 if restore:

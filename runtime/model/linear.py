@@ -238,7 +238,7 @@ def _plant(
     r: ArrayLike,
     outputs: Sequence[str] | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return A, B, C, D, and the outputs' derivatives by the reference."""
+    """Return A, B, C, D, and the outputs' derivatives with respect to the reference."""
     refuse(manifest, Operation.LINEARIZE)
     nx, nu, nr = len(manifest.states), len(manifest.inputs), len(manifest.references)
     A = functions["jac_x"](x, u, p)
@@ -281,7 +281,10 @@ def _answer(
 def _seen(
     manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
 ) -> tuple[ArrayLike, FloatArray | None]:
-    """Return the vector that a law receives, without noise, and its derivative by the state unless it is the state."""
+    """Return the noise-free vector that a law receives.
+
+    If this vector is not the state itself, also return its derivative with respect to the state.
+    """
     if not manifest.measured and not (controller.period and "measure" in functions):
         return x, None
     point = x, np.zeros(len(manifest.noise)), p
@@ -420,7 +423,7 @@ def _acting(
 def _by_state_and_reference(
     manifest: Manifest, controller: Controller, slope: dict[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Join the derivatives by state, applied input and memory; a model may have no reference."""
+    """Join the derivatives with respect to state, applied input and memory; a model may have no reference."""
     parts = ("x", "v", "z") if controller.period else ("x", "z")
     none = np.zeros((*slope["x"].shape[:-1], 0))  # of a model without inputs
     by_state = np.concatenate([slope.get(name, none) for name in (parts if controller.memory else ("x",))], axis=-1)

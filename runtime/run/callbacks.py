@@ -144,7 +144,7 @@ class _OwnLoop:
         return np.asarray(self._guards(x, self.observed(x, r, p, c)[1], p))
 
     def jacobians(self, x: FloatArray, r: FloatArray, p: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the derivatives of the slope by state and reference, from forward differences."""
+        """Return the derivatives of the slope with respect to state and reference, from forward differences."""
         from scipy.optimize import approx_fprime
 
         def steps(at: FloatArray) -> FloatArray:

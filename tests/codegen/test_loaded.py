@@ -215,7 +215,7 @@ def test_a_variable_of_the_environment_is_an_input(asked, monkeypatch, name):
         ("import subprocess\nsubprocess.run(['true'])\n", "starts a program"),
         ("import os\nos.system('true')\n", "starts a program"),
         ("import os\nos.popen('true').read()\n", "starts a program"),
-        ("import socket\nsocket.create_connection(('localhost', 9), 1)\n", "asks another machine"),
+        ("import socket\nsocket.create_connection(('localhost', 9), 1)\n", "contacts another machine"),
     ],
 )
 def test_what_other_programs_answer_is_refused(derived, tmp_path, text, word):

@@ -163,7 +163,7 @@ def test_an_array_of_parameters_is_set_as_an_array(case):
         (("[0.0, 1.0, 2.5", "[0.0, nan, 2.5"), "must increase"),
         (('over = ["at"]', 'over = ["a"]'), r"over = \['a'\]: 'a' must be an array .* \(did you mean 'at'\?\)"),
         (('over = ["at"]', 'over = ["at", "up"]'), "must be 1 names, one for each axis"),
-        (('over = ["at"]', 'over = ["w"]'), "'w' must be an array of .* with form = 'increasing'"),
+        (('over = ["at"]', 'over = ["w"]'), "'w' must be an array in .* with form = 'increasing'"),
         (
             ("[0.0, 2.0, 2.0, 2.0, -1.0,", "[0.0, 2.0, 2.0, -1.0,"),
             "default has 6 values along 'at', which has 7 points",

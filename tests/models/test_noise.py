@@ -165,8 +165,11 @@ def test_what_is_no_noise_is_refused():
     w = noise.wiener
     seconds = Group("w", (quantity("W1", "s"), *w.quantities[1:]))
     for part, message in (
-        (Diffusion(w, (x.price * w.W1 * w.W2, p.q * w.W3)), "row 1: .* must be linear in W1, W2, W3"),
-        (Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * w.W3 + x.speed)), "row 2: .* must be linear"),
+        (Diffusion(w, (x.price * w.W1 * w.W2, p.q * w.W3)), "row 1 of the diffusion's .* must be linear in W1, W2, W3"),
+        (
+            Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * w.W3 + x.speed)),
+            "row 2 of the diffusion's .* must be linear",
+        ),
         (Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2),)), "1 entries for 2 states"),
         (Diffusion(w, (x.price * p.a * w.W1, p.q * w.W3)), "parameter 'b'"),
         (Diffusion(w, (x.price * (p.a * w.W1 + p.b * w.W2), p.q * p.Ts * w.W3)), "must be m/s"),

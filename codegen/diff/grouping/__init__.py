@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Groups of related changes: with a common cause, by additional equal parts, or with the same edit in each axis."""
+"""Groups of changes that have a common cause, come from additional equal parts, or make the same edit in each axis."""

@@ -42,7 +42,7 @@ class Allowed:
         return self._free, self._equality.written_out((meaning, root))
 
     def test(self, *sides: Expression) -> Test:
-        """Return a function that tests if a version allows a point of the expressions' names."""
+        """Return a function that is true if a version allows given values of the expressions' names."""
         conditions = self._beside(sides)
         return lambda worlds: any(inside(worlds, margins) for margins in conditions)
 

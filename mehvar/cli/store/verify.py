@@ -58,7 +58,7 @@ def _print(verification: Verification) -> None:
     if verification.writer is not None:
         typer.echo(f"being written by {verification.writer}")
     elif not verification.complete:
-        typer.echo("to complete and repair the store, repeat its command with --resume")
+        typer.echo("to complete and repair the store, use the original command with --resume")
 
 
 def _numbers(blocks: tuple[int, ...]) -> str:

@@ -42,7 +42,7 @@ _LOST = 3
 
 
 def _tangent(square: Expr) -> Expr:
-    """Return tan(x)/(2 x) of half an angle x, to fourth order, from x^2."""
+    """Return tan(x)/(2 x) to fourth order, given x^2, where x is a half-angle."""
     return HALF + square * (sp.Rational(1, 6) + square / 15)
 
 

@@ -20,7 +20,7 @@ MOST = 13
 
 
 def check(harmonics: Harmonics) -> None:
-    """Refuse rows that are no degree, order and two coefficients."""
+    """Refuse rows that do not consist of a degree, an order and two coefficients."""
     for row in harmonics:
         if len(row) != 4 or not all(isinstance(n, int) for n in row[:2]) or not 0 <= row[1] <= row[0] <= MOST:
             raise ModelError(

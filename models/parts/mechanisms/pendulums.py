@@ -92,7 +92,7 @@ class Pendulum(Part):
         return [at.frame.circle(c.place.symbol) for c in self.coordinates() if c.place is not None]
 
     def _rod(self, at: Mounted) -> tuple[sp.Matrix, list[sp.Matrix]]:
-        """Return the rod's direction and its derivatives by the angles."""
+        """Return the rod's direction and its derivatives with respect to the angles."""
         axis = at.values.axis
         normal = axis.cross(at.values.rest)
         side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "direction of the rod at 90 degrees", "1")

@@ -183,7 +183,7 @@ class Pull:
 
 @dataclass(frozen=True)
 class Balance:
-    """Equations K X + n = applied of the hull.
+    """The hull's equations, K X + n = applied forces and torques.
 
     Attributes
     ----------

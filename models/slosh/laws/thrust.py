@@ -135,7 +135,7 @@ def _unit(value: Expr) -> Expr:
 
 
 def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
-    """Return the derivative of the equations of roll, G_y and G_z by the force at constant Omega'."""
+    """Return the derivative of the equations of roll, G_y and G_z with respect to the force at constant Omega'."""
     response = solve(plant.factors, missing, tag, d)
     matrix = plant.balance.matrix
     return [sp.Add(*(matrix[k, j] * a for j, a in enumerate(response))) for k in (3, 4, 5)]

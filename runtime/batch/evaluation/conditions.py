@@ -33,8 +33,8 @@ _Value = Callable[[Values], Any]
 """Function that evaluates a number of a condition for many runs."""
 
 _Truth = tuple[NDArray[np.bool_], NDArray[np.bool_]]
-"""Masks of runs for which a part of a condition is true and false. A comparison with NaN is neither; `and`, `or` and
-`not` follow Kleene's logic.
+"""Two masks of runs: where part of a condition is true, and where it is false. A comparison with NaN is neither; `and`,
+`or` and `not` follow Kleene's logic.
 """
 
 _COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
@@ -184,7 +184,7 @@ class Criterion:
         match self._tree:
             case ast.Compare(left=left, ops=[op]) if type(op) in _COMPARISONS:
                 return left
-        raise self._refused("a comparison with one number of a run on its left side")
+        raise self._refused("a single comparison whose left side is a numeric result of a run")
 
     def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
         """Return the common kind of two compared or added numbers; None for plain numbers, which fit every kind."""

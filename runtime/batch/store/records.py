@@ -29,7 +29,7 @@ _PARTIAL = ".partial"
 _LEFTOVER = re.compile(rf".+\.(?:[0-9a-f]{{16}}|[0-9a-f]{{32}}){re.escape(_PARTIAL)}")
 """Pattern of unfinished files by Zarr or `replace_file`; others may be the user's."""
 _SELF = "sha256"
-CURE = "to repair the store, repeat its command with --resume (resume=True)"
+CURE = "to repair the store, use the original command with --resume (resume=True)"
 
 
 class DamageError(InputError):

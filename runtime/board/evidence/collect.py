@@ -140,7 +140,7 @@ def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
     """Refuse evidence in which a function was not executed, or the closed loop's longest step is missing."""
     missing = sorted(outcomes.most.keys() - names)
     if missing:
-        raise EvidenceError(f"a step executes {', '.join(missing)}, but the analysis of the code found no call to it")
+        raise EvidenceError(f"the analysis of the code found no call to {', '.join(missing)}, which a step executes")
     most, seen = run.profile.most if run.profile else 0, outcomes.most.get(STEP, 0)
     if seen < most:
         raise EvidenceError(

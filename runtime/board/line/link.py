@@ -210,7 +210,7 @@ class Link:
         """
         reply = self._request(GET, bytes([_group(group)]))
         if group == "z" and reply.flags & Flags.FRESH:
-            raise RestartError(f"{self._port.name}: the board has no memory")
+            raise RestartError(f"{self._port.name}: the board has no memory of the law yet, as after a restart")
         return np.frombuffer(reply.payload, "<f4").astype(np.float32)
 
     def set(self, group: str, values: NDArray[np.floating]) -> None:

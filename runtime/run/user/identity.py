@@ -230,7 +230,9 @@ def _refuse_moving(name: str, value: object) -> None:
     owner = getattr(value, "__self__", None)
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     if any(value is moving for moving in _MOVING) or _is_moving(str(module or type(owner).__module__)):
-        raise UnidentifiedError(f"{name} depends on the time or the process: use only t and x")
+        raise UnidentifiedError(
+            f"{name} depends on more than t and x, such as clock, random numbers, files or settings: use only t and x"
+        )
 
 
 def _is_moving(module: str) -> bool:

@@ -255,5 +255,5 @@ def _held(run: Any, origin: str) -> tuple[float | None, int]:
         if not 0 < hold < math.inf or delay < 0:
             raise ValueError(f"hold = {hold}, delay = {delay}")
     except (ValueError, TypeError, LookupError, AttributeError, OverflowError) as error:
-        raise InputError(f"inputs (from {origin}): its attribute 'options' is damaged: {error}") from error
+        raise InputError(f"attribute 'options' of inputs (from {origin}) is damaged: {error}") from error
     return hold, delay

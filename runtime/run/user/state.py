@@ -38,7 +38,7 @@ class State(np.ndarray[Any, np.dtype[np.float64]]):
 
     def __getattr__(self, name: str) -> Any:
         known = (*getattr(type(self), "names", ()), *getattr(type(self), "references", ()))
-        raise AttributeError(f"unknown state or reference {name!r} of a law's argument: known: {', '.join(known)}")
+        raise AttributeError(f"unknown state or reference {name!r} of a law's argument; known: {', '.join(known)}")
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
         plain = np.asarray(array)

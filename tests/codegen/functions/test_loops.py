@@ -191,7 +191,7 @@ def test_derived_equations_that_determine_no_rate_are_refused():
         right.xreplace({rates["w"]: system.states.w}),
     ):
         with pytest.raises(
-            VerificationError, match=r"\.py:\d+: residual does not determine w: its derivative by w_rate"
+            VerificationError, match=r"\.py:\d+: residual does not determine w: its derivative with respect to w_rate"
         ):
             verify(dataclasses.replace(system, rates=rates, residual=(wrong,)))
 

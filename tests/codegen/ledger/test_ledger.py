@@ -200,7 +200,7 @@ def test_an_erratum_is_of_an_entry_and_has_one_sentence() -> None:
     )
     assert ledger["(1)"].erratum == Erratum(ErratumKind.MISPRINT, "A 3 is printed.")
     assert ledger.slips() == {**dict.fromkeys(ErratumKind, 0), ErratumKind.MISPRINT: 1}
-    with pytest.raises(ModelError, match=r"errata of unknown entries: \['2'\]"):
+    with pytest.raises(ModelError, match=r"errata refer to entries that do not exist: \['2'\]"):
         Paper("", 1, names, (row,), errata={"2": Erratum(ErratumKind.SCAN, "A dot is lost.")})
     for cause in ("", ".", "no full stop", "One. Two."):
         with pytest.raises(ModelError, match="one sentence"):

@@ -107,7 +107,7 @@ def test_an_existing_folder_is_left_alone(tmp_path):
         ("return body + wheel", "return body wheel", r"models/mine/system.py:\d+: SyntaxError: invalid syntax"),
         ("d = Derivation()", "raise SystemExit(0)", r"models/mine/system.py:\d+: SystemExit: 0"),
         ("return System(", "return dict(", r"must be a System"),
-        ('name="mine"', 'name="yours"', r"name = 'yours' of the system: must be that of its folder, 'mine'"),
+        ('name="mine"', 'name="yours"', r"the system's name is 'yours' but must equal the folder's name, 'mine'"),
         (
             '"theta_ddot", body',
             '"wheel", body',

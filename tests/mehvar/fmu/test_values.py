@@ -64,7 +64,7 @@ class Unit:
         return list(values)
 
     def along(self, known: str, *unknowns: str) -> list[float]:
-        """Return the derivatives of variables by another one."""
+        """Return the derivatives of variables with respect to another one."""
         values = (ctypes.c_double * len(unknowns))()
         places = (ctypes.c_uint * len(unknowns))(*(self.places[name] for name in unknowns))
         by, one = (ctypes.c_uint * 1)(self.places[known]), (ctypes.c_double * 1)(1.0)

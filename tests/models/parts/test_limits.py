@@ -141,7 +141,7 @@ def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
 
 
 def test_a_craft_without_inputs_has_derivatives_and_a_linear_system():
-    """Its law `watch` commands nothing; a Jacobian by inputs has rows and no columns."""
+    """Its law `watch` commands nothing; a Jacobian with respect to inputs has rows and no columns."""
     craft = Spacecraft("idle", period=0.1)
     craft.add(Hub("hub", mass=40.0, inertia=(2.0, 3.0, 2.5)))
     craft.add(Gyro("gyro"))

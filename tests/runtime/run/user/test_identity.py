@@ -343,7 +343,7 @@ MOVING = (
 def test_a_law_that_reads_a_clock_a_generator_or_a_file_is_never_the_same(law: Callable[..., Any]) -> None:
     text, why = identify(law)
     assert text == ""
-    assert "depends on the time or the process" in why or "during a run" in why
+    assert "depends on more than t and x" in why or "during a run" in why
 
 
 def typed(text: str) -> Callable[..., Any]:

@@ -53,7 +53,7 @@ def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Mo
 def test_what_a_run_says_of_itself_is_read_or_refused(pendulum: runtime.Model, options: str) -> None:
     before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}))
     before.attrs["options"] = options
-    with pytest.raises(InputError, match=r"inputs \(from .*\): its attribute 'options' is damaged: ."):
+    with pytest.raises(InputError, match=r"attribute 'options' of inputs \(from .*\) is damaged: ."):
         run(pendulum, before)
 
 
