@@ -206,7 +206,8 @@ def _trusted_model(store: Batch, trust: bool) -> Model | str:
 def _way(source: str, there: bool) -> str:
     """Return advice on which model to name if a store's model is not found."""
     if not there:
-        return f"the store names {source!r}, which does not exist here: run mehvar simulate MODEL --from STORE --run ID"
+        gone = f"its folder {source!r} does not exist here. " if os.sep in source else ""
+        return f"{gone}Name a generated folder with the code of the batch: mehvar simulate FOLDER --from STORE --run ID"
     return (
         f"the store names {source!r}, whose code would be compiled and run. If you trust it, add --trust-model, "
         "in Python model=PATH; or name a model of your own: mehvar simulate MODEL --from STORE --run ID"
