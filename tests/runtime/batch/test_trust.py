@@ -146,7 +146,7 @@ def test_a_store_finds_the_model_of_its_project(made: Path, tmp_path: Path, comm
     for trust in ((), ("--trust-model",)):
         status, said = command(*again, *trust, cwd=project)
         assert status == 2
-        assert "which does not exist here: run" in said
+        assert "does not exist here. Name a generated folder" in said
     (project / "generated").mkdir()
     (project / "model").rename(project / "generated" / "pendulum")
     (project / "models" / "pendulum").mkdir(parents=True)
