@@ -18,7 +18,7 @@ from .claims import (
     count,
     not_essential,
 )
-from .data import read_data
+from .data import FileTable, read_data
 from .paper import Reproduction, read_reproduction
 from .runs import Runs
 
@@ -30,6 +30,7 @@ __all__ = [
     "Checks",
     "Claim",
     "Expected",
+    "FileTable",
     "Readings",
     "Reproduction",
     "Runs",

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, Runs, not_essential, read_data
-from mehvar.reproduction.data import FileTable
+from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, FileTable, Runs, not_essential, read_data
 from mehvar.runtime import Status
 
 if TYPE_CHECKING:

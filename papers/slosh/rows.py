@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction import TIMES, Check, Claim, Runs, not_essential, read_data
-from mehvar.reproduction.data import FileTable
+from mehvar.reproduction import TIMES, Check, Claim, FileTable, Runs, not_essential, read_data
 
 if TYPE_CHECKING:
     from mehvar.runtime import Run

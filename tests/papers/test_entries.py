@@ -14,9 +14,9 @@ from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import deviations, table_claims
 from mehvar.reproduction.paper import Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
-from mehvar.reproduction.statements import missing, statement_verdicts
+from mehvar.reproduction.statements import statement_verdicts
 from tests.derived import REPRODUCED, system
-from tests.papers.shared import HEAVY, paper_claims, paper_runs
+from tests.papers.shared import HEAVY, missing, paper_claims, paper_runs
 from tests.papers.words import silent, wrong_words
 
 EVERY = [pytest.param(name, marks=pytest.mark.soak) if name in HEAVY else name for name in REPRODUCED]
