@@ -113,8 +113,8 @@ def draw_bands(ax: Axes, batch: Batch, name: str, marked: Sequence[int] = ()) ->
         text = f"{100 * low:g} to {100 * high:g} %"
         ax.fill_between(t, below, above, color=BLUE, alpha=opacity, linewidth=0, label=text)
         if (low, high) == BANDS[1][:2]:  # a chart has one band
-            for edge, side in ((below, BAND_LOW), (above, BAND_HIGH)):
-                ax.plot(t, edge, color=BLUE, lw=0.4, gid=side)
+            for edge, level, side in ((below, low, BAND_LOW), (above, high, BAND_HIGH)):
+                ax.plot(t, edge, color=BLUE, lw=0.4, gid=side, label=f"{100 * level:g} %")
     ax.plot(t, median, color=BLUE, label="median")
     for line, run in zip(("-", "--", ":"), marked, strict=False):
         block, row = divmod(run, batch.chunk)
@@ -124,7 +124,8 @@ def draw_bands(ax: Axes, batch: Batch, name: str, marked: Sequence[int] = ()) ->
     ax.set_xlabel(label("t", "time", "s"))
     ax.set_ylabel(axis_text(batch, name))
     ax.margins(x=0)
-    ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    handles = [handle for handle in ax.get_legend_handles_labels()[0] if handle.get_gid() not in (BAND_LOW, BAND_HIGH)]
+    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
 
 
 def draw_histogram(

@@ -36,6 +36,8 @@ _PANELS = 4
 """Largest number of panels in a batch picture; two rows of two are readable without zooming."""
 _FAILURES = 5
 """Largest number of unsuccessful runs on the page; their commands fill a third of a screen."""
+_DRAWN = 4
+"""Largest number of drawn values beside them; with more, the commands leave the screen."""
 
 
 def batch_sections(runs: Runs, store: str = "") -> list[Section]:
@@ -146,9 +148,10 @@ def _ends(ends: tuple[float, float]) -> str:
 
 
 def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Iterator[Table]:
-    """Yield the worst unsuccessful runs and those with the largest value of a metric, with commands to repeat them."""
+    """Yield the worst unsuccessful runs and those at the ends of each metric, with commands to repeat them."""
     status, t_stop = runs.dataset["status"].values, runs.dataset["t_stop"].values
     failed, names, ordered = _failed(runs)
+    names += [name for name in runs.drawn if name not in names][:_DRAWN]
     which = ("worst" if ordered else "first") + f" {_FAILURES} of {len(failed)}"
     yield Table(
         "Runs that do not succeed" if len(failed) <= _FAILURES else f"Runs that do not succeed, the {which}",
@@ -165,12 +168,12 @@ def _extremes(runs: Runs, rows: Sequence[MetricStatistics], store: str) -> Itera
         ],
     )
     yield Table(
-        "Largest value of each metric",
-        ("metric", "value", "unit", "run", "to repeat it"),
+        "Smallest and largest value of each metric",
+        ("metric", "end", "value", "unit", "run", "to repeat it"),
         [
-            (row.name, f"{value:.6g}", pretty_unit(row.unit), str(run), repetition(_store(runs), run, store))
+            (row.name, end, f"{value:.6g}", pretty_unit(row.unit), str(run), repetition(_store(runs), run, store))
             for row in rows
-            for run, value in [row.largest]
+            for end, (run, value) in (("smallest", row.smallest), ("largest", row.largest))
             if run >= 0
         ],
     )
@@ -193,7 +196,7 @@ def _failed(runs: Runs) -> tuple[list[int], list[str], bool]:
 
 def _pictures(runs: Runs, design: str) -> Iterator[Drawing]:
     groups = [("metrics", "Metrics of the runs", "Vermillion: runs that do not succeed.", runs.summaries)]
-    groups += [("bands", "Series of the runs", "Quantile bands over time.", runs.series)]
+    groups += [("bands", "Series of the runs", "Median and 5 to 95 % of the runs over time.", runs.series)]
     with style():
         if 0 < int(runs.successful.sum()) < runs.successful.size:
             exact = "" if design in NO_INTERVAL else ", and its exact 95 % interval"

@@ -19,6 +19,9 @@ from mehvar.runtime.batch.store.store import open_store
 from tests import commands
 
 
+ENDS = "Smallest and largest value of each metric"
+
+
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     where = tmp_path_factory.mktemp("batch") / "runs.zarr"
@@ -65,8 +68,10 @@ def test_each_run_has_the_command_that_repeats_it(sections, store, tmp_path):
     succeeds = Runs(store.dataset()).successful
     times = store.dataset()["T_theta"].values
     worst = sorted((run for run in range(40) if not succeeds[run]), key=lambda run: -times[run])[:5]
-    assert [row[:2] for row in failed.rows] == [(str(run), f"{times[run]:.6g}") for run in worst]
-    name, value, _, run, command = largest.rows[0]
+    drawn = store.dataset()["mass"].values
+    assert [row[:3] for row in failed.rows] == [(str(run), f"{times[run]:.6g}", f"{drawn[run]:.6g}") for run in worst]
+    (_, lower, *_), (name, end, value, _, run, command) = largest.rows[:2]
+    assert (lower, end) == ("smallest", "largest")
     program, *words = shlex.split(command)
     assert program == "mehvar"
     done = subprocess.run(
@@ -80,7 +85,7 @@ def test_each_run_has_the_command_that_repeats_it(sections, store, tmp_path):
 def test_in_memory_a_run_is_repeated_by_a_call_and_a_constant_share_has_no_picture():
     runs = mehvar.batch("triangle", "path", n=4, vary={"theta_0": "uniform(0.8, 1.2)"}, t_end=2.0)
     sections = {section.anchor: section for section in runs.mehvar.page().sections}
-    assert tables(sections["runs"])["Largest value of each metric"].rows[0][-1].startswith("runs.mehvar.again(")
+    assert tables(sections["runs"])[ENDS].rows[0][-1].startswith("runs.mehvar.again(")
     pictures = [block.picture.title for block in sections["pictures"].blocks if isinstance(block, Drawing)]
     assert "Convergence" not in pictures
     assert "Metrics of the runs" in pictures
@@ -94,7 +99,7 @@ def test_a_run_whose_inputs_the_store_lacks_is_repeated_with_them(tmp_path):
     sections = {section.anchor: section for section in batch_sections(Runs(runs), str(where))}
     for table in tables(sections["runs"]).values():
         assert all(row[-1].endswith(", inputs=INPUTS)") for row in table.rows)
-    command = tables(sections["runs"])["Largest value of each metric"].rows[0][-1]
+    command = tables(sections["runs"])[ENDS].rows[0][-1]
     assert eval(command, {"runs": runs, "INPUTS": {"Tx": 0.1}}).attrs["status"] == "done"
 
 
@@ -127,8 +132,8 @@ def test_of_an_unfinished_batch_the_stored_runs_are_counted(store):
     text, succeeds = sections["batch"].blocks[1].text, Runs(whole).successful[30:]
     assert f"{succeeds.sum()} of 10 runs succeed" in text
     assert text.endswith("10 of 40 runs are stored.")
-    largest = tables(sections["runs"])["Largest value of each metric"].rows[0]
-    assert int(largest[3]) == 30 + int(whole[largest[0]].values[30:].argmax())
+    largest = tables(sections["runs"])[ENDS].rows[1]
+    assert int(largest[4]) == 30 + int(whole[largest[0]].values[30:].argmax())
     part["status"][:] = NOT_RUN
     with pytest.raises(InputError, match="this batch has no stored run yet"):
         Runs(part)
