@@ -18,7 +18,6 @@ from mehvar.runtime.batch.store.layout import NOT_RUN
 from mehvar.runtime.batch.store.store import open_store
 from tests import commands
 
-
 ENDS = "Smallest and largest value of each metric"
 
 
