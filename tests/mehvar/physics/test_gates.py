@@ -50,7 +50,7 @@ def test_equations_pass_their_gates(case):
 
 
 @up_to_two_pendulums
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_every_parameter_matters(case):
     subject = subject_of(case)
     assert not idle_parameters(subject)

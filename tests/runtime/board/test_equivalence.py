@@ -126,6 +126,7 @@ def test_bare_packets(target):
     assert (outcome.u.compared, outcome.u.ulp, outcome.x.ulp) == (300, 0, 0)
 
 
+@pytest.mark.share(2)
 @pytest.mark.parametrize("compiler", [GCC, "zig"])
 def test_constants_in_the_laws_text_save_instructions_and_keep_every_bit(compiler):
     plain, folded = (

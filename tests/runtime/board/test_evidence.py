@@ -61,7 +61,7 @@ def test_a_step_is_counted_from_entry_to_return_with_what_it_calls_through_regis
 
 def test_evidence_that_leaves_out_what_ran_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Flow, "callees", lambda *_: set())
-    with pytest.raises(EvidenceError, match=r"a step executes .*satellite_pd"):
+    with pytest.raises(EvidenceError, match=r"no call to .*satellite_pd"):
         collect(load("satellite"), "pd", samples=5, disturbed=1)
 
 

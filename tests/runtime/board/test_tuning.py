@@ -208,6 +208,7 @@ def test_a_journal_without_tuning_goes_when_its_run_is_over(tmp_path):
         replay(load("triangle"), "path", journal)
 
 
+@pytest.mark.share(3)
 @pytest.mark.parametrize(("model", "law"), [("triangle", "path"), ("slosh", "lyapunov-v1"), ("satellite", "pd")])
 def test_laws_without_memory_are_tuned_too(tmp_path, model, law):
     loaded, journal = load(model), tmp_path / "journal"
