@@ -71,7 +71,7 @@ def rest(
         matrix = slope(x)
         if not np.all(np.isfinite(matrix)):
             break
-        step = np.linalg.lstsq(matrix, -rate(x))[0]
+        step = np.linalg.lstsq(matrix, -rate(x), rcond=None)[0]
         following = projection(x + step)
         if not np.linalg.norm(rate(following)) < np.linalg.norm(rate(x)):
             break

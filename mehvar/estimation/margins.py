@@ -380,7 +380,8 @@ class _Sweep(_Response):
         else:
             columns = [np.cos(angle), np.sin(angle), np.ones(count), middle]
         weights = np.hanning(count + 2)[1:-1]
-        fit = np.linalg.lstsq(weights[:, None] * np.stack(columns, axis=1), weights * change[end - count : end])[0]
+        weighted = weights[:, None] * np.stack(columns, axis=1)
+        fit = np.linalg.lstsq(weighted, weights * change[end - count : end], rcond=None)[0]
         alone = frequency in (0, self._highest)
         return complex(fit[0], 0.0 if alone else -fit[1]) or complex(1 / self.largest**2)
 

@@ -215,7 +215,7 @@ def _regression(store: Batch, metric: str, rounding: float) -> Sensitivity | Non
         return Sensitivity(metric, "regression", nothing, {}, math.nan, runs)
     correlation = covariance[np.ix_([*moving, -1], [*moving, -1])] / np.outer(sd[[*moving, -1]], sd[[*moving, -1]])
     own, common = correlation[:-1, :-1], correlation[:-1, -1]
-    coefficients = np.linalg.lstsq(own, common)[0]
+    coefficients = np.linalg.lstsq(own, common, rcond=None)[0]
     explained = float(coefficients @ common)
     spread = np.diag(np.linalg.pinv(own)) * max(1 - explained, 0.0) / (runs - moving.size - 1)
     reach = stdtrit(runs - moving.size - 1, (1 + CONFIDENCE) / 2) * np.sqrt(spread)
