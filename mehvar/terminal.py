@@ -144,7 +144,7 @@ def html_text(lines: Iterable[Line]) -> str:
     from rich.console import Console
     from rich.text import Text
 
-    console = Console(record=True, file=StringIO(), highlight=False, width=_WIDTH)
+    console = Console(record=True, file=StringIO(), highlight=False, width=_WIDTH, force_jupyter=False)
     for indent, text in lines:
         for part in text.wrap(console, _WIDTH - indent):
             console.print(Text(" " * indent) + part, soft_wrap=True)

@@ -211,3 +211,13 @@ def test_the_run_that_moved_farthest_is_shown_and_the_others_are_folded():
     folded = page[page.index("2 more under other laws or scenarios") :]
     assert "start3" in page.removesuffix(folded)
     assert 0 < folded.index("start2") < folded.index("start1")
+
+
+def test_a_notebook_shows_a_comparison_once(monkeypatch):
+    """In Jupyter, rich showed each line of the form in HTML beside the form itself."""
+    shown = []
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    monkeypatch.setattr("rich.jupyter.display", lambda *parts: shown.append(parts))
+    model = compare_documents(*map(document, next(iter(EDITS.values()))))
+    assert "<pre" in model._repr_html_()
+    assert not shown
