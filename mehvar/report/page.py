@@ -23,7 +23,7 @@ from .content import Picture, scene_data
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
 _SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "save.js", "charts.js", "view.js", "player.js")
-_STYLES = ("uplot/uPlot.min.css", "palette.css", "charts.css", "report.css")
+_STYLES = ("uplot/uPlot.min.css", "charts.css", "report.css")
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 
 

@@ -106,7 +106,7 @@ def web_page(
         title=f"{manifest.model}: {manifest.title}",
         styles=[
             _asset(name)
-            for name in (f"{_UPLOT}/uPlot.min.css", "report/palette.css", "report/charts.css", "web/live.css")
+            for name in (f"{_UPLOT}/uPlot.min.css", "palette.css", "report/charts.css", "web/live.css")
         ],
         scripts=[_asset(name) for name in names],
         runs=[{"law": case.run.controller.name, "scenario": case.run.scenario.name} for case in cases],
