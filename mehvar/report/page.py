@@ -37,11 +37,12 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with a heading, omitted if it has no rows."""
+    """A table with a heading and a note that explains its numbers, omitted if it has no rows."""
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    note: str = ""
     kind: str = field(default="table", init=False)
 
 
