@@ -44,11 +44,17 @@
     return dash.length ? `repeating-linear-gradient(90deg, ${shown} 0 ${on}px, transparent ${on}px ${on + off}px)` : shown;
   };
 
-  const series = (line) => ({
+  /** The unit of a panel's values, which its label has in brackets. */
+  const unit = ({ label, title }) => {
+    const [, text = "1"] = /\[([^\]]+)\]\s*$/.exec(Report.words(label || title || "")) ?? [];
+    return text === "1" ? "" : ` ${text}`;
+  };
+
+  const series = (line, unit) => ({
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
     paths: line.step ? uPlot.paths.stepped({ align: 1 }) : undefined,
-    points: { show: false }, spanGaps: line.spanGaps ?? true, pxAlign: 0, value: (_, v) => Report.number(v),
+    points: { show: false }, spanGaps: line.spanGaps ?? true, pxAlign: 0, value: (_, v) => Report.number(v) + (v === null ? "" : unit),
   });
 
   /** Levels and marks of a panel, drawn under its series. */
@@ -96,7 +102,7 @@
     const fit = (u) => { u.whole = panel.limits; u.setScale("x", { min: panel.limits[0], max: panel.limits[1] }); };
     const options = {
       width: host.clientWidth || 300, height, series: [
-        { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series)],
+        { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map((line) => series(line, unit(panel)))],
       scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: logarithmic[1] ? { distr: 3 } : { distr: 1, range } },
       axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32, values: (_, at) => at.map(tick) }), axis({ size: 58, space: 24, values: (_, at) => at.map(tick), ...(logarithmic[1] ? {} : { splits }) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {
