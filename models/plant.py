@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from .check.vectors import vectors
 from .derivation import Definition, Derivation, Equation, used_definitions
-from .system import Controller, Metric, Scenario, System
+from .system import Controller, Metric, System
 
 
 def without_laws(system: System) -> System:

@@ -142,7 +142,7 @@ class _Verdicts:
         unequal = [child for child in children if self._differs(child)]
         text = self._same_text(old, new)
         if text and not unequal:
-            how = _PROOFS[not all((self.verdict[child.key][1].how == "node identity") for child in children)]
+            how = _PROOFS[any(self.verdict[child.key][1].how != "node identity" for child in children)]
             return self._equal(old, new, EquationVerdict.SAME), Verdict(True, how)
         local = Verdict(True, "node identity") if text else self._local(old, new)
         if local.equal and not unequal:

@@ -68,7 +68,7 @@ class Edits:
     def _values_of(self, new: int) -> dict[Values, int]:
         parts: dict[Values, int] = {}
         for node in reached(self.pool.nodes, [new]):
-            values = self.new(node) if (self.pool.nodes[node][0] not in ("exprcondpair", "num")) else None
+            values = self.new(node) if self._is_value(node) else None
             if values is not None:
                 parts.setdefault(values, node)
         return parts
@@ -87,6 +87,9 @@ class Edits:
                     if values is not None:
                         atoms.setdefault(values, atom)
         return atoms
+
+    def _is_value(self, node: int) -> bool:
+        return self.pool.nodes[node][0] not in ("exprcondpair", "num")
 
     def walk(self, root: int, required: Values, path: Path) -> list[Change]:
         """Return all single edits at or below a node that give it the required values."""

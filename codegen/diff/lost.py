@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..equal import field
-from ..equal.equality import Worlds
 from ..equal.field import Undefined
 from ..equal.meaning import Expression, Meaning
 from .changes import Change, Values, replaced

@@ -40,7 +40,7 @@ def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[Func
     if system.outputs:
         derived.append(jacobian(outputs, _present(outputs, "xur"), "outputs_jac", "outputs_jac"))
     for function, name in ((rhs, "jac_p"), (outputs, "outputs_jac_p")):
-        if system.parameters and sum(size or 0 for _, size in function.results):
+        if system.parameters and _rows(function):
             derived.append(jacobian(function, ["p"], name, "parameters_jac"))
     if system.actuator:
         derived.append(directional(by_name["actuate"], ["x", "u_cmd"], "loops_jac"))
@@ -147,6 +147,10 @@ def _present(function: FunctionGraph, names: Sequence[str]) -> list[str]:
 def _places(function: FunctionGraph, names: Sequence[str]) -> list[int]:
     everything = [name for name, _ in function.arguments]
     return [everything.index(name) for name in names]
+
+
+def _rows(function: FunctionGraph) -> int:
+    return sum(size or 0 for _, size in function.results)
 
 
 def _and(names: Sequence[str]) -> str:

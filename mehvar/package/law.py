@@ -111,7 +111,7 @@ def law_facts(firmware: Program, ranges: Mapping[str, tuple[float, float]]) -> d
     checksum = crc32c(bytes(4) + b"".join(np.array(_filled(v), "<f4").tobytes() for v in groups))
     block = (f"{name.upper()}_LAYOUT", f"0x{checksum:08x}u", "MV_LAW_REPORT", *map(_list, groups))
     return {
-        "name": name, "NAME": name.upper(), "Camel": "".join(word[:1].upper() + word[1:] for word in name.split("_")),
+        "name": name, "NAME": name.upper(), "Camel": _camel(name),
         "model": manifest.model, "law": law, "vectors": vectors,
         "period": firmware.period, "delay": delay_of(law),
         "layout": _layout(vectors, name), "block": _members(block),
@@ -119,6 +119,10 @@ def law_facts(firmware: Program, ranges: Mapping[str, tuple[float, float]]) -> d
         "parameters": parameters, "functions": _apart(functions), "names": _names(vectors, name),
         **_calls(name, bool(law.memory), f"{name}_start" in functions),
     }  # fmt: skip
+
+
+def _camel(name: str) -> str:
+    return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
 
 
 def _functions(text: str, name: str) -> dict[str, str]:

@@ -67,8 +67,12 @@ def named(values: ArrayLike, names: tuple[str, ...]) -> NamedVector:
 def _vector_type(names: tuple[str, ...]) -> type[NamedVector]:
     """Return the class of vectors with these names as properties, so that editors complete them."""
     free = [name for name in names if not hasattr(NamedVector, name)]
-    fields: dict[str, Any] = {name: property(lambda vector: vector[name], _setter(name)) for name in free}
+    fields: dict[str, Any] = {name: property(_getter(name), _setter(name)) for name in free}
     return type("NamedVector", (NamedVector,), {**fields, "names": names, "__slots__": ()})
+
+
+def _getter(name: str) -> Any:
+    return lambda vector: vector[name]
 
 
 def _setter(name: str) -> Any:
