@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import prod
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mpmath
 
@@ -30,6 +30,9 @@ from .proofs import intervals
 from .reals import Point, PointSampler, RealWorld, SteppedWorld
 from .shared import INEXACT, Shared
 from .values import FieldWorld, Lookup, World
+
+if TYPE_CHECKING:
+    from .cells import Cells
 
 SEED = 5
 """Seed of the field's points: arbitrary but fixed, so that a question always has the same answer."""
@@ -334,14 +337,13 @@ class EqualityTest:
         """Decide by cells, first by points, then with free numbers in place of common parts."""
         cells = self._cells(old, new)
         if outcome := cells.walk():
-            return Verdict(outcome.equal, outcome.how, point=outcome.point)
+            return outcome
         simple = self._shared.united(old, new)
         if simple[0] == simple[1]:
             return Verdict(True, "the same expression with equal parts merged")
         united = self._cells(*simple)
         if united.open_states() == []:
-            outcome = united.settle([])
-            return Verdict(outcome.equal, outcome.how)
+            return united.settle([])
         *simpler, points = self._shared.freed(*simple)
         if simpler != [old, new] and (verdict := self._by_cells(*simpler)).equal:
             return replace(verdict, points=min(filter(None, (points, verdict.points)), default=0))
@@ -368,10 +370,10 @@ class EqualityTest:
             return Verdict(True, "the same expression with equal parts merged")
         cells = self._cells(old, new)
         if outcome := cells.walk():
-            return Verdict(outcome.equal, outcome.how, point=outcome.point)
+            return outcome
         return self._settled(cells, old, new)
 
-    def _cells(self, old: int, new: int) -> Any:
+    def _cells(self, old: int, new: int) -> Cells:
         from .cells import Cells  # imports numpy, which most comparisons do not need
 
         return Cells(
@@ -379,7 +381,7 @@ class EqualityTest:
             self._never_has, (old, new), self._domain.inside(old, new),
         )  # fmt: skip
 
-    def _settled(self, cells: Any, old: int, new: int) -> Verdict:
+    def _settled(self, cells: Cells, old: int, new: int) -> Verdict:
         """Decide after a walk without a difference: by joint states, and for open ones by the field with signs."""
         states = cells.open_states()
         outcome = None if states is None else cells.settle(states)
@@ -389,7 +391,7 @@ class EqualityTest:
                 return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
             if count or outcome is None:
                 outcome = cells.decide(doubtful, bool(count))
-        return Verdict(outcome.equal, outcome.how, point=outcome.point, points=outcome.points)
+        return outcome
 
     def never_zero(self, expression: Expression) -> bool:
         """Return True if an expression is provably never zero within the bounds of its names."""
