@@ -260,7 +260,7 @@ class Cells:
     def _factors(self) -> list[int]:
         """Return the factors that may decide the sign of an expression: with even roots, those on one side only."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
-        rooted = any(self._is_root(node) for node in first | second)
+        rooted = any(self.pool.raised(node)[1].denominator % 2 == 0 for node in first | second)
         kinds = ("add", "sin", "cos", "tan", "sym")
         self._signed = [k for k in sorted(first ^ second) if rooted and self.pool.nodes[k][0] in kinds]
         arcs = (k for k in sorted(first | second) if self.pool.nodes[k][0] in _ARCS)
@@ -274,11 +274,6 @@ class Cells:
         operands = self.pool.operands(arc)
         other = {"sin": "cos", "cos": "sin"}.get(self.pool.nodes[operands[0]][0])
         return [*operands, *([self.pool.intern(other, *self.pool.operands(operands[0]))] if other else [])]
-
-    def _is_root(self, node: int) -> bool:
-        operation, *operands = self.pool.nodes[node]
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        return exponent is not None and exponent.denominator % 2 == 0
 
     def _numbers(self) -> list[float]:
         numbers = (self.pool.constant(k) for k in self._nodes)

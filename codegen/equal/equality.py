@@ -201,10 +201,10 @@ class EqualityTest:
             return target is not None and self._is_rooted(*target)
         if operation in _ARCS or any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
             return True
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        if exponent is None or exponent.denominator % 2:
+        inner, exponent = self.pool.raised(node)
+        if exponent.denominator % 2:
             return False
-        base, *names = self.pool.nodes[operands[0]]
+        base, *names = self.pool.nodes[inner]
         return base != "num" and (base != "sym" or meaning.targets(names[0]) is not None)
 
     def at(
