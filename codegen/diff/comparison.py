@@ -7,7 +7,7 @@ import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..equal.equality import Verdict
+from ..equal.reals import Verdict
 from ..equations.document import Document
 from .changes import Change
 from .explain import Explainer

@@ -43,11 +43,10 @@ from .branches import (
     ways_of,
 )
 from .doubles import Array
-from .equality import Verdict
 from .pool import Pool
 from .proofs import intervals, linear
 from .proofs.signs import Signs, splits
-from .reals import PointSampler, RealWorld
+from .reals import PointSampler, RealWorld, Verdict
 from .slopes import slope
 
 Point = dict[str, float]

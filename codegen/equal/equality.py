@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import prod
 from types import MappingProxyType
@@ -27,7 +27,7 @@ from .domains import Domains
 from .meaning import Expression, Flat, Meaning
 from .pool import Pool
 from .proofs import intervals
-from .reals import Point, PointSampler, RealWorld, SteppedWorld
+from .reals import Point, PointSampler, RealWorld, SteppedWorld, Verdict
 from .shared import INEXACT, Shared
 from .values import FieldWorld, Lookup, World
 
@@ -80,38 +80,6 @@ _PASSES = 2
 """Number of passes over all names, because some names allow a simple value only after others have one."""
 _TRIES = 6
 """Number of points that are tried for each needed one, enough if a sixth of them is in the domain."""
-
-
-@dataclass(frozen=True)
-class Counterexample:
-    """A point where two expressions differ.
-
-    Attributes
-    ----------
-    at : tuple of (str, str)
-        Names and exact values; all other names are zero or do not matter.
-    left, right : str
-        Values of both sides with at least six digits and as many as distinguish them; "no value" if a side has none.
-    """
-
-    at: tuple[tuple[str, str], ...]
-    left: str
-    right: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Answer of a test of equality: equal, different or undecided (None), with the reason and a point of difference.
-
-    `point` is in a cell in which both sides are different functions, or in which one of them has no value. `points`
-    is the number of agreeing points if only points show equality; it is zero if equality is proved.
-    """
-
-    equal: bool | None
-    how: str
-    counterexample: Counterexample | None = None
-    point: Point | None = None
-    points: int = 0
 
 
 class Worlds:
