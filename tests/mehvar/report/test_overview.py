@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The overview of the papers: its filters find every claim by its outcome and by its verdict, and each kind of claims has its count."""
+"""The overview of the papers: filters by outcome and by verdict, and a count of each kind of claims."""
 
 import re
 from types import SimpleNamespace
