@@ -161,7 +161,7 @@ def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
 
 def number(value: float) -> str:
     """Return a number with four digits."""
-    return typeset(f"{value:.4g}") if math.isfinite(value) else "does not settle"
+    return typeset(f"{value + 0.0:.4g}") if math.isfinite(value) else "does not settle"
 
 
 def deviation(number: Deviation) -> str:

@@ -163,13 +163,15 @@ class Claim:
 
     @property
     def summary(self) -> str:
-        """Number of checks that hold, and the failed ones with measured and expected values."""
+        """Number of checks that hold, their names if they are few, and the failed ones with both values."""
         failed, many = self.failed, len(self.checks)
         if not failed:
             return "The check holds." if many == 1 else f"All {many} checks hold."
         listed = [check.failure for check in failed[:_LISTED]]
         more = [f"and {len(failed) - _LISTED} more"] if len(failed) > _LISTED else []
-        start = "The check does not hold" if many == 1 else f"{many - len(failed)} of {many} checks hold. Not"
+        named = [check.what for check in self.checks if check.holds]
+        which = f": {'; '.join(named)}" if 0 < len(named) < _LISTED else ""
+        start = "The check does not hold" if many == 1 else f"{len(named)} of {many} checks hold{which}. Not"
         return f"{start}: {'; '.join([*listed, *more])}."
 
     @property

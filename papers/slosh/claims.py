@@ -242,15 +242,21 @@ def order_of_azimuths(runs: Runs, expected: Expected) -> Sequence[Check]:
             " s",
             abs(late / named - 1) < near,
         ),
-        row("theta_2 does", f"<= {expected('theta2'):g} s", early, " s", early <= expected("theta2")),
         row(
-            "the first time over the second",
+            "theta_2 settles within 2 degrees of its end",
+            f"≤ {expected('theta2'):g} s",
+            early,
+            " s",
+            early <= expected("theta2"),
+        ),
+        row(
+            "settling time of theta_1 over that of theta_2",
             f"> {expected('ratio'):g}",
             late / early,
             "",
             late > expected("ratio") * early,
         ),
-        row(f"{turning} of theta_1", f">= {expected('turns'):g}", first, "", first >= expected("turns")),
+        row(f"{turning} of theta_1", f"≥ {expected('turns'):g}", first, "", first >= expected("turns")),
         row(f"{turning} of theta_2", "fewer than of theta_1", second, "", second < first),
     )
 
