@@ -310,12 +310,13 @@ class Results:
 
     def page(self, store: str = "", model: Model | str | os.PathLike[str] | None = None) -> Page:
         """Return the report as a page; `store` is the batch's folder, for the commands in it."""
-        from mehvar.report.batch import batch_sections
+        from mehvar.report.batch import batch_lead, batch_sections
         from mehvar.report.page import Page
         from mehvar.report.subjects import run_sections
 
         if self._is_batch:
-            return Page(self._title, batch_sections(self._runs(None), store), self._dataset.attrs["title"])
+            runs = self._runs(None)
+            return Page(f"Batch: {self._title}", batch_sections(runs, store), batch_lead(runs))
         return Page(self._title, run_sections(self._dataset, self._manifest, model), self._dataset.attrs["title"])
 
     def animate(self, model: Model | str | os.PathLike[str] | None = None) -> Animation:

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +37,19 @@ _PANELS = 4
 """Largest number of panels in a batch picture; two rows of two are readable without zooming."""
 _FAILURES = 5
 """Largest number of unsuccessful runs on the page; their commands fill a third of a screen."""
+_SHARES = {
+    "sobol": "Share of the metric's variance that a drawn value explains, alone / with its interactions: 0 is none, "
+    "1 is all of it. Estimated from the groups of runs by Saltelli's formulas; brackets are 95 % bootstrap intervals.",
+    "regression": "Change of the metric, in its standard deviations, when a drawn value rises by one of its own and "
+    "the others stay: 0 is no effect, 1 or −1 is all of the scatter. From a least-squares fit to the runs in the last "
+    "column; brackets are 95 % intervals, and R² is the share of the variance that the fit explains.",
+}
+"""Meaning of a sensitivity, its computation and its uncertainty."""
+_UNDETERMINED = " Undetermined: the metric scatters by its integration error only, or the interval is wider than 1."
+_QUANTILES = (
+    "Of the runs that have a value of the metric, 5 % are below the first quantile, half below the median, 95 % below "
+    "the last. With 95 % confidence the brackets contain the quantile of all possible runs."
+)
 _DRAWN = 4
 """Largest number of drawn values beside them; with more, the commands leave the screen."""
 
@@ -59,7 +73,8 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
     about, design = runs.dataset.attrs, design_of(runs.dataset.attrs)
     rows = batch_metrics(runs)
     origin = [
-        (name, str(about[name])) for name in ("model", "model_hash", "controller", "scenario", "campaign", "compiler")
+        (name, str(about[name]))
+        for name in ("model", "model_hash", "controller", "scenario", "seed", "campaign", "compiler")
     ]
     return [
         Section("batch", "Batch", [_varied(runs), Text(_success(runs, design)), *_endings(runs)]),
@@ -74,6 +89,17 @@ def batch_sections(runs: Runs, store: str = "") -> list[Section]:
             [Table("Batch", ("what", "value"), origin), version_table(about["versions"])],
         ),
     ]
+
+
+def batch_lead(runs: Runs) -> str:
+    """Return what a reader of a batch's page needs first: its title, size, sampling and seed."""
+    about = runs.dataset.attrs
+    return f"{about['title']}. A batch of {runs.whole.sizes['run']} runs, {_sampled(about)}."
+
+
+def _sampled(about: Mapping[str, Any]) -> str:
+    design = design_of(about)
+    return "of listed values" if design == "listed" else f"{design} sampling, seed {about['seed']}"
 
 
 def batch_metrics(runs: Runs) -> list[MetricStatistics]:
@@ -124,14 +150,15 @@ def _sensitivities(items: Sequence[Sensitivity]) -> Iterator[Text | Table]:
         names = list(dict.fromkeys(name for item in group for name in item.first))
         columns = ("metric", *names, "R²" if kind == "regression" else "sum", "runs")
         rows = [(item.metric, *map(item.text, names), item.explained_text, str(item.runs)) for item in group]
-        yield Table(title[0].upper() + title[1:], columns, rows)
+        note = _SHARES[kind] + (_UNDETERMINED if any("undetermined" in row for row in rows) else "")
+        yield Table(title[0].upper() + title[1:], columns, rows, note)
 
 
 def _metrics(rows: Sequence[MetricStatistics], declared: bool) -> Iterator[Text | Table]:
     """Yield quantiles with their 95 % intervals."""
     if not declared:
         yield Text(f"{NO_METRICS[0].upper()}{NO_METRICS[1:]}: below are the states at the end.")
-    columns = ("metric", "meaning", "unit", "finite", "mean", "5 %", "median", "95 %")
+    columns = ("metric", "meaning", "unit", "runs", "mean", "5 %", "median", "95 %")
     yield Table(
         "Quantiles and their 95 % intervals, − where there are too few runs for an end",
         columns,
@@ -140,6 +167,7 @@ def _metrics(rows: Sequence[MetricStatistics], declared: bool) -> Iterator[Text 
              *(f"{row.quantiles[q]:.4g} {_ends(row.intervals[q])}" for q in (0.05, 0.5, 0.95)))
             for row in rows
         ],
+        _QUANTILES,
     )  # fmt: skip
 
 

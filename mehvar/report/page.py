@@ -23,7 +23,7 @@ from .content import Picture, scene_data
 
 _TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
 _SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "save.js", "charts.js", "view.js", "player.js")
-_STYLES = ("uplot/uPlot.min.css", "palette.css", "charts.css", "report.css")
+_STYLES = ("uplot/uPlot.min.css", "charts.css", "report.css")
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 
 
@@ -37,11 +37,12 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with a heading, omitted if it has no rows."""
+    """A table with a heading and a note that explains its numbers, omitted if it has no rows."""
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    note: str = ""
     kind: str = field(default="table", init=False)
 
 

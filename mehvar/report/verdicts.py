@@ -36,7 +36,7 @@ from mehvar.runtime.run.user.law import PythonLaw
 
 _SHOWN = 3
 """Number of failures whose values are shown."""
-_KINDS = {"holds": "same", "does not hold": "changed", "undecided": "maybe"}
+_KINDS = {"holds": "holds", "does not hold": "fails", "undecided": "note"}
 """Colours of verdicts on a page."""
 
 

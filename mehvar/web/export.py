@@ -105,8 +105,7 @@ def web_page(
         "web/live.html.j2",
         title=f"{manifest.model}: {manifest.title}",
         styles=[
-            _asset(name)
-            for name in (f"{_UPLOT}/uPlot.min.css", "report/palette.css", "report/charts.css", "web/live.css")
+            _asset(name) for name in (f"{_UPLOT}/uPlot.min.css", "palette.css", "report/charts.css", "web/live.css")
         ],
         scripts=[_asset(name) for name in names],
         runs=[{"law": case.run.controller.name, "scenario": case.run.scenario.name} for case in cases],

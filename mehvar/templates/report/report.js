@@ -43,10 +43,10 @@
   });
 
   /** On a phone each row of some tables is a card: a cell then needs the name of its column. */
-  for (const table of document.querySelectorAll(".stack")) {
+  for (const table of document.querySelectorAll(".wide")) {
     const names = Array.from(table.tHead?.rows[0].cells ?? [], (cell) => cell.textContent);
     for (const { cells } of table.rows) for (const cell of cells) {
-      if (cell.colSpan === 1 && cell.textContent.trim() && names[cell.cellIndex]) cell.dataset.label = names[cell.cellIndex];
+      if (cell.colSpan === 1 && cell.textContent.trim() && names[cell.cellIndex]) cell.dataset.column = names[cell.cellIndex];
     }
   }
 

@@ -280,7 +280,7 @@ def test_damaged_equations_are_a_clear_error(project):
 class Tags(HTMLParser):
     """Refuses tags that are not closed, and remembers what is referred to."""
 
-    VOID = frozenset({"meta", "br", "mspace", "img"})
+    VOID = frozenset({"meta", "link", "br", "mspace", "img"})
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -310,7 +310,7 @@ def test_the_page_is_whole_and_needs_no_network(project):
     assert "saved page.html" in process.stdout
     text = (project.root / "page.html").read_text(encoding="utf-8")
     tags = Tags(text)
-    assert all(address.startswith(("#", "data:image/png;base64,")) for address in tags.addresses)
+    assert all(address.startswith(("#", "data:")) for address in tags.addresses)
     assert not re.search("https?:", text)
     assert len(tags.ids) == len(set(tags.ids))
     card = text[text.index('id="cart-spring"') :]
@@ -400,7 +400,7 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project, tmp_path)
     assert status == 1
     assert "cart: 1 hold, 1 differ" in text
     page = (project.root / "ledger.html").read_text(encoding="utf-8")
-    assert Tags(page).addresses == ["#cart"]
+    assert Tags(page).addresses == ["data:,", "#cart"]
     assert page.count("<math") == 6  # three formulas, and in the change a term and two signs
     assert '<span class="badge">misprint</span> The force pushes. The correction is an assumption.' in page
     with chromium(tmp_path) as browser:

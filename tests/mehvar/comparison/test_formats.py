@@ -19,6 +19,7 @@ from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
 from mehvar.comparison.spectra import Loop
 from mehvar.comparison.text import example, margin_text, number
 from mehvar.estimation.margins import Margin
+from mehvar.html import quantities
 from tests.codegen.diff.documents import document
 from tests.codegen.diff.pairs import PENDULUM
 
@@ -99,8 +100,9 @@ def facts(model: ModelDiff) -> list[str]:
 
 
 def plain(text: str) -> str:
-    """Return a text as it is read: without tags, escapes and line breaks."""
+    """Return a text as it is read: without tags, escapes and line breaks, numbers as pages set them."""
     text = html.unescape(re.sub(r"<style>.*?</style>|</?[a-z!][^>]*>", " ", text, flags=re.DOTALL))
+    text = html.unescape(str(quantities(text)))
     return " ".join(re.sub(r"\\(.)", r"\1", text).split()).casefold()
 
 
@@ -199,7 +201,7 @@ def test_a_change_without_effect_is_told_with_its_reason():
     model = dataclasses.replace(model, consequences=Consequences(runs=runs))
     for told in (str(model), html_page(Diff("old", "new", (model,))), markdown(Diff("old", "new", (model,)))):
         text = plain(told)
-        assert "no difference in 2 runs, largest relative difference of a metric 2.5e-09: calm, swing under pd" in text
+        assert "no difference in 2 runs, largest relative difference of a metric 2.5×10⁻⁹: calm, swing under pd" in text
         assert "the changed terms have m = 0 in all of these runs" in text
 
 

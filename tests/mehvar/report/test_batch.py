@@ -48,6 +48,17 @@ def test_what_was_varied_comes_first_then_success_sensitivities_metrics_and_runs
     assert isinstance(success, Text)
 
 
+def test_the_head_has_size_and_seed_and_tables_explain_their_numbers(sections, store):
+    page = store.dataset().mehvar.page(str(store.path))
+    assert page.title == "Batch: triangle under path (scenario paper, t_end = 25)"
+    assert "A batch of 40 runs, random sampling, seed 0." in page.lead
+    (shares,) = tables(sections["sensitivities"]).values()
+    assert "least-squares fit" in shares.note
+    assert "95 % intervals" in shares.note
+    (metrics,) = tables(sections["metrics"]).values()
+    assert "95 % confidence" in metrics.note
+
+
 def test_its_numbers_are_those_of_stats(sections, store):
     statistics = summarise(store)
     assert f"{statistics.successes} of 40 runs succeed (T_theta < 19)" in sections["batch"].blocks[1].text
