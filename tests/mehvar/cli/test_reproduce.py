@@ -339,7 +339,7 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1
     functions, laws, claims = (", ".join(f"{name} {what}" for name in SHOWN) for what in ("jac_x", "pd", "B1"))
-    assert capsys.readouterr().out.splitlines()[3:] == [
+    assert capsys.readouterr().out.splitlines()[4:] == [
         f"claims beyond the papers that do not hold: {claims}; see the report",
         f"laws that differ between board and host: {laws}; see the report",
         f"functions that differ from CasADi's own C: {functions}; see the report",
