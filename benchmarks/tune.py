@@ -18,8 +18,8 @@ from benchmarks.machine import command_line, machine, table, write
 from mehvar import Metric, Scenario
 from mehvar.parts import Hub, Spacecraft, Wheel
 
-RUNS, SEEDS, BUDGET = 16, 3, 20
-"""Runs of a cost, repetitions of each sampler, and its budget in multiples of the runs of `tune`."""
+RUNS, SEEDS, BUDGET = 256, 5, 40
+"""Runs of a cost, the default of `tune`; repetitions of each sampler; its budget in multiples of the runs of `tune`."""
 GAINS = [f"k{letter}_{axis}" for letter in "pd" for axis in "xy"]
 VARY = {f"{angle}_0": "uniform(-0.5, 0.5)" for angle in ("roll", "pitch", "yaw")}
 COST = "off + 2 * push"

@@ -39,8 +39,12 @@ def typeset_within(text: str) -> Markup:
 
 
 def powers(text: str) -> str:
-    """Return text with 1e-05 as 1×10⁻⁵."""
-    return pretty_unit(re.sub(r"(?<!\w)([\d.]+)e([+-]?\d+)", lambda match: f"{match[1]}×10^{int(match[2])}", text))
+    """Return text with 1e-05 as 1×10⁻⁵ and 0.0e+00 as 0."""
+
+    def power(match: re.Match[str]) -> str:
+        return f"{match[1]}×10^{int(match[2])}" if match[1].strip("-0.") else "0"
+
+    return pretty_unit(re.sub(r"(?<!\w)(-?[\d.]+)e([+-]?\d+)", power, text))
 
 
 def quantities(value: object) -> Markup:

@@ -99,6 +99,14 @@ def _manifest(ctx: typer.Context) -> Manifest | None:
         return None
 
 
+ModelName = Annotated[
+    str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
+]
+Scenario = Annotated[
+    str | None,
+    typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
+]
+EndTime = Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)]
 SettingTexts = Annotated[
     list[str] | None,
     typer.Option(

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from .check.vectors import vectors
 from .derivation import Definition, Derivation, Equation, used_definitions
-from .system import Controller, Metric, Scenario, System
+from .system import Controller, Metric, System
 
 
 def without_laws(system: System) -> System:
@@ -19,7 +19,7 @@ def without_laws(system: System) -> System:
     plant = replace(
         system,
         controllers=(),
-        scenarios=tuple(_without_laws(scenario) for scenario in system.scenarios),
+        scenarios=tuple(replace(scenario, controllers={}, expect={}) for scenario in system.scenarios),
         metrics=tuple(_without_reports(system)),
         variants=tuple(replace(variant, loops={}) for variant in system.variants),
         coordinates=None,
@@ -32,10 +32,6 @@ def without_laws(system: System) -> System:
 def with_laws(plant: System, name: str, laws: Iterable[Controller], derivation: Derivation) -> System:
     """Return a new system: the plant with the given laws and their derivation."""
     return replace(plant, name=name, controllers=tuple(laws), steps=tuple(derivation.steps))
-
-
-def _without_laws(scenario: Scenario) -> Scenario:
-    return replace(scenario, controllers={}, expect={})
 
 
 def _without_reports(system: System) -> Iterable[Metric]:

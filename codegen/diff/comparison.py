@@ -7,7 +7,7 @@ import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..equal.equality import Verdict
+from ..equal.reals import Verdict
 from ..equations.document import Document, Row
 from .changes import Change
 from .explain import Explainer
@@ -151,7 +151,7 @@ class _Verdicts:
         unequal = [child for child in children if self._differs(child)]
         text = self._same_text(old, new)
         if text and not unequal:
-            how = _PROOFS[not all(self._identical(child) for child in children)]
+            how = _PROOFS[any(self.verdict[child.key][1].how != "node identity" for child in children)]
             return self._equal(old, new, EquationVerdict.SAME), Verdict(True, how)
         local = Verdict(True, "node identity") if text else self._local(old, new)
         if local.equal and not unequal:
@@ -217,9 +217,6 @@ class _Verdicts:
 
     def _equal(self, old: Item, new: Item, verdict: EquationVerdict) -> EquationVerdict:
         return EquationVerdict.RENAMED if old.name != new.name and new.row.named else verdict
-
-    def _identical(self, item: Item) -> bool:
-        return self.verdict[item.key][1].how == "node identity"
 
     def _differs(self, item: Item) -> bool:
         return self.verdict[item.key][0] in UNEQUAL

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..equal import field
-from ..equal.equality import Worlds
 from ..equal.field import Undefined
 from ..equal.meaning import Expression, Meaning
 from .changes import Change, Values, replaced
@@ -84,16 +83,12 @@ def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
         return tuple(
             _solved(
                 versions.equality.point(k)[versions.across].value(user.root),
-                [_at(versions, k, removed.name, number)[free].value(old.root) for number in range(3)],
+                [versions.equality.at(k, fixed={removed.name: number})[free].value(old.root) for number in range(3)],
             )
             for k in range(_POINTS)
         )
     except Undefined:
         return None
-
-
-def _at(versions: Versions, point: int, name: str, value: int) -> Worlds:
-    return versions.equality.at(point, fixed={name: value})
 
 
 def _solved(required: field.Element, values: Sequence[field.Element]) -> field.Element:

@@ -390,12 +390,8 @@ def _symbol(role: str, q: Quantity) -> dict[str, Any]:
     if q.family:
         row |= {"family": q.family, "index": q.index}
     if isinstance(q, Parameter):
-        row |= {"bounds": str(q.bounds), "source": q.source} | _array(q)
+        row |= {"bounds": str(q.bounds), "source": q.source} | ({} if q.array is None else {"array": q.array.name})
     return row
-
-
-def _array(parameter: Parameter) -> dict[str, str]:
-    return {} if parameter.array is None else {"array": parameter.array.name}
 
 
 def _bare(symbol: sp.Symbol, role: str) -> dict[str, Any]:

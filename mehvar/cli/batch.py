@@ -22,13 +22,13 @@ from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.run.formats import ENDINGS as RESULT_ENDINGS
-from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.units import read_value
 from mehvar.settings import (
+    EndTime,
+    Scenario,
     SettingTexts,
     complete_controllers,
     complete_models,
-    complete_scenarios,
     complete_varied,
     end_time,
     read_values,
@@ -54,10 +54,7 @@ def command(
     n: Annotated[
         int | None, typer.Option("-n", parser=whole_number, metavar="N", help=CAMPAIGN_OPTIONS["n"].help)
     ] = None,
-    scenario: Annotated[
-        str | None,
-        typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
-    ] = None,
+    scenario: Scenario = None,
     seed: Annotated[
         int | None, typer.Option(parser=whole_number, metavar="K", help=CAMPAIGN_OPTIONS["seed"].help)
     ] = None,
@@ -84,7 +81,7 @@ def command(
         typer.Option(metavar="EXPR", help='Success condition besides reaching the end: "T_theta < 20 s".'),
     ] = None,
     sampling: Annotated[str | None, typer.Option(metavar="DESIGN", help=CAMPAIGN_OPTIONS["sampling"].help)] = None,
-    t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
+    t_end: EndTime = None,
     strict: Annotated[bool, typer.Option("--strict", help="Stop at a run with invalid drawn values.")] = False,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler: tcp://host:8786.")] = None,
     threads: Annotated[

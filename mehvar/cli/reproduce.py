@@ -66,7 +66,7 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
     Returns
     -------
     list of str
-        Two lines: the number of the papers' claims that hold, and the number of our own claims that hold.
+        Numbers of claims of each kind by verdict, one line per kind.
     list of str
         Failures, one line per kind: claims that fail without a documented refutation, laws that are not bit-identical
         on board and host, and functions that CasADi's own C computes differently.

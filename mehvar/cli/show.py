@@ -5,21 +5,18 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import Annotated
 
 import typer
 
 from mehvar.base.manifest import Manifest, Parameter, Quantity
 from mehvar.base.schema import plain
 from mehvar.runtime.model.catalogue import find_model
-from mehvar.settings import AsJson, complete_models
+from mehvar.settings import AsJson, ModelName
 from mehvar.terminal import PAGE, pages, print_entries, print_json
 
 
 def command(
-    model: Annotated[
-        str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
-    ],
+    model: ModelName,
     as_json: AsJson = False,
 ) -> None:
     """Print names, units, defaults, bounds and sources of one model."""

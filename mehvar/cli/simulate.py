@@ -27,12 +27,13 @@ from mehvar.runtime.run.user.inputs import Interpolation
 from mehvar.runtime.units import read_value
 from mehvar.settings import (
     AsJson,
+    EndTime,
+    Scenario,
     SettingTexts,
     check_names,
     complete_controllers,
     complete_inputs,
     complete_models,
-    complete_scenarios,
     end_time,
     read_settings,
     read_values,
@@ -51,10 +52,7 @@ def command(
         str | None,
         typer.Option(metavar="C", help="The control law; none for an open loop.", autocompletion=complete_controllers),
     ] = None,
-    scenario: Annotated[
-        str | None,
-        typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
-    ] = None,
+    scenario: Scenario = None,
     settings: SettingTexts = None,
     input_texts: Annotated[
         list[str] | None,
@@ -72,7 +70,7 @@ def command(
         Interpolation | None,
         typer.Option(metavar="HOW", help="Interpolation of --inputs: hold or linear; default: hold."),
     ] = None,
-    t_end: Annotated[str | None, typer.Option(metavar="T", help=OPTIONS["t_end"].help)] = None,
+    t_end: EndTime = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.nc", help="Save the result; also .csv, .parquet, .arrow, .mat.")
     ] = None,

@@ -19,7 +19,7 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.names import identifier
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.model.functions import FloatArray
-from mehvar.runtime.model.linear import COUNTER, LinearSystem, cut_loop
+from mehvar.runtime.model.linear import COUNTER, ClosedLoop, LinearSystem
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
@@ -169,7 +169,7 @@ def linear_loop(model: Model, run: Run) -> LinearSystem:
     z = run.z[-1] if run.controller.memory else None
     held = run.u[-1] if run.controller.memory and run.controller.period else None
     r = model.functions["reference"](run.t[-1], p, s)
-    return cut_loop(model.manifest, model.functions, run.controller, run.x[-1], held, p, r, c, z)
+    return ClosedLoop(model.manifest, model.functions, run.controller, run.x[-1], held, p, r, c, z).cut()
 
 
 def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
@@ -178,7 +178,7 @@ def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
     Parameters
     ----------
     cut : LinearSystem
-        As `mehvar.runtime.model.linear.cut_loop` returns it.
+        As `mehvar.runtime.model.linear.ClosedLoop.cut` returns it.
     """
     closed = cut.A + cut.B @ cut.C
     if not (np.all(np.isfinite(closed)) and _is_stable(closed, cut.period)):

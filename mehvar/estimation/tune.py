@@ -7,9 +7,9 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +26,20 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import all_parameters
 from mehvar.runtime.run.problem import COMPLETE
 
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
+
 FloatArray = NDArray[np.float64]
-_STEP = 1e-4
-"""Relative step of a central difference. Common random numbers leave only the integration error, about 1e-11, so the
-cube root balances both errors."""
+_STEP = 3e-6
+"""Relative step of a difference. Common random numbers leave only the integration error, about 1e-11, so the square
+root balances both errors."""
+_CURVE = 1e-3
+"""Relative step between gradients whose difference is a row of the Hessian matrix: the root of their error."""
+_FEW = 16
+"""Runs of the first search. Four gains then need 4000 runs instead of 14 000 for n = 256."""
+_TOLERANCE = 1e-4
+"""Possible decrease at which the second search stops, relative to the improvement by the first one: a hundredth of the
+usual width of the interval."""
 _WITHOUT_EFFECT = {"success", "until", "require", "confidence", "save", "out", "resume"}
 """Arguments of a batch that only affect what is stored or reported."""
 
@@ -97,8 +107,9 @@ def tune(
     """Search gains with a small mean cost over dispersed runs.
 
     All trials use the same random numbers, so the mean cost is smooth if the cost of each run is. SciPy's L-BFGS-B
-    finds a local minimum near the start. Gains that must be positive are scaled logarithmically. Runs with another
-    seed test if the new gains are better.
+    finds a local minimum near the start, of 16 runs if n is 64 or more. From there, SLSQP finds the minimum of all
+    runs. Gains that must be positive are scaled logarithmically. Runs with another seed test if the new gains are
+    better.
 
     Parameters
     ----------
@@ -128,7 +139,7 @@ def tune(
     number = Number(cost, "cost")
     trials = 0
 
-    def runs(gains: Mapping[str, float], first: int) -> Store:
+    def runs(gains: Mapping[str, float], first: int, n: int = n) -> Store:
         nonlocal trials
         values = {**(parameters or {}), **gains}
         store = stored_batch(loaded, controller=controller, n=n, vary=vary, seed=first, parameters=values, **batch)
@@ -155,25 +166,15 @@ def tune(
     scale, low, high = _scales(loaded, controller, free, start)
     worst = 10 * float(np.abs(before).max()) + 1  # exceeds every cost that the search accepts
 
-    def value(point: FloatArray) -> float:
+    def mean_cost(point: FloatArray, n: int) -> float:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # advice about gains that are only tried; the last runs give it
-            costs = _costs(runs(dict(zip(free, map(float, scale.gains(point)), strict=True)), seed), number)
+            costs = _costs(runs(dict(zip(free, map(float, scale.gains(point)), strict=True)), seed, n), number)
         return float(np.where(np.isfinite(costs), costs, worst).mean())
 
-    def gradient(point: FloatArray) -> FloatArray:
-        """Return central differences, one-sided at a bound."""
-        slopes = []
-        for k, step in enumerate(_STEP * np.eye(len(point))):
-            above, below = (np.clip(point + h, low, high) for h in (step, -step))
-            slopes.append((value(above) - value(below)) / (above[k] - below[k]))
-        return np.array(slopes)
-
-    from scipy.optimize import minimize
     from scipy.stats import t
 
-    bounds = list(zip(low, high, strict=True))
-    solution = minimize(value, np.zeros(len(free)), jac=gradient, bounds=bounds, method="L-BFGS-B")
+    solution = _minimum(mean_cost, n, float(before.mean()), low, high)
     gains = dict(zip(free, map(float, scale.gains(solution.x)), strict=True))
     took = trials
     old, new = (_costs(runs(values, seed ^ 1), number) for values in ({}, gains))
@@ -192,8 +193,90 @@ def tune(
         mean + half,
         took,
         bool(solution.success),
-        tuple(name for name, x, *ends in zip(free, solution.x, low, high, strict=True) if x in ends),
+        tuple(
+            name
+            for name, x, *ends in zip(free, solution.x, low, high, strict=True)
+            if np.isclose(x, ends, 0, _STEP).any()
+        ),
     )
+
+
+class _Cost:
+    """Mean cost of the first n runs, with gradient and Hessian matrix by one-sided differences within bounds."""
+
+    def __init__(self, mean: Callable[[FloatArray, int], float], n: int, low: FloatArray, high: FloatArray) -> None:
+        self._mean, self._n, self.low, self.high = mean, n, low, high
+        self._known: dict[bytes, float] = {}
+
+    def __call__(self, point: FloatArray) -> float:
+        if (key := point.tobytes()) not in self._known:
+            self._known[key] = self._mean(point, self._n)
+        return self._known[key]
+
+    def gradient(self, point: FloatArray) -> FloatArray:
+        return self._slopes(self, point, _STEP)
+
+    def hessian(self, point: FloatArray) -> FloatArray:
+        rows = self._slopes(self.gradient, point, _CURVE)
+        return (rows + rows.T) / 2
+
+    def _slopes(self, value: Callable[[FloatArray], Any], point: FloatArray, step: float) -> FloatArray:
+        """Return the differences of a value, towards lower values at an upper bound."""
+        steps = np.where(point + step <= self.high, step, -step)
+        return np.array([(value(point + h) - value(point)) / h.sum() for h in np.diag(steps)])
+
+
+def _minimum(
+    mean: Callable[[FloatArray, int], float], n: int, first: float, low: FloatArray, high: FloatArray
+) -> OptimizeResult:
+    """Return the minimum of a mean cost, from the minimum for few runs if it is lower than the start.
+
+    Parameters
+    ----------
+    mean : callable
+        Cost at a point, a mean over the first runs, whose number is the second argument.
+    n : int
+        Number of all runs.
+    first : float
+        Cost of all runs at the start, which is the origin.
+    low, high : array
+        Bounds of the point.
+    """
+    from scipy.optimize import minimize
+
+    start, bounds = np.zeros(len(low)), list(zip(low, high, strict=True))
+    cost, few = _Cost(mean, n, low, high), _Cost(mean, _FEW, low, high)
+    if n >= 4 * _FEW:
+        near = minimize(few, start, jac=few.gradient, bounds=bounds, method="L-BFGS-B").x
+        if cost(near) < first:
+            return _newton(cost, near, few.hessian(near), _TOLERANCE * (first - cost(near)))
+    return minimize(cost, start, jac=cost.gradient, bounds=bounds, method="L-BFGS-B")
+
+
+def _newton(cost: _Cost, near: FloatArray, hessian: FloatArray, tolerance: float) -> OptimizeResult:
+    """Return the minimum by SLSQP in coordinates in which a Hessian matrix is the identity, its own first estimate."""
+    from scipy.optimize import LinearConstraint, minimize
+
+    size, axes = np.linalg.eigh(hessian)
+    size = np.maximum(np.abs(size), _CURVE * np.abs(size).max())
+    basis = axes / np.sqrt(size)
+
+    def point(y: FloatArray) -> FloatArray:
+        inside: FloatArray = np.clip(near + basis @ y, cost.low, cost.high)  # rounding may step over a bound
+        return inside
+
+    within = np.isfinite(cost.low) | np.isfinite(cost.high)
+    limits = LinearConstraint(basis[within], (cost.low - near)[within], (cost.high - near)[within])
+    solution = minimize(
+        lambda y: cost(point(y)),
+        np.zeros(len(near)),
+        jac=lambda y: basis.T @ cost.gradient(point(y)),
+        method="SLSQP",
+        constraints=[limits] if within.any() else [],
+        options={"ftol": tolerance},
+    )
+    solution.x = point(solution.x)
+    return solution
 
 
 def _costs(store: Store, number: Number) -> FloatArray:

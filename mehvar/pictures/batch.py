@@ -19,6 +19,7 @@ from mehvar.runtime.batch.evaluation.statistics import (
     number_attributes,
     summary_names,
     worst,
+    wraps,
 )
 from mehvar.runtime.batch.sampling import FloatArray
 from mehvar.runtime.batch.store.dataset import Batch
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 
 BANDS = ((0.01, 0.99, 0.18), (0.05, 0.95, 0.3), (0.25, 0.75, 0.45))
 """Quantiles and opacity of the bands, for 98, 90 and 50 % of the runs."""
+UNWRAPPED = ", unwrapped"
+"""End of the title of a band of an angle that wraps."""
 _WORST = 3
 """Largest number of single runs that are drawn: that of distinguishable line styles."""
 MOST_STATES = 12
@@ -109,6 +112,7 @@ def draw_bands(ax: Axes, batch: Batch, name: str, marked: Sequence[int] = ()) ->
     t = batch.coordinate("t")
     levels = [level for low, high, _ in BANDS for level in (low, high)]
     *edges, median = bands(batch, name, [*levels, 0.5])
+    wrapped = wraps(batch, name)
     for (low, high, opacity), below, above in zip(BANDS, edges[::2], edges[1::2], strict=True):
         text = f"{100 * low:g} to {100 * high:g} %"
         ax.fill_between(t, below, above, color=BLUE, alpha=opacity, linewidth=0, label=text)
@@ -119,8 +123,11 @@ def draw_bands(ax: Axes, batch: Batch, name: str, marked: Sequence[int] = ()) ->
     for line, run in zip(("-", "--", ":"), marked, strict=False):
         block, row = divmod(run, batch.chunk)
         values = batch.series(name, 0, len(t), [block])[row]
+        if wrapped:
+            values = np.unwrap(values)
+            values += 2 * np.pi * np.round((median[0] - values[0]) / (2 * np.pi))
         ax.plot(t, values, color=VERMILLION, linewidth=0.8, linestyle=line, label=f"run {run}")
-    ax.set_title(_meaning(batch, name))
+    ax.set_title(f"{_meaning(batch, name)}{UNWRAPPED if wrapped else ''}")
     ax.set_xlabel(label("t", "time", "s"))
     ax.set_ylabel(axis_text(batch, name))
     ax.margins(x=0)

@@ -13,8 +13,6 @@ import numpy as np
 from mehvar.base.errors import bad_value
 from mehvar.runtime.files import write_atomic
 
-from .style import style
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -49,8 +47,7 @@ def save(figure: Figure, path: Path) -> None:
 def encoded(figure: Figure, suffix: str) -> bytes:
     """Return the bytes of a picture file in the format of a suffix."""
     content = io.BytesIO()
-    with style():
-        figure.savefig(content, format=suffix[1:], metadata=_METADATA[suffix])
+    figure.savefig(content, format=suffix[1:], metadata=_METADATA[suffix])
     return content.getvalue()
 
 
@@ -64,8 +61,7 @@ def small_png(figure: Figure, colors: int = 256) -> bytes:
 
     canvas: Any = FigureCanvasAgg(figure)  # matplotlib's canvas has no annotations
     content = io.BytesIO()
-    with style():
-        canvas.draw()  # once, where a figure that is saved is drawn a second time for its layout
+    canvas.draw()  # once, where a figure that is saved is drawn a second time for its layout
     Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB").quantize(colors).save(
         content, "png", optimize=True
     )

@@ -123,11 +123,19 @@ def _figure_class() -> type[Figure]:
     from matplotlib.figure import Figure
 
     class TextProof(Figure):
-        """A figure that shows texts literally unless they are formulas."""
+        """A figure that shows texts literally unless they are formulas, and in this style wherever it is drawn.
+
+        Matplotlib makes ticks when it draws, from the settings of that moment.
+        """
 
         def draw(self, renderer: Any) -> None:
-            _make_drawable(self)
-            super().draw(renderer)
+            with style():
+                _make_drawable(self)
+                super().draw(renderer)
+
+        def savefig(self, *args: Any, **options: Any) -> None:
+            with style():
+                super().savefig(*args, **options)
 
         def _ipython_display_(self) -> None:
             """Detach the figure from pyplot, which would show it again at the end of the cell."""

@@ -25,6 +25,8 @@ COLOR_NAMES = {
 }  # fmt: skip
 """Names of the palette's colours in the style sheet, which has values for light and dark pages."""
 
+_EDGE = 6.0
+"""Pixels around a part of a picture, so that none of its lines is cut."""
 _LETTERS = {
     "varphi": "φ", "phi": "φ", "vartheta": "ϑ", "theta": "θ", "psi": "ψ", "rho": "ρ", "mu": "μ", "delta": "δ",
     "Delta": "Δ", "perp": "⊥",
@@ -42,15 +44,16 @@ def chart(figure: Figure) -> dict[str, Any] | None:
     Returns
     -------
     dict
-        `columns` side by side; `whole`, true if the chart has all of the figure; and per panel: `title`, `label`
-        (HTML), `x` and the `y` of each line (see `encode`), initial limits, horizontal `levels`, vertical `marks`.
+        `columns` side by side; `rest`, parts of the picture that are not over time, as shares of it (left, top, width,
+        height); and per panel: `title`, `label` (HTML), `x` and the `y` of each line (see `encode`), initial limits,
+        horizontal `levels`, vertical `marks`.
     """
     shown = [ax for ax in figure.axes if _over_time(ax)]
     if not shown:
         return None
     return {
         "columns": len({spec.colspan.start for ax in shown if (spec := ax.get_subplotspec())}) or 1,
-        "whole": len(shown) == len(figure.axes),
+        "rest": [_place(ax) for ax in figure.axes if ax not in shown],
         "panels": [_panel(ax) for ax in shown],
     }
 
@@ -59,6 +62,16 @@ def _over_time(ax: Axes) -> bool:
     """Return True for a panel over time; panels with a shared axis may have one label."""
     shared = ax.get_shared_x_axes().get_siblings(ax)
     return any(other.get_xlabel().startswith("time") for other in shared)
+
+
+def _place(ax: Axes) -> list[float]:
+    """Return left, top, width and height of a panel with its texts, as shares of a figure that has been drawn."""
+    box = ax.get_tightbbox()
+    assert box is not None
+    assert ax.figure is not None
+    box = box.padded(_EDGE).transformed(ax.figure.transFigure.inverted())
+    (left, low), (right, high) = np.clip(box.get_points(), 0.0, 1.0).tolist()
+    return [round(value, 4) for value in (left, 1.0 - high, right - left, high - low)]
 
 
 def text(label: str) -> str:
@@ -132,8 +145,8 @@ def _references(ax: Axes) -> dict[str, Any]:
     levels = [line for line in across if line.get_transform() == ax.get_yaxis_transform(which="grid")]
     marks = [line for line in across if line not in levels]
     return {
-        "levels": [{**_look(line), "at": float(_xy(line)[1][0])} for line in levels],
-        "marks": [{**_look(line), "at": float(_xy(line)[0][0])} for line in marks],
+        "levels": [{**_look(line), "name": _name(line), "at": float(_xy(line)[1][0])} for line in levels],
+        "marks": [{**_look(line), "name": _name(line), "at": float(_xy(line)[0][0])} for line in marks],
     }
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -15,7 +14,7 @@ from mehvar import html
 from mehvar.base.units import pretty_unit
 from mehvar.comparison.text import number as eigenvalue
 from mehvar.pictures.scene import Scene
-from mehvar.reproduction.claims import OWN, PAPERS, Check, Claim, ClaimVerdict, tally
+from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimVerdict, tally
 from mehvar.reproduction.deviations import Deviation
 from mehvar.reproduction.ledger_page import FILTERS
 from mehvar.reproduction.paper import Reproduction
@@ -80,17 +79,17 @@ def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | No
 def _overview(
     reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
 ) -> Page:
-    verdicts = Counter(claim.verdict for report in reports for claim in report.claims)
+    verdicts = {claim.verdict for report in reports for claim in report.claims}
     content = {
         "reports": reports, "pages": pages, "others": others, "facts": facts,
-        "verdicts": {verdict: count for verdict in ClaimVerdict if (count := verdicts[verdict])},
-        "outcomes": Counter(map(_outcome, verdicts.elements())),
+        "verdicts": [verdict for verdict in ClaimVerdict if verdict in verdicts],
+        "outcomes": sorted(set(map(_outcome, verdicts)), reverse=True),
         "counts": tally(claim for report in reports for claim in report.claims),
         "failing": {
             kind: [(report.manifest.model, claim) for report in reports for claim in _failing(report.claims, kind)]
-            for kind in (PAPERS, OWN)
+            for kind in ClaimKind
         },
-        "own": {report.manifest.model: tally(report.claims)[PAPERS] for report in reports},
+        "own": {report.manifest.model: tally(report.claims)[ClaimKind.PAPER] for report in reports},
     }  # fmt: skip
     return Page(
         "What the papers say, computed anew",
@@ -106,10 +105,10 @@ def _overview(
 
 def _failing(claims: Sequence[Claim], kind: str) -> list[Claim]:
     """Return the claims of a kind that do not hold."""
-    return [claim for claim in claims if claim.kind == kind and claim.verdict not in _HOLDING]
+    return [claim for claim in claims if claim.kind is kind and claim.verdict not in _HOLDING]
 
 
-_HOLDING = (ClaimVerdict.HOLDS, ClaimVerdict.NOTE, ClaimVerdict.READING)
+_HOLDING = (ClaimVerdict.HOLDS, ClaimVerdict.PART, ClaimVerdict.READING)
 
 
 def _outcome(verdict: ClaimVerdict) -> str:
@@ -125,8 +124,9 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
     content = {"report": report, "name": name, "seed": SEED, "points": POINTS, "tolerance": TOLERANCE}
     counts = tally(report.claims)
     content |= {
-        "counts": {"claims of the paper": counts[PAPERS], OWN: counts[OWN]},
-        "failing": _failing(report.claims, PAPERS),
+        "counts": counts,
+        "weak": [c for c in report.claims if c.kind is ClaimKind.PAPER and c.verdict is not ClaimVerdict.HOLDS],
+        "titles": {claim.number: claim.title for claim in report.claims},
     }
     bands = [report.bands] if report.bands else []
     parts = [
@@ -161,7 +161,7 @@ def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
 
 def number(value: float) -> str:
     """Return a number with four digits."""
-    return typeset(f"{value:.4g}") if math.isfinite(value) else "does not settle"
+    return typeset(f"{value + 0.0:.4g}") if math.isfinite(value) else "does not settle"
 
 
 def deviation(number: Deviation) -> str:

@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from mehvar.pictures.batch import UNWRAPPED
 from mehvar.pictures.style import BAND_HIGH, BAND_LOW, BLUE, VERMILLION, label, new_figure, style
-from mehvar.runtime.batch.evaluation.statistics import MetricStatistics, Statistics, bands, summarise
+from mehvar.runtime.batch.evaluation.statistics import MetricStatistics, Statistics, bands, summarise, wraps
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 
@@ -77,7 +78,7 @@ def _figure(study: Study, stores: Sequence[tuple[str, Store]]) -> Figure:
             _draw(ax, store, name, band.scale, color)
             ax.set_xlabel(label("$t$", "time", "s"))
             ax.set_ylabel(plain(band.label))
-            ax.set_title(title)
+            ax.set_title(title + (UNWRAPPED if wraps(store, name) else ""))
     return figure
 
 

@@ -7,14 +7,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from mehvar.base.names import identifier
 
-from .claims import Check, Checks, Claim, ClaimText, Expected, decide
+from .claims import Check, Checks, Claim, ClaimKind, ClaimText, Expected, decide
 from .data import FileTable, read_data
 from .paper import FigureCaption, PaperFigure, check_functions, load_reproduction, paper_part
 from .runs import Runs
@@ -70,8 +70,9 @@ class Beyond:
     checks: Mapping[str, BothChecks]
 
     def claims(self, paper: Runs, runs: Runs) -> list[Claim]:
-        """Return the claims with verdicts."""
-        return decide(self.words.claim, self.checks_beside(paper), runs)
+        """Return the claims, findings of our own, with verdicts."""
+        claims = decide(self.words.claim, self.checks_beside(paper), runs)
+        return [replace(claim, kind=ClaimKind.FINDING) for claim in claims]
 
     def checks_beside(self, paper: Runs) -> dict[str, Checks]:
         """Return the checks as functions of the extension's runs only."""

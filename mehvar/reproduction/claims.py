@@ -25,15 +25,36 @@ changes them by up to 2.5 %. Half or twice changes no verdict.
 COUNTS = 1.0
 """Allowed deviation of a count, because a sign change at the end of a run may or may not count."""
 
-PAPERS, OWN = "claims of the papers", "rows of our own against an independent program"
+_SHOWN = 1e-4
+"""Smallest tolerance that a check's expected value names: below it all printed digits agree."""
+_LISTED = 3
+"""Largest number of failed checks that a summary lists."""
+
+
+class ClaimKind(StrEnum):
+    """Origins of claims, which are counted apart."""
+
+    PAPER = "claims of the papers"
+    FINDING = "findings of our own"
+    ROW = "rows of our own against an independent program"
+
+    @property
+    def one(self) -> str:
+        """Noun for one of them."""
+        return self.split()[0].removesuffix("s")
+
+    def of(self, count: int) -> str:
+        """Return a number of claims of this kind as text."""
+        return f"{count} {self if count != 1 else self.replace(f'{self.one}s', self.one, 1)}"
 
 
 class ClaimVerdict(StrEnum):
     """Kinds of verdict on a claim."""
 
     HOLDS = "holds"
-    NOTE = "holds with a note"
+    PART = "holds in part"
     READING = "holds under another reading"
+    OPEN = "undecided"
     PRINTED = "does not hold as printed"
     REFUTED = "does not hold, as documented"
     FAILS = "does not hold"
@@ -56,7 +77,7 @@ class Check:
     holds : bool
         True if they agree.
     essential : bool
-        False for a check that the verdict does not depend on; its failure gets a note.
+        False for a check whose failure leaves a claim that holds in part.
     """
 
     what: str
@@ -64,6 +85,11 @@ class Check:
     measured: str
     holds: bool
     essential: bool = True
+
+    @property
+    def failure(self) -> str:
+        """The quantity with its measured and its expected value."""
+        return f"{self.what}: {self.measured}, expected {self.expected}"
 
 
 @dataclass(frozen=True)
@@ -96,8 +122,8 @@ class Claim:
         Alternative readings of damaged text, under one of which the claim may hold.
     printed : bool
         True for a claim about the text as printed, to which alternative readings do not apply.
-    own : bool
-        True for a row of numbers from an independent program.
+    kind : ClaimKind
+        Origin of the claim.
     """
 
     number: str
@@ -107,17 +133,22 @@ class Claim:
     refuted: bool = False
     readings: tuple[TriedReading, ...] = ()
     printed: bool = False
-    own: bool = False
+    kind: ClaimKind = ClaimKind.PAPER
 
     @property
-    def kind(self) -> str:
-        """Origin of the claim: `PAPERS` or `OWN`."""
-        return OWN if self.own else PAPERS
+    def title(self) -> str:
+        """Noun of its kind and number, as in "claim 7"."""
+        return f"{self.kind.one} {self.number}"
+
+    @property
+    def failed(self) -> list[Check]:
+        """Checks that fail."""
+        return [check for check in self.checks if not check.holds]
 
     @property
     def verdict(self) -> ClaimVerdict:
-        """Verdict that follows from the checks."""
-        failed = [check for check in self.checks if not check.holds]
+        """Verdict that follows from the checks; a claim with a failed check never simply holds."""
+        failed = self.failed
         if any(check.essential for check in failed):
             if not self.refuted:
                 return ClaimVerdict.FAILS
@@ -126,7 +157,22 @@ class Claim:
             return ClaimVerdict.PRINTED if self.printed else ClaimVerdict.READING
         if self.refuted:
             return ClaimVerdict.FAILS
-        return ClaimVerdict.NOTE if failed else ClaimVerdict.HOLDS
+        if not failed:
+            return ClaimVerdict.HOLDS
+        return ClaimVerdict.OPEN if len(failed) == len(self.checks) else ClaimVerdict.PART
+
+    @property
+    def summary(self) -> str:
+        """Number of checks that hold, their names if they are few, and the failed ones with both values."""
+        failed, many = self.failed, len(self.checks)
+        if not failed:
+            return "The check holds." if many == 1 else f"All {many} checks hold."
+        listed = [check.failure for check in failed[:_LISTED]]
+        more = [f"and {len(failed) - _LISTED} more"] if len(failed) > _LISTED else []
+        named = [check.what for check in self.checks if check.holds]
+        which = f": {'; '.join(named)}" if 0 < len(named) < _LISTED else ""
+        start = "The check does not hold" if many == 1 else f"{len(named)} of {many} checks hold{which}. Not"
+        return f"{start}: {'; '.join([*listed, *more])}."
 
     @property
     def outcome(self) -> str:
@@ -157,7 +203,7 @@ class Claim:
     @property
     def note(self) -> str:
         """The explanation if some check fails, else an empty text."""
-        return "" if self.verdict is ClaimVerdict.HOLDS else self.explanation
+        return self.explanation if self.failed else ""
 
 
 @dataclass(frozen=True)
@@ -170,13 +216,17 @@ class ReadingText(FileTable):
 
 @dataclass(frozen=True)
 class ClaimText(FileTable):
-    """Entry of a paper's `claims.toml`: the text of a claim, and the expected numbers of its checks."""
+    """Entry of a paper's `claims.toml`: the text of a claim, and the expected numbers of its checks.
+
+    `own` marks a finding that the paper does not state.
+    """
 
     number: str
     text: str
     explanation: str = ""
     refuted: bool = False
     printed: bool = False
+    own: bool = False
     expected: Mapping[str, float] = field(default_factory=dict)
     reading: tuple[ReadingText, ...] = ()
 
@@ -213,7 +263,8 @@ def decide(
 def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], runs: Runs) -> Claim:
     tried = tuple(TriedReading(r.name, r.text, _tried(readings[r.name], text.number_of, runs)) for r in text.reading)
     results = tuple(checks(runs, text.number_of))
-    return Claim(text.number, text.text, results, text.explanation, text.refuted, tried, text.printed)
+    kind = ClaimKind.FINDING if text.own else ClaimKind.PAPER
+    return Claim(text.number, text.text, results, text.explanation, text.refuted, tried, text.printed, kind)
 
 
 def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
@@ -231,16 +282,16 @@ def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:
     return (ends, *(replace(check, measured="not measured", holds=False) for check in results))
 
 
-def tally(claims: Iterable[Claim]) -> dict[str, list[tuple[ClaimVerdict, int]]]:
-    """Count claims by verdict, first those of papers, then our own; verdicts without claims are omitted."""
+def tally(claims: Iterable[Claim]) -> dict[ClaimKind, list[tuple[ClaimVerdict, int]]]:
+    """Count the claims of each kind by verdict; verdicts without claims are omitted."""
     several = list(claims)
-    counts = {kind: Counter(claim.verdict for claim in several if claim.kind == kind) for kind in (PAPERS, OWN)}
+    counts = {kind: Counter(claim.verdict for claim in several if claim.kind is kind) for kind in ClaimKind}
     return {kind: [(verdict, of[verdict]) for verdict in ClaimVerdict if of[verdict]] for kind, of in counts.items()}
 
 
-def tally_text(kind: str, counts: Sequence[tuple[ClaimVerdict, int]]) -> str:
+def tally_text(kind: ClaimKind, counts: Sequence[tuple[ClaimVerdict, int]]) -> str:
     """Return the counts of one kind on one line."""
-    return f"{sum(count for _, count in counts)} {kind}: {'; '.join(v.of(count) for v, count in counts) or 'none'}"
+    return f"{kind.of(sum(count for _, count in counts))}: {'; '.join(v.of(count) for v, count in counts) or 'none'}"
 
 
 def about(what: str, expected: float, measured: float, unit: str = "", tolerance: float = TIMES) -> Check:
@@ -258,7 +309,9 @@ def about(what: str, expected: float, measured: float, unit: str = "", tolerance
         Allowed relative deviation.
     """
     holds = abs(measured - expected) <= tolerance * abs(expected)
-    return Check(what, f"{expected:g} {unit}".strip(), f"{measured:.4g} {unit}".strip(), holds)
+    value = f"{expected:g} {unit}".strip()
+    margin = f" ± {100 * tolerance:g} %" if tolerance >= _SHOWN else ""
+    return Check(what, f"{value}{margin}", f"{measured:.4g} {unit}".strip(), holds)
 
 
 def count(what: str, expected: float, measured: float) -> Check:
@@ -271,7 +324,7 @@ def count(what: str, expected: float, measured: float) -> Check:
     expected, measured : float
         Both counts.
     """
-    return Check(what, f"{expected:g}", f"{measured:g}", abs(measured - expected) <= COUNTS)
+    return Check(what, f"{expected:g} ± {COUNTS:g}", f"{measured:g}", abs(measured - expected) <= COUNTS)
 
 
 def below(what: str, bound: float, measured: float, unit: str = "") -> Check:

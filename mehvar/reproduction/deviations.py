@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .claims import AMPLITUDES, COUNTS, TIMES, Check, Claim
+from .claims import AMPLITUDES, COUNTS, TIMES, Check, Claim, ClaimKind
 
 if TYPE_CHECKING:
     from mehvar.base.manifest import Manifest, Metric, Scenario
@@ -95,5 +95,5 @@ def _run_claim(number: str, scenario: Scenario, law: str, row: Sequence[Deviatio
         f"The numbers of scenario {scenario.name} with {law} are reproduced (table below).",
         (check,),
         "; ".join(f"{d.metric.name}: {d.measured:.4g} instead of {d.expected:.4g}" for d in wrong),
-        own=True,
+        kind=ClaimKind.ROW,
     )

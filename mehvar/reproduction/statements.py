@@ -40,7 +40,7 @@ class StatementVerdict(StrEnum):
     """Verdict on a sentence, best first."""
 
     HOLDS = "holds"
-    NOTE = "holds with a note"
+    PART = "holds in part"
     READING = "holds under another reading"
     MISPRINT = "rests on a formula that is misprinted"
     PRINTED = "does not hold as printed"
@@ -51,8 +51,9 @@ class StatementVerdict(StrEnum):
 
 _CLAIMS = {
     ClaimVerdict.HOLDS: StatementVerdict.HOLDS,
-    ClaimVerdict.NOTE: StatementVerdict.NOTE,
+    ClaimVerdict.PART: StatementVerdict.PART,
     ClaimVerdict.READING: StatementVerdict.READING,
+    ClaimVerdict.OPEN: StatementVerdict.OPEN,
     ClaimVerdict.PRINTED: StatementVerdict.PRINTED,
     ClaimVerdict.REFUTED: StatementVerdict.REFUTED,
     ClaimVerdict.FAILS: StatementVerdict.REFUTED,

@@ -63,7 +63,7 @@ class CubatureFilter(ExtendedFilter):
         acting, jump = self.acting(), self.of.random_step
         _, points = self._points(self.stage("step"), x, factors)
         pairs = [
-            [self._step(f"step{i + 1}{way}", p, acting) for way, p in pair.items()] for i, pair in enumerate(points)
+            [self.flow(f"step{i + 1}{way}", p, acting)[0] for way, p in pair.items()] for i, pair in enumerate(points)
         ]
         means, rows = self._gathered("step", pairs)
         _, _, columns = self.driven(means, acting)
@@ -93,17 +93,6 @@ class CubatureFilter(ExtendedFilter):
                 }
             )
         return roots, points
-
-    def _step(self, name: str, x: Sequence[Expr], acting: Mapping[sp.Symbol, Expr]) -> list[Expr]:
-        """Return a point after a step of the midpoint rule."""
-        t, define = self.period, self.stage(name)
-        rates = self.at(f"{name}_here", x, inputs=acting).values(self.of.rhs)
-        middle = [
-            define(f"mid{k + 1}", e + t / 2 * r, "half a period on")
-            for k, (e, r) in enumerate(zip(x, rates, strict=True))
-        ]
-        rates = self.at(f"{name}_mid", middle, inputs=acting).values(self.of.rhs)
-        return [define(f"x{k + 1}", e + t * r, "a period on") for k, (e, r) in enumerate(zip(x, rates, strict=True))]
 
     def _gathered(self, name: str, pairs: Sequence[Sequence[Sequence[Expr]]]) -> tuple[list[Expr], list[list[Expr]]]:
         """Return the means and deviations of points, one row per state."""

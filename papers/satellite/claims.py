@@ -65,11 +65,11 @@ def _pd_does_not_track(runs: Runs, expected: Expected) -> Sequence[Check]:
     faster = measure(runs("pd", "paper", follow_model=1, **_faster(plain, stiffness, damping))).rms
     return (
         each_above("RMS error from 200 s on", expected("error"), error, "deg"),
-        each_above("the same with the delay", expected("error"), late, "deg"),
-        each_above("over that of the adaptive law", expected("ratio"), error / adaptive),
+        each_above("RMS error from 200 s on, with the delay", expected("error"), late, "deg"),
+        each_above("RMS error over that of the adaptive law", expected("ratio"), error / adaptive),
         not_essential(
             each_above(
-                f"Kp {stiffness:g} and Kd {damping:g} times as large, after the reference model",
+                f"RMS error, Kp {stiffness:g} and Kd {damping:g} times as large, after the reference model",
                 expected("error"),
                 faster,
                 "deg",

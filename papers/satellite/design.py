@@ -63,9 +63,10 @@ def independent(runs: Runs, expected: Expected) -> Sequence[Check]:
     return (
         each_below(f"{c1}: RMS change of the error after a start beside the model", expected("error"),
                    _change(errors)),
-        each_above(f"{c2}: the same", expected("regulation"), _change(faster), "deg"),
+        each_above(f"{c2}: RMS change of that error", expected("regulation"), _change(faster), "deg"),
         each_below(f"{c2}: RMS change of the angles in the manoeuvre", expected("angle"), _change(angles)),
-        each_above(f"{c1}: the same, roll and pitch", expected("tracking"), _change(slower)[:2], "deg"),
+        each_above(f"{c1}: RMS change of roll and pitch in the manoeuvre", expected("tracking"),
+                   _change(slower)[:2], "deg"),
     )  # fmt: skip
 
 

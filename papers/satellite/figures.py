@@ -170,7 +170,7 @@ _ESTIMATES: tuple[tuple[tuple[tuple[str, str, str], ...], str, str], ...] = (
     ((("b0", "$b_0$", BLUE), ("b1", "$b_1$", ORANGE)), "$b$", "rad/(N m)"),
     ((("d", "$d$", GREEN),), "$d$", "mrad"),
 )
-_MEANINGS = ("of the angles", "of the torques", "offset")
+_MEANINGS = ("coefficients", "coefficients", "offset")
 _SHIFT = {"a1": 2.0, "a2": -1.0}
 
 
@@ -184,7 +184,7 @@ def estimates_figure(runs: Runs) -> Figure:
         nominal = values["Ts"] ** 2 / (2 * values[f"I_{'xyz'[k]}"])
         for row, true in enumerate((0.0, nominal, 0.0)):
             ax = axes[row, k]
-            ax.axhline(true, color=BLACK, ls=_DASHED, lw=0.9, zorder=3)
+            ax.axhline(true, color=BLACK, ls=_DASHED, lw=0.9, zorder=3, label="nominal plant")
             _estimates(ax, run.t, series, axis, row)
         axes[0, k].set_title(axis)
         b0, b1 = PRINTED_B[k]

@@ -30,13 +30,13 @@ def _survives(step: Step | None = None, pole: float = 0.001, **settings: Any) ->
             expected("ring"),
         )
         if step is None and runs.model.backend != "c":
-            return (Check(f"{of}, survives", f">= {least:g}", "not run: a batch needs a C compiler", False),)
+            return (Check(f"{of}, survives", f"≥ {least:g}", "not run: a batch needs a C compiler", False),)
         cell = survival(runs.model, step, pole, **settings)
         done, clean, calm = (int(which.sum()) for which in (cell.done, cell.clean, cell.calm(most)))
         ring = f"{calm}, largest ring {cell.ring[cell.done].max():.2g}" if done else "none"
         return (
-            Check(f"{of}, survives", f">= {least:g}", f"{done}, {clean} of them within {CLEAN:g} deg", done >= least),
-            Check(f"{of}, survives with a ring below {most:g}", f">= {least:g}", ring, calm >= least),
+            Check(f"{of}, survives", f"≥ {least:g}", f"{done}, {clean} of them within {CLEAN:g} deg", done >= least),
+            Check(f"{of}, survives with a ring below {most:g}", f"≥ {least:g}", ring, calm >= least),
         )
 
     return checks

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, FileTable, Runs, not_essential, read_data
+from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, ClaimKind, FileTable, Runs, not_essential, read_data
 from mehvar.runtime import Status
 
 if TYPE_CHECKING:
@@ -144,7 +144,11 @@ def row_claims(runs: Runs) -> list[Claim]:
     """Return one claim for each row: its numbers are reproduced."""
     return [
         Claim(
-            f"R{k}", f"Row {r.name}: {r.title} (scenario {r.scenario}).", _checks(runs, r), TABLE.explanation, own=True
+            f"R{k}",
+            f"Row {r.name}: {r.title} (scenario {r.scenario}).",
+            _checks(runs, r),
+            TABLE.explanation,
+            kind=ClaimKind.ROW,
         )
         for k, r in enumerate(TABLE.row, 1)
     ]

@@ -137,6 +137,6 @@ def _cell(ax: Axes, cell: Survival) -> None:
     ax.loglog(COVARIANCES[cell.clean], worst[cell.clean], "o", color=BLUE, ms=3.5, label="clean")
     ax.loglog(COVARIANCES[rough], worst[rough], "o", color=VERMILLION, mfc="none", ms=3.5, label="survives")
     ax.loglog(COVARIANCES[~cell.done], np.full((~cell.done).sum(), _LOST_AT), "x", color=GREY, ms=4.0, label="lost")
-    ax.axhline(CLEAN, color=BLACK, lw=0.6, ls=":")
+    ax.axhline(CLEAN, color=BLACK, lw=0.6, ls=":", label="limit of clean")
     ax.set_xlabel(label("$F(0)$", "first covariance", "1"))
     ax.set_ylabel("worst RMS error [°]")

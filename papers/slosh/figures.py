@@ -33,7 +33,7 @@ _DASHED = (0, (4, 2.5))
 
 def claimed(ax: Axes, time: float, color: str = GREY) -> None:
     """Mark the instant that the paper names."""
-    ax.axvline(time, color=color, ls=":", lw=1.2, zorder=0.95)
+    ax.axvline(time, color=color, ls=":", lw=1.2, zorder=0.95, label=_NAMED)
 
 
 def _draw(ax: Axes, run: Run, name: str, color: str, until: float = np.inf, **look: Any) -> None:
@@ -61,6 +61,7 @@ _REDUCED_LINE: Mapping[str, Any] = {"color": BLACK, "ls": _DASHED, "lw": 0.9}
 _NAMED_LINE: Mapping[str, Any] = {"color": GREY, "ls": ":", "lw": 1.2}
 _REDUCED = "the same, reduced model"
 _NAMED = "time that the paper names"
+_ALL = "all of the thrust"
 
 
 def velocities(runs: Runs) -> Figure:
@@ -175,7 +176,7 @@ def thrust(runs: Runs) -> Figure:
         ahead = np.full_like(run.t, axial(run)) if settings is REDUCED else series["ax"]
         right.plot(run.t[part], ahead[part], label=text, **look)
     time_axis(left, label(r"$f_\perp/F$", "lateral part of the thrust", "1"))
-    left.axhline(1.0, color=GREY, ls=":", lw=1.2)
+    left.axhline(1.0, label=_ALL, **_NAMED_LINE)
     time_axis(right, label("$a_x$", "acceleration", "m/s^2"))
-    _legend(figure, [(text, look) for text, _, look in loops])
+    _legend(figure, [*((text, look) for text, _, look in loops), (_ALL, _NAMED_LINE)])
     return figure

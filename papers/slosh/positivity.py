@@ -28,7 +28,8 @@ _BOB_RATES = ("phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot")
 def positive(runs: Runs, **weights: float) -> Sequence[Check]:
     """Return the checks of claim 14: both V at random states, and the f of (29), with some weights changed."""
     states = np.random.default_rng(14).uniform(-1, 1, (_STATES, len(runs("lyapunov-v1", "paper").x[0])))
-    names = ", ".join(f"{name} = {value:g}" for name, value in weights.items())
+    values = dict.fromkeys(weights.values())
+    names = ", ".join(" = ".join([*(n for n, v in weights.items() if v == value), f"{value:g}"]) for value in values)
     of = f"with {names}: " if names else ""
     return (
         *(_positive(f"{of}least {law[-2:].upper()}", "", _values(runs, law, states, weights)) for law in LAWS),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction import TIMES, Check, Claim, FileTable, Runs, not_essential, read_data
+from mehvar.reproduction import TIMES, Check, Claim, ClaimKind, FileTable, Runs, not_essential, read_data
 
 if TYPE_CHECKING:
     from mehvar.runtime import Run
@@ -83,7 +83,13 @@ def _shown(value: float, unit: str) -> float:
 def row_claims(runs: Runs) -> list[Claim]:
     """Return one claim for each column of the table: its numbers are reproduced."""
     return [
-        Claim(f"R{k}", f"Metric table, {column.title}.", _checks(runs, column, k - 1), TABLE.explanation, own=True)
+        Claim(
+            f"R{k}",
+            f"Metric table, {column.title}.",
+            _checks(runs, column, k - 1),
+            TABLE.explanation,
+            kind=ClaimKind.ROW,
+        )
         for k, column in enumerate(TABLE.run, 1)
     ]
 
@@ -104,7 +110,9 @@ def _between(run: Run) -> Check:
     excess = {name: value / at_seconds[name] - 1 for name, value in largest_inputs(run, 1).items()}
     worst = max(excess, key=lambda name: excess[name])
     text = f"{100 * excess[worst]:.2g} % ({worst})"
-    return Check("the same every 0.1 s: largest excess", f"< {100 * TIMES:g} %", text, excess[worst] < TIMES)
+    return Check(
+        "largest inputs every 0.1 s: excess over whole seconds", f"< {100 * TIMES:g} %", text, excess[worst] < TIMES
+    )
 
 
 def near(measured: list[float], expected: list[float]) -> bool:

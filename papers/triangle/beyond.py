@@ -70,7 +70,7 @@ def _orbit(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
     return (
         about("a revolution", expected("revolution"), float(revolution), "min"),
         *(above(f"{law}: largest error at the end", expected("band"), late[law], "rad") for law, _ in _LAWS),
-        below("path-thrust: the same", expected("held"), late["path-thrust"], "rad"),
+        below("path-thrust: largest error at the end", expected("held"), late["path-thrust"], "rad"),
     )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mehvar import load
-from mehvar.pictures import BLACK, BLUE, VERMILLION, headline, label, new_figure, time_axis
+from mehvar.pictures import BLACK, BLUE, GREY, VERMILLION, headline, label, new_figure, time_axis
 from mehvar.reproduction import Runs
 from mehvar.runtime import to_dataset
 
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mehvar.runtime import Manifest
+
+
+_DASHED = (0, (4, 3))
 
 
 def sliding_run(runs: Runs) -> Figure:
@@ -73,17 +76,17 @@ def disturbed_runs(runs: Runs) -> Figure:
     axes = figure.subplot_mosaic([["a", "b"], ["c", "d"], ["e", "e"]])
     for name, law in (("a", "path"), ("b", "sliding")):
         rod_lengths(axes[name], both[law], _final_lengths(both[law]))
-        axes[name].set_title(f"({name}) {law} law: rod lengths")
+        axes[name].set_title(f"({name}) {law} law")
     for name, law in (("c", "path"), ("d", "sliding")):
         rod_rates(axes[name], both[law])
-        axes[name].set_title(f"({name}) {law} law: rod rates")
+        axes[name].set_title(f"({name}) {law} law")
     for left, right in (("a", "b"), ("c", "d")):
         axes[right].sharey(axes[left])
         axes[right].autoscale(axis="y")
     for law, color, line in (("path", BLUE, "-"), ("sliding", VERMILLION, "--")):
         axes["e"].plot(both[law]["t"], both[law]["theta"], line, color=color, label=f"{law} law")
     time_axis(axes["e"], label(r"$\theta$", "attitude", "rad"))
-    axes["e"].set_title("(e) attitude")
+    axes["e"].set_title("(e) both laws")
     axes["e"].legend(loc="upper right")
     return figure
 
@@ -92,10 +95,10 @@ def rod_lengths(ax: Axes, dataset: xr.Dataset, final: tuple[float, ...]) -> None
     """Draw the three lengths over time, and the final ones as dashed lines."""
     for k, color in enumerate(RODS, 1):
         ax.plot(dataset["t"], dataset[f"l{k}"], color=color, label=f"$l_{k}$")
-        ax.axhline(final[k - 1], color=color, ls=(0, (4, 3)), lw=0.8)
+        ax.axhline(final[k - 1], color=color, ls=_DASHED, lw=0.8, label="target")
     ax.set_ylim(bottom=0.0)
     time_axis(ax, label("$l$", "rod length", "m"))
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.2)
+    _legend(ax)
 
 
 def rod_rates(ax: Axes, dataset: xr.Dataset) -> None:
@@ -103,14 +106,26 @@ def rod_rates(ax: Axes, dataset: xr.Dataset) -> None:
     for k, color in enumerate(RODS, 1):
         ax.plot(dataset["t"], dataset[f"u_l{k}"], color=color, label=f"$l_{k}'$")
     time_axis(ax, label("$l'$", "rod rate", "m/s"))
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.2)
+    _legend(ax)
 
 
 def _attitude(ax: Axes, dataset: xr.Dataset) -> None:
     ax.plot(dataset["t"], dataset["theta"], color=BLACK, label=r"$\theta$")
     target = float(dataset["theta"][-1] - dataset["theta_error"][-1])
-    ax.axhline(target, color=TARGET, ls=(0, (4, 3)), lw=1.0)
+    ax.axhline(target, color=TARGET, ls=_DASHED, lw=1.0, label="target")
     time_axis(ax, label(r"$\theta$", "attitude", "rad"))
+    _legend(ax)
+
+
+def _legend(ax: Axes) -> None:
+    """Draw a legend beside a panel; targets of several colours have one entry, in grey."""
+    from matplotlib.lines import Line2D
+
+    handles, texts = ax.get_legend_handles_labels()
+    lines = dict(zip(texts, handles, strict=True))
+    if texts.count("target") > 1:
+        lines["target"] = Line2D([], [], color=GREY, ls=_DASHED, lw=0.8)
+    ax.legend(lines.values(), lines, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.8)
 
 
 def _disc(ax: Axes, dataset: xr.Dataset, target: complex) -> None:

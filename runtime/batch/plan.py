@@ -336,7 +336,7 @@ class Plan:
     def _fill_formulas(self, c: FloatArray) -> None:
         """Compute law parameters that depend on others, as `resolve` does for one run."""
         places = [i for i, q in enumerate(self.law.parameters) if q.formula is not None]
-        derived = [i for i, q in enumerate(self.law.parameters) if self._follows(q)]
+        derived = [i for i, q in enumerate(self.law.parameters) if self.nominal.origins[q.name].startswith("formula ")]
         if not derived:
             return
         formulas = self.model.functions[f"{identifier(self.law.name)}_defaults"]
@@ -346,9 +346,6 @@ class Plan:
             for i in derived:
                 column = defaults[:, places.index(i)]
                 c[:, i] = np.where(np.isnan(c[:, i]), column, c[:, i])
-
-    def _follows(self, parameter: Parameter) -> bool:
-        return self.nominal.origins[parameter.name].startswith("formula ")
 
     def _possible(self, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> NDArray[np.bool_]:
         manifest, functions = self.model.manifest, self.model.functions

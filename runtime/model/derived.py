@@ -88,15 +88,11 @@ def _root(manifest: Manifest, name: str) -> Path:
 def _check_unchanged(manifest: Manifest, root: Path, name: str) -> None:
     for source, digest in manifest.inputs_sha256.items():
         path = root / source
-        if source.startswith("models/") and path.is_file() and _sha256(path) != digest:
+        if source.startswith("models/") and path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() != digest:
             raise InputError(
                 f"{name} cannot be made: {source} has changed since {manifest.model} was generated. "
                 f"To update it, run: mehvar generate {manifest.model}"
             )
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _fill(root: Path, manifest: Manifest, folder: Path, what: str) -> None:

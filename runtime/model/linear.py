@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,9 @@ from mehvar.base.manifest import Controller, Manifest, Quantity
 from mehvar.base.names import CLOCK, identifier
 
 from .functions import FloatArray, Functions, GeneratedFunction
+
+_Slopes: TypeAlias = dict[str, FloatArray]
+"""Derivatives by argument."""
 
 _STEP = 1e-4
 """Step of differences for a sensor's slope, with errors of 1e-12 for linear sensors of size one."""
@@ -102,66 +106,207 @@ def linearize_plant(
     return LinearSystem(A, B, C, D, states, _names(manifest.inputs), states if outputs is None else tuple(outputs))
 
 
-def linearize_loop(
-    manifest: Manifest,
-    functions: Functions,
-    controller: Controller,
-    x: ArrayLike,
-    u: ArrayLike | None,
-    p: ArrayLike,
-    r: ArrayLike,
-    c: ArrayLike,
-    z: ArrayLike | None,
-    outputs: Sequence[str] | None,
-) -> LinearSystem:
-    """Return the closed loop's linear system, driven by the reference; see `Model.linearize`."""
-    _check_samples(manifest, functions, controller, x, p)
-    acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
-    A, B, C, D, E = _plant(manifest, functions, x, acting, p, r, outputs)
-    period = _period(manifest, controller, p)
-    if period is not None:
-        A, B = _held(A, B, period)
-    u_s, u_r = _by_state_and_reference(manifest, controller, slope_u)
-    A, B, C, D = _widened(A, u_s) + B @ u_s, B @ u_r, _widened(C, u_s) + D @ u_s, E + D @ u_r
-    if controller.memory:
-        z_s, z_r = _by_state_and_reference(manifest, controller, slope_z)
-        if period is not None:
-            A, B = _stacked(A, u_s), _stacked(B, u_r)
-        A, B = _stacked(A, z_s), _stacked(B, z_r)
-    shown = _names(manifest.states) if outputs is None else tuple(outputs)
-    return LinearSystem(A, B, C, D, _loop_states(manifest, controller), _names(manifest.references), shown, period)
+@dataclass(frozen=True)
+class ClosedLoop:
+    """A plant under a law, to be linearised around a point; see `Model.linearize`.
 
-
-def cut_loop(
-    manifest: Manifest,
-    functions: Functions,
-    controller: Controller,
-    x: ArrayLike,
-    u: ArrayLike | None,
-    p: ArrayLike,
-    r: ArrayLike,
-    c: ArrayLike,
-    z: ArrayLike | None,
-) -> LinearSystem:
-    """Return the loop of `linearize_loop`, cut between law and plant.
-
-    Its inputs act on the plant, and its outputs are the law's commands, so that A + B C is the closed loop.
+    Attributes
+    ----------
+    manifest, functions : Manifest, Functions
+        Those of the model.
+    law : Controller
+        The law.
+    x, u, p, r, c, z : array_like
+        The point. u is the previous sample's input, which only a sampled law with memory receives; z its memory.
     """
-    _check_samples(manifest, functions, controller, x, p)
-    acting, slope_u, slope_z = _answer(manifest, functions, controller, x, u, p, r, c, z)
-    A, B, *_ = _plant(manifest, functions, x, acting, p, r, None)
-    period = _period(manifest, controller, p)
-    if period is not None:
-        A, B = _held(A, B, period)
-    u_s, _ = _by_state_and_reference(manifest, controller, slope_u)
-    A, nu = _widened(A, u_s), len(manifest.inputs)
-    if controller.memory:
-        z_s, _ = _by_state_and_reference(manifest, controller, slope_z)
-        if period is not None:
-            A, B = _stacked(A, np.zeros((nu, A.shape[-1]))), _stacked(B, np.eye(nu))
-        A, B = _stacked(A, z_s), _stacked(B, np.zeros((len(controller.memory), nu)))
-    inputs, none = _names(manifest.inputs), np.zeros((*u_s.shape[:-2], nu, nu))
-    return LinearSystem(A, B, u_s, none, _loop_states(manifest, controller), inputs, inputs, period)
+
+    manifest: Manifest
+    functions: Functions
+    law: Controller
+    x: ArrayLike
+    u: ArrayLike | None
+    p: ArrayLike
+    r: ArrayLike
+    c: ArrayLike
+    z: ArrayLike | None
+
+    def linear(self, outputs: Sequence[str] | None) -> LinearSystem:
+        """Return the closed loop's linear system, driven by the reference."""
+        slope_u, slope_z, (A, B, C, D, E), period = self._parts(outputs)
+        u_s, u_r = self._by_state_and_reference(slope_u)
+        A, B, C, D = _widened(A, u_s) + B @ u_s, B @ u_r, _widened(C, u_s) + D @ u_s, E + D @ u_r
+        if self.law.memory:
+            z_s, z_r = self._by_state_and_reference(slope_z)
+            if period is not None:
+                A, B = _stacked(A, u_s), _stacked(B, u_r)
+            A, B = _stacked(A, z_s), _stacked(B, z_r)
+        shown = _names(self.manifest.states) if outputs is None else tuple(outputs)
+        return LinearSystem(A, B, C, D, self._states(), _names(self.manifest.references), shown, period)
+
+    def cut(self) -> LinearSystem:
+        """Return the loop, cut between law and plant.
+
+        Its inputs act on the plant, and its outputs are the law's commands, so that A + B C is the closed loop.
+        """
+        slope_u, slope_z, (A, B, *_), period = self._parts(None)
+        u_s, _ = self._by_state_and_reference(slope_u)
+        A, nu = _widened(A, u_s), len(self.manifest.inputs)
+        if self.law.memory:
+            z_s, _ = self._by_state_and_reference(slope_z)
+            if period is not None:
+                A, B = _stacked(A, np.zeros((nu, A.shape[-1]))), _stacked(B, np.eye(nu))
+            A, B = _stacked(A, z_s), _stacked(B, np.zeros((len(self.law.memory), nu)))
+        inputs, none = _names(self.manifest.inputs), np.zeros((*u_s.shape[:-2], nu, nu))
+        return LinearSystem(A, B, u_s, none, self._states(), inputs, inputs, period)
+
+    def _parts(self, outputs: Sequence[str] | None) -> tuple[_Slopes, _Slopes, tuple[FloatArray, ...], Any]:
+        """Return the derivatives of input and next memory, the plant's matrices, and the period."""
+        if self.law.period:
+            self._check_samples()
+        acting, slope_u, slope_z = self._answer()
+        A, B, *others = _plant(self.manifest, self.functions, self.x, acting, self.p, self.r, outputs)
+        if not self.law.period:
+            return slope_u, slope_z, (A, B, *others), None
+        period = self._parameter(self.law.period)
+        return slope_u, slope_z, (*_held(A, B, period), *others), period
+
+    def _parameter(self, name: str) -> Any:
+        """Return a plant parameter at all points."""
+        place = [q.name for q in self.manifest.parameters].index(name)
+        return np.take(np.asarray(self.p, dtype=np.float64), place, axis=-1)
+
+    def _answer(self) -> tuple[FloatArray, _Slopes, _Slopes]:
+        """Return the acting input under the law, with the derivatives of input and next memory."""
+        law, nu = identifier(self.law.name), len(self.manifest.inputs)
+        memory = self._memory()
+        seen, slope_seen = self._seen()
+        arguments = (seen, self.r, *memory, self.p, self.c)
+        results, slope = self.functions[law](*arguments), slopes(self.functions[f"{law}_jvp"], *arguments)
+        if self.law.period and memory:
+            self._check_every(self.functions[law], arguments)
+        if slope_seen is not None:
+            slope["x"] = slope.pop("seen") @ slope_seen
+        command, slope_u = results[0] if memory else results, {name: J[..., :nu, :] for name, J in slope.items()}
+        return *self._acting(command, slope_u), {name: J[..., nu:, :] for name, J in slope.items()}
+
+    def _seen(self) -> tuple[ArrayLike, FloatArray | None]:
+        """Return the noise-free vector that the law receives.
+
+        If this vector is not the state itself, also return its derivative with respect to the state.
+        """
+        if not self.manifest.measured and not (self.law.period and "measure" in self.functions):
+            return self.x, None
+        point = self.x, np.zeros(len(self.manifest.noise)), self.p
+        measured = self.functions["measure"](*point)
+        if self.manifest.measured:
+            return measured, slopes(self.functions["measure_jvp"], *point)["x"]
+        self._check_sensor()
+        return measured, None
+
+    def _slope(self, function: str, noise: int) -> FloatArray:
+        """Return the derivative of a function with respect to the state by differences, because none is generated."""
+        states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (self.x, self.p))
+        step, quiet = _STEP * np.eye(len(self.manifest.states)), np.zeros(noise)
+        above, below = (self.functions[function](states + h, quiet, parameters) for h in (step, -step))
+        slope: FloatArray = (above - below) / (2 * _STEP)
+        return slope
+
+    def _check_sensor(self) -> None:
+        """Refuse sensors of the state other than additive ones."""
+        slope = self._slope("measure", len(self.manifest.noise))
+        if not np.allclose(slope, np.eye(len(self.manifest.states)), rtol=0, atol=_SLOPE):
+            raise InputError(
+                f"the sensor of {self.manifest.model} has measurements without names: give them names by seen= of "
+                "the System"
+            )
+
+    def _check_samples(self) -> None:
+        """Refuse what acts between the samples of a law and has no part in the map over one period."""
+        for given, name in self.manifest.delays.items():
+            if np.any(self._parameter(name) > 0):
+                raise InputError(f"the input {given} is delayed by {name} samples: set {name} = 0 for a linear system")
+        if "jump" in self.functions:
+            self._check_jump()
+        if self.manifest.measured:
+            self._check_skipped()
+
+    def _check_jump(self) -> None:
+        """Refuse states that change at a sample by more than noise, such as the queue of a delayed sensor."""
+        slope = self._slope("jump", len(self.manifest.random_step))
+        off = np.abs(slope - np.eye(len(self.manifest.states)))
+        states = np.asarray(self.x, dtype=np.float64)[..., None, :]
+        changed = np.any(off > _SLOPE * np.maximum(1, np.abs(states)), axis=tuple(range(off.ndim - 1)))
+        if changed.any():
+            few = [name for name, moves in zip(_names(self.manifest.states), changed, strict=True) if moves]
+            raise InputError(
+                f"sensors change states at samples ({', '.join(few[:_SHOWN])}{', ...' if few[_SHOWN:] else ''}), as "
+                "with a delay or a mean over a period; a linear system leaves that out"
+            )
+
+    def _check_skipped(self) -> None:
+        """Refuse sensors that skip samples: measured flags that switch between 0 and 1 over time or by chance."""
+        first, numbers = (np.asarray(v, dtype=np.float64).reshape(-1, np.shape(v)[-1])[0] for v in (self.x, self.p))
+        states, noise = np.tile(first, (2 * _SAMPLES, 1)), np.zeros((2 * _SAMPLES, len(self.manifest.noise)))
+        if CLOCK in (names := _names(self.manifest.states)):
+            period = numbers[[q.name for q in self.manifest.parameters].index(str(self.law.period))]
+            states[:_SAMPLES, names.index(CLOCK)] += period * np.arange(_SAMPLES)
+        noise[_SAMPLES:] = np.random.default_rng(0).standard_normal((_SAMPLES, len(self.manifest.noise)))
+        seen = np.asarray(self.functions["measure"](states, noise, numbers))
+        skipping = (seen.min(axis=0) == 0) & (seen.max(axis=0) == 1) & np.all((seen == 0) | (seen == 1), axis=0)
+        if skipping.any():
+            flags = [name for name, is_flag in zip(_names(self.manifest.measured), skipping, strict=True) if is_flag]
+            raise InputError(
+                f"sensors skip samples ({', '.join(flags)} switch); a linear system needs a measurement at every sample"
+            )
+
+    def _check_every(self, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
+        """Refuse a law that skips samples, because its counter changes after a command."""
+        names = _names(self.law.memory)
+        if COUNTER not in names:
+            return
+        seen, r, before, z, *numbers = arguments
+        place, commanding = names.index(COUNTER), np.array(z, dtype=np.float64)
+        commanding[..., place] = 0
+        if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
+            raise InputError(
+                f"the law {self.law.name} commands only at some samples; a linear system needs a command at every "
+                "sample"
+            )
+
+    def _states(self) -> tuple[str, ...]:
+        held = self.law.memory and self.law.period
+        applied = (f"applied_{name}" for name in _names(self.manifest.inputs)) if held else ()
+        return (*_names(self.manifest.states), *applied, *_names(self.law.memory))
+
+    def _memory(self) -> tuple[ArrayLike, ...]:
+        """Return the previously applied input and the memory; refuse both for a law without memory."""
+        if not self.law.memory:
+            for name, value in (("u", self.u), ("z", self.z)):
+                if value is not None:
+                    raise bad_value(name, value, f"None: the law {self.law.name} gives the input and has no memory")
+            return ()
+        start = self.functions[f"{identifier(self.law.name)}_start"]
+        memory = start(self.x, self.r, self.p, self.c) if self.z is None else self.z
+        if self.law.period:
+            return np.zeros(len(self.manifest.inputs)) if self.u is None else self.u, memory
+        if self.u is not None:
+            raise bad_value("u", self.u, f"None: the law {self.law.name} gives the input")
+        return (memory,)
+
+    def _acting(self, command: FloatArray, slope: _Slopes) -> tuple[FloatArray, _Slopes]:
+        """Return the acting input and its derivatives from those of the command."""
+        if "actuate" not in self.functions:
+            return command, slope
+        actuator = slopes(self.functions["actuate_jvp"], self.x, command, self.p)
+        changed = {name: actuator["u_cmd"] @ J for name, J in slope.items()}
+        return self.functions["actuate"](self.x, command, self.p), changed | {"x": changed["x"] + actuator["x"]}
+
+    def _by_state_and_reference(self, slope: _Slopes) -> tuple[FloatArray, FloatArray]:
+        """Join the derivatives with respect to state, applied input and memory; a model may have no reference."""
+        parts = ("x", "v", "z") if self.law.period else ("x", "z")
+        none = np.zeros((*slope["x"].shape[:-1], 0))  # of a model without inputs
+        by_state = np.concatenate([slope.get(name, none) for name in (parts if self.law.memory else ("x",))], axis=-1)
+        return by_state, slope["r"] if self.manifest.references else np.zeros((*by_state.shape[:-1], 0))
 
 
 def slopes(derivative: GeneratedFunction, *arguments: ArrayLike) -> dict[str, FloatArray]:
@@ -251,183 +396,6 @@ def _plant(
         none = np.zeros((len(manifest.outputs), 0))
         C, D, E = (_stacked(own, exact.get(name, none)) for own, name in ((C, "x"), (D, "u"), (E, "r")))
     return A, B, C[..., rows, :], D[..., rows, :], E[..., rows, :]
-
-
-def _answer(
-    manifest: Manifest,
-    functions: Functions,
-    controller: Controller,
-    x: ArrayLike,
-    u: ArrayLike | None,
-    p: ArrayLike,
-    r: ArrayLike,
-    c: ArrayLike,
-    z: ArrayLike | None,
-) -> tuple[FloatArray, dict[str, FloatArray], dict[str, FloatArray]]:
-    """Return the acting input under a law, with the derivatives of input and next memory."""
-    law, nu = identifier(controller.name), len(manifest.inputs)
-    memory = _memory(manifest, functions, controller, x, u, p, r, c, z)
-    seen, slope_seen = _seen(manifest, functions, controller, x, p)
-    arguments = (seen, r, *memory, p, c)
-    results, slope = functions[law](*arguments), slopes(functions[f"{law}_jvp"], *arguments)
-    if controller.period and memory:
-        _check_every(controller, functions[law], arguments)
-    if slope_seen is not None:
-        slope["x"] = slope.pop("seen") @ slope_seen
-    command, slope_u = results[0] if memory else results, {name: J[..., :nu, :] for name, J in slope.items()}
-    return *_acting(functions, x, command, p, slope_u), {name: J[..., nu:, :] for name, J in slope.items()}
-
-
-def _seen(
-    manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
-) -> tuple[ArrayLike, FloatArray | None]:
-    """Return the noise-free vector that a law receives.
-
-    If this vector is not the state itself, also return its derivative with respect to the state.
-    """
-    if not manifest.measured and not (controller.period and "measure" in functions):
-        return x, None
-    point = x, np.zeros(len(manifest.noise)), p
-    measured = functions["measure"](*point)
-    if manifest.measured:
-        return measured, slopes(functions["measure_jvp"], *point)["x"]
-    _check_sensor(manifest, functions, *point)
-    return measured, None
-
-
-def _check_sensor(manifest: Manifest, functions: Functions, x: ArrayLike, e: FloatArray, p: ArrayLike) -> None:
-    """Refuse sensors of the state other than additive ones, because generated sensors have no derivatives."""
-    states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (x, p))
-    step = _STEP * np.eye(len(manifest.states))
-    above, below = (functions["measure"](states + h, e, parameters) for h in (step, -step))
-    if not np.allclose((above - below) / (2 * _STEP), np.eye(len(manifest.states)), rtol=0, atol=_SLOPE):
-        raise InputError(
-            f"the sensor of {manifest.model} has measurements without names: give them names by seen= of the System"
-        )
-
-
-def _check_samples(
-    manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
-) -> None:
-    """Refuse what acts between the samples of a law and has no part in the map over one period."""
-    if not controller.period:
-        return
-    names = [q.name for q in manifest.parameters]
-    for given, name in manifest.delays.items():
-        if np.any(np.asarray(p, dtype=np.float64)[..., names.index(name)] > 0):
-            raise InputError(f"the input {given} is delayed by {name} samples: set {name} = 0 for a linear system")
-    if "jump" in functions:
-        _check_jump(manifest, functions, x, p)
-    if manifest.measured:
-        _check_skipped(manifest, functions, controller, x, p)
-
-
-def _check_jump(manifest: Manifest, functions: Functions, x: ArrayLike, p: ArrayLike) -> None:
-    """Refuse states that change at a sample by more than noise, such as the queue of a delayed sensor."""
-    states, parameters = (np.asarray(v, dtype=np.float64)[..., None, :] for v in (x, p))
-    quiet, step = np.zeros(len(manifest.random_step)), _STEP * np.eye(len(manifest.states))
-    above, below = (functions["jump"](states + h, quiet, parameters) for h in (step, -step))
-    off = np.abs((above - below) / (2 * _STEP) - np.eye(len(manifest.states)))
-    changed = np.any(off > _SLOPE * np.maximum(1, np.abs(states)), axis=tuple(range(off.ndim - 1)))
-    if changed.any():
-        few = [name for name, is_changed in zip(_names(manifest.states), changed, strict=True) if is_changed]
-        raise InputError(
-            f"sensors change states at samples ({', '.join(few[:_SHOWN])}{', ...' if few[_SHOWN:] else ''}), as with a "
-            "delay or a mean over a period; a linear system leaves that out"
-        )
-
-
-def _check_skipped(
-    manifest: Manifest, functions: Functions, controller: Controller, x: ArrayLike, p: ArrayLike
-) -> None:
-    """Refuse sensors that skip samples: measured flags that switch between 0 and 1 over time or by chance."""
-    first, numbers = (np.asarray(v, dtype=np.float64).reshape(-1, np.shape(v)[-1])[0] for v in (x, p))
-    states, noise = np.tile(first, (2 * _SAMPLES, 1)), np.zeros((2 * _SAMPLES, len(manifest.noise)))
-    if CLOCK in (names := _names(manifest.states)):
-        period = numbers[[q.name for q in manifest.parameters].index(str(controller.period))]
-        states[:_SAMPLES, names.index(CLOCK)] += period * np.arange(_SAMPLES)
-    noise[_SAMPLES:] = np.random.default_rng(0).standard_normal((_SAMPLES, len(manifest.noise)))
-    seen = np.asarray(functions["measure"](states, noise, numbers))
-    skipping = (seen.min(axis=0) == 0) & (seen.max(axis=0) == 1) & np.all((seen == 0) | (seen == 1), axis=0)
-    if skipping.any():
-        flags = [name for name, is_flag in zip(_names(manifest.measured), skipping, strict=True) if is_flag]
-        raise InputError(
-            f"sensors skip samples ({', '.join(flags)} switch); a linear system needs a measurement at every sample"
-        )
-
-
-def _check_every(controller: Controller, law: GeneratedFunction, arguments: Sequence[ArrayLike]) -> None:
-    """Refuse a law that skips samples, because its counter changes after a command."""
-    names = _names(controller.memory)
-    if COUNTER not in names:
-        return
-    seen, r, before, z, *numbers = arguments
-    place, commanding = names.index(COUNTER), np.array(z, dtype=np.float64)
-    commanding[..., place] = 0
-    if np.any(law(seen, r, before, commanding, *numbers)[1][..., place] > 0):
-        raise InputError(
-            f"the law {controller.name} commands only at some samples; a linear system needs a command at every sample"
-        )
-
-
-def _period(manifest: Manifest, controller: Controller, p: ArrayLike) -> FloatArray | None:
-    if not controller.period:
-        return None
-    place = [q.name for q in manifest.parameters].index(controller.period)
-    period: FloatArray = np.take(np.asarray(p, dtype=np.float64), place, axis=-1)
-    return period
-
-
-def _loop_states(manifest: Manifest, controller: Controller) -> tuple[str, ...]:
-    held = controller.memory and controller.period
-    applied = (f"applied_{name}" for name in _names(manifest.inputs)) if held else ()
-    return (*_names(manifest.states), *applied, *_names(controller.memory))
-
-
-def _memory(
-    manifest: Manifest,
-    functions: Functions,
-    controller: Controller,
-    x: ArrayLike,
-    u: ArrayLike | None,
-    p: ArrayLike,
-    r: ArrayLike,
-    c: ArrayLike,
-    z: ArrayLike | None,
-) -> tuple[ArrayLike, ...]:
-    """Return the previously applied input and the memory; refuse both for a law without memory."""
-    if not controller.memory:
-        for name, value in (("u", u), ("z", z)):
-            if value is not None:
-                raise bad_value(name, value, f"None: the law {controller.name} gives the input and has no memory")
-        return ()
-    memory = functions[f"{identifier(controller.name)}_start"](x, r, p, c) if z is None else z
-    if not controller.period:
-        if u is not None:
-            raise bad_value("u", u, f"None: the law {controller.name} gives the input")
-        return (memory,)
-    return np.zeros(len(manifest.inputs)) if u is None else u, memory
-
-
-def _acting(
-    functions: Functions, x: ArrayLike, command: FloatArray, p: ArrayLike, slope: dict[str, FloatArray]
-) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Return the acting input and its derivatives from those of the command."""
-    if "actuate" not in functions:
-        return command, slope
-    actuator = slopes(functions["actuate_jvp"], x, command, p)
-    changed = {name: actuator["u_cmd"] @ J for name, J in slope.items()}
-    return functions["actuate"](x, command, p), changed | {"x": changed["x"] + actuator["x"]}
-
-
-def _by_state_and_reference(
-    manifest: Manifest, controller: Controller, slope: dict[str, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Join the derivatives with respect to state, applied input and memory; a model may have no reference."""
-    parts = ("x", "v", "z") if controller.period else ("x", "z")
-    none = np.zeros((*slope["x"].shape[:-1], 0))  # of a model without inputs
-    by_state = np.concatenate([slope.get(name, none) for name in (parts if controller.memory else ("x",))], axis=-1)
-    return by_state, slope["r"] if manifest.references else np.zeros((*by_state.shape[:-1], 0))
 
 
 def _held(A: FloatArray, B: FloatArray, period: FloatArray) -> tuple[FloatArray, FloatArray]:

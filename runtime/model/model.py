@@ -25,7 +25,7 @@ from .equations import rates
 from .functions import BackendName, CBackend, FloatArray, Functions, PythonBackend, check_manifold, displacement
 from .generated import warn_if_stale
 from .header import check_header
-from .linear import LinearSystem, linearize_loop, linearize_plant, output_rows, slope_of_inputs
+from .linear import ClosedLoop, LinearSystem, linearize_plant, output_rows, slope_of_inputs
 from .named import NamedVector, named
 from .parameters import Setting, elements, law_vector, named_values, vector
 
@@ -255,7 +255,8 @@ class Model:
         if controller is not None:
             law = self.manifest.controller(controller)
             constants = law_vector(self.functions, law, {}) if c is None else c
-            system = linearize_loop(self.manifest, self.functions, law, x, u, p, reference, constants, z, outputs)
+            loop = ClosedLoop(self.manifest, self.functions, law, x, u, p, reference, constants, z)
+            system = loop.linear(outputs)
         else:
             for name, value in (("c", c), ("z", z)):
                 if value is not None:

@@ -77,6 +77,7 @@ def test_a_subscript_is_lowered(latex, tmp_path):
         ("0x12e45678 after 40960 samples", "0x12e45678 after 40\u202f960 samples"),
         ("40960 of 40960 runs, > 1e6", "40\u202f960 of 40\u202f960 runs, &gt; 1×10⁶"),
         (1e-05, "1×10⁻⁵"),
+        ("0.0e+00 and -0.00e+00 of 1.0e+00", "0 and 0 of 1.0×10⁰"),
     ],
 )
 def test_quantities_are_set_and_names_and_checksums_are_not(plain, pretty):

@@ -16,18 +16,18 @@ from filterpy.kalman import CubatureKalmanFilter
 import mehvar
 from mehvar import Group, Quantity, Sensor, estimated
 from mehvar.runtime.run.noise import normals
-from tests.models.estimation.swing import DEVIATION, KD, KP, MEAN, SIGMA_G, START, TS, J, K, P, X, swing
+from tests.models.estimation.swing import DEVIATION, KD, KP, MEAN, SIGMA_G, START, TS, J, K, P, X, rk4, swing
 from tests.validation.table import record
 
 
 def moved(x: np.ndarray, torque: float) -> np.ndarray:
-    """Return a state, last entry first, after a period: the midpoint rule."""
+    """Return a state, last entry first, after a period."""
 
     def rate(x: np.ndarray) -> np.ndarray:
         drag, speed, angle = x
         return np.array([0.0, -K / J * np.sin(angle) - drag * speed + torque / J, speed])
 
-    return x + TS * rate(x + TS / 2 * rate(x))
+    return rk4(rate, x)
 
 
 def test_cubature_filter_of_a_pendulum() -> None:

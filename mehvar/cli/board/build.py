@@ -12,23 +12,13 @@ from typing import Annotated
 import typer
 
 from mehvar.base.errors import bad_value, either
-from mehvar.cli.board.loop import (
-    Board,
-    Compiler,
-    Inline,
-    Law,
-    ModelName,
-    Raw,
-    Scenario,
-    Tunable,
-    compiled,
-    tunable_of,
-)
+from mehvar.cli.board.loop import Board, Compiler, Inline, Law, Raw, Tunable, compiled, tunable_of
 from mehvar.runtime.board.image.build import Image, compile_commands, sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
 from mehvar.runtime.compiling.compiler import write_sources
 from mehvar.runtime.files import check_folder, filling
+from mehvar.settings import ModelName, Scenario
 from mehvar.terminal import print_table
 
 _TARGETS = ("sil", "unicorn")

@@ -14,14 +14,14 @@ from typing import Annotated
 import typer
 
 from mehvar.base.errors import bad_value, unknown_name
-from mehvar.cli.board.loop import Inline, Law, ModelName, Scenario, Tunable, compiled, tunable_of
+from mehvar.cli.board.loop import Inline, Law, Tunable, compiled, tunable_of
 from mehvar.package.files import FRAMEWORKS, KINDS, package
 from mehvar.package.law import law_inputs
 from mehvar.runtime.board.image.build import Program, program
 from mehvar.runtime.compiling.compiler import write_sources
 from mehvar.runtime.files import check_folder, filling
 from mehvar.runtime.units import read_value
-from mehvar.settings import read_settings
+from mehvar.settings import ModelName, Scenario, read_settings
 
 
 def command(

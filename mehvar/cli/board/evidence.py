@@ -10,7 +10,7 @@ import typer
 
 from mehvar.base.errors import bad_value, unknown_name
 from mehvar.base.names import identifier
-from mehvar.cli.board.loop import Board, Compiler, Law, ModelName, Samples, compiled, status_of
+from mehvar.cli.board.loop import Board, Compiler, Law, Samples, compiled, status_of
 from mehvar.report.board.evidence import EVIDENCE_NAMES, write_evidence, write_inspection
 from mehvar.runtime.board.evidence.collect import collect
 from mehvar.runtime.board.evidence.foreign import inspect
@@ -18,7 +18,7 @@ from mehvar.runtime.board.evidence.linkmap import read_map
 from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder
 from mehvar.runtime.model.model import load
-from mehvar.settings import whole_number
+from mehvar.settings import ModelName, whole_number
 from mehvar.terminal import working
 
 

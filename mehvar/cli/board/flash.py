@@ -11,9 +11,10 @@ from typing import Annotated
 import typer
 
 from mehvar.base.errors import InputError, bad_value
-from mehvar.cli.board.loop import Board, Compiler, Inline, Law, ModelName, Scenario, Tunable, compiled, tunable_of
+from mehvar.cli.board.loop import Board, Compiler, Inline, Law, Tunable, compiled, tunable_of
 from mehvar.runtime.board.image.build import Image
 from mehvar.runtime.board.run import BoardRequest, build_image
+from mehvar.settings import ModelName, Scenario
 
 
 def command(

@@ -15,13 +15,10 @@ from mehvar.runtime.board.image.toolchains import BOARDS
 from mehvar.runtime.board.run import BoardRequest, BoardRun, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
-from mehvar.settings import complete_controllers, complete_models, complete_scenarios, read_values, whole_number
+from mehvar.settings import complete_controllers, read_values, whole_number
 from mehvar.terminal import working
 
 _BOARDS = f"{', '.join(BOARDS)}; default: the first. With --target sil also {', '.join(PROCESSORS)} under QEMU."
-ModelName = Annotated[
-    str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
-]
 Law = Annotated[
     str, typer.Option("--controller", metavar="C", help="The control law.", autocompletion=complete_controllers)
 ]
@@ -30,10 +27,6 @@ Board = Annotated[
     typer.Option("--board", metavar="B", help=_BOARDS),
 ]
 Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="Compiler; default: gcc if installed, else zig.")]
-Scenario = Annotated[
-    str | None,
-    typer.Option(metavar="S", help="The scenario; default: the first.", autocompletion=complete_scenarios),
-]
 Target = Annotated[
     str, typer.Option(metavar="T", help="sil (a process on this machine), unicorn, qemu, or a serial port.")
 ]

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import typer
 
-from mehvar.cli.board.loop import Law, ModelName, compiled
+from mehvar.cli.board.loop import Law, compiled
 from mehvar.cli.board.tune import Journal
 from mehvar.runtime.board.tuning import replay
+from mehvar.settings import ModelName
 from mehvar.terminal import print_table
 
 

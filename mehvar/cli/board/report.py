@@ -8,24 +8,12 @@ from typing import Annotated
 
 import typer
 
-from mehvar.cli.board.loop import (
-    Board,
-    Compiler,
-    Law,
-    ModelName,
-    Samples,
-    Scenario,
-    Target,
-    compiled,
-    outcome_of,
-    status_of,
-    with_settings,
-)
+from mehvar.cli.board.loop import Board, Compiler, Law, Samples, Target, compiled, outcome_of, status_of, with_settings
 from mehvar.pictures.style import require_matplotlib
 from mehvar.report.board.page import REPORT_NAMES, write_report
 from mehvar.runtime.board.run import BoardRequest
 from mehvar.runtime.files import check_folder
-from mehvar.settings import SettingTexts
+from mehvar.settings import ModelName, Scenario, SettingTexts
 
 
 def command(

@@ -16,10 +16,8 @@ from mehvar.cli.board.loop import (
     Compiler,
     Inline,
     Law,
-    ModelName,
     Raw,
     Samples,
-    Scenario,
     Target,
     Tunable,
     compiled,
@@ -32,7 +30,7 @@ from mehvar.report.board.facts import facts
 from mehvar.runtime.board.run import BoardRequest, BoardRun
 from mehvar.runtime.board.targets import TARGETS
 from mehvar.runtime.files import check_file
-from mehvar.settings import SettingTexts, whole_number
+from mehvar.settings import ModelName, Scenario, SettingTexts, whole_number
 from mehvar.terminal import print_table
 
 FORMATS = ("text", "json")

@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from mehvar.cli.board.loop import Law, ModelName, compiled
+from mehvar.cli.board.loop import Law, compiled
 from mehvar.runtime.board.tuning import tune
-from mehvar.settings import SettingTexts, read_values, whole_number
+from mehvar.settings import ModelName, SettingTexts, read_values, whole_number
 
 Journal = Annotated[Path, typer.Option(metavar="FILE", help="The journal of the run: `board run --journal FILE`.")]
 

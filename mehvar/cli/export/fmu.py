@@ -9,10 +9,11 @@ import typer
 
 from mehvar.fmu.description import Interface, Version
 from mehvar.fmu.export import export_fmu
+from mehvar.settings import ModelName
 
 
 def command(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="A model or a generated folder.")],
+    model: ModelName,
     out: Annotated[str, typer.Option("--out", metavar="FILE.fmu", help="The file to write.")],
     controller: Annotated[
         str | None, typer.Option(metavar="LAW", help="The law of a closed loop; default: the plant without a law.")

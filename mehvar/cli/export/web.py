@@ -8,15 +8,13 @@ from typing import Annotated
 
 import typer
 
-from mehvar.settings import complete_models
+from mehvar.settings import ModelName
 from mehvar.terminal import working
 from mehvar.web.export import export_web
 
 
 def command(
-    model: Annotated[
-        str, typer.Argument(metavar="MODEL", help="A model or a generated folder.", autocompletion=complete_models)
-    ],
+    model: ModelName,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder of the page, MODEL.html.")],
     success: Annotated[
         str | None,

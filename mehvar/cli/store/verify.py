@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from mehvar.runtime.batch.store.verification import Verification, verify
-from mehvar.terminal import working
+from mehvar.settings import AsJson
+from mehvar.terminal import print_json, working
 
 _SHOWN = 20
 """Largest number of lines about damage on a terminal; --json has all."""
@@ -18,7 +18,7 @@ _SHOWN = 20
 
 def command(
     path: Annotated[Path, typer.Argument(metavar="STORE", help="A batch, finished or not.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> int:
     """Check every file against its checksum; return 0 for an undamaged store, else 1.
 
@@ -32,7 +32,7 @@ def command(
     with working(f"verifying {path}"):
         verification = verify(path)
     if as_json:
-        typer.echo(json.dumps(verification.facts(), indent=1))
+        print_json(verification.facts())
     else:
         _print(verification)
     return 0 if verification.complete else 1

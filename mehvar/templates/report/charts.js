@@ -12,7 +12,7 @@
     ticks: { stroke: Report.color("grid"), width: 1, size: 4 }, ...extra,
   });
 
-  const tick = (value) => {
+  Report.tick = (value) => {
     if (value === null) return "";
     const size = Math.abs(value), short = Number(value.toPrecision(4));
     return (size && (size < 1e-3 || size >= 1e5) ? Report.power(short.toExponential()) : short.toLocaleString("en").replaceAll(",", "\u202f")).replaceAll("-", "−");
@@ -24,11 +24,18 @@
     return power * ([5, 2, 1].find((digit) => digit * power <= value * (1 + 1e-9)) || 1);
   };
 
-  /** Ticks so far apart that their words have room, two at least: with half the range as a step there are two. */
-  const splits = (u, _, low, high) => {
-    const step = round((high - low) / Math.max(2, Math.floor(u.bbox.height / devicePixelRatio / 40)));
+  /** Ticks of which `most` have room, two at least: with half the range as a step there are two. */
+  Report.ticks = (low, high, most) => {
+    const step = round((high - low) / Math.max(2, Math.floor(most)));
     const first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
     return Array.from({ length: count }, (_, k) => step * (first + k));
+  };
+  const splits = (u, _, low, high) => Report.ticks(low, high, u.bbox.height / devicePixelRatio / 40);
+
+  /** The unit in the brackets of a panel's label, as it follows a number. */
+  const unit = ({ label, title = "" }) => {
+    const [, name = "1"] = Report.words(label || title).match(/\[([^\]]+)\]$/) || [];
+    return name === "1" ? "" : name === "°" ? name : `\u202f${name}`;
   };
 
   /** The range of an axis with a margin; a series that does not change lies in the middle of one that its size sets. */
@@ -44,17 +51,23 @@
     return dash.length ? `repeating-linear-gradient(90deg, ${shown} 0 ${on}px, transparent ${on}px ${on + off}px)` : shown;
   };
 
-  /** The unit of a panel's values, which its label has in brackets. */
-  const unit = ({ label, title }) => {
-    const [, text = "1"] = /\[([^\]]+)\]\s*$/.exec(Report.words(label || title || "")) ?? [];
-    return text === "1" ? "" : ` ${text}`;
-  };
-
-  const series = (line, unit) => ({
+  const series = (of) => (line) => ({
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
     paths: line.step ? uPlot.paths.stepped({ align: 1 }) : undefined,
-    points: { show: false }, spanGaps: line.spanGaps ?? true, pxAlign: 0, value: (_, v) => Report.number(v) + (v === null ? "" : unit),
+    points: { show: false }, spanGaps: line.spanGaps ?? true, pxAlign: 0, value: (_, v) => `${Report.number(v)}${v === null ? "" : of}`,
+  });
+
+  /** Entries of a legend for named levels and marks; several of one name have one, grey if their colours differ. */
+  Report.named = (lines) => Array.from(lines.reduce((looks, line) => {
+    if (!line.name) return looks;
+    const { color, dash } = looks.get(line.name) ?? line;
+    return looks.set(line.name, { ...line, color: color === line.color ? color : "grey", dash: String(dash) === String(line.dash) ? dash : [] });
+  }, new Map()).values());
+  const fixed = ({ levels = [], marks = [] }) => Report.named([...levels, ...marks]).map((line) => {
+    const marker = Report.element("div", { className: "u-marker" }), name = Report.element("div", { className: "u-label", innerHTML: line.name });
+    marker.style.background = swatch(line);
+    return Report.element("tr", { className: "u-series fixed" }, Report.element("th", {}, marker, name));
   });
 
   /** Levels and marks of a panel, drawn under its series. */
@@ -102,17 +115,18 @@
     const fit = (u) => { u.whole = panel.limits; u.setScale("x", { min: panel.limits[0], max: panel.limits[1] }); };
     const options = {
       width: host.clientWidth || 300, height, series: [
-        { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map((line) => series(line, unit(panel)))],
+        { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series(unit(panel)))],
       scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: logarithmic[1] ? { distr: 3 } : { distr: 1, range } },
-      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32, values: (_, at) => at.map(tick) }), axis({ size: 58, space: 24, values: (_, at) => at.map(tick), ...(logarithmic[1] ? {} : { splits }) })],
+      axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32, values: (_, at) => at.map(Report.tick) }), axis({ size: 58, space: 24, values: (_, at) => at.map(Report.tick), ...(logarithmic[1] ? {} : { splits }) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {
         dblclick: (u) => () => group.charts.forEach((c) => c.reset()) } },
-      legend: { show: panel.lines.some((line) => line.name), live: true, markers: { width: 0, fill: (_, k) => swatch(panel.lines[k - 1]) } }, bands: bands(panel.lines),
+      legend: { show: [...panel.lines, ...(panel.levels || []), ...(panel.marks || [])].some((line) => line.name), live: true, markers: { width: 0, fill: (_, k) => swatch(panel.lines[k - 1]) } }, bands: bands(panel.lines),
       hooks: { setLegend: [(u) => u.root.classList.toggle("idle", u.legend.idx === null || u.legend.idx === undefined)], drawAxes: [references(panel)], setScale: [(u, key) => { if (key === "x") group.zoomed(u); }] },
     };
     const data = [finite(panel.x), ...panel.lines.map((line) => finite(line.y))];
     const chart = new uPlot(options, data, host);
     const canvas = chart.root.querySelector("canvas");
+    chart.root.querySelector(".u-legend tbody")?.append(...fixed(panel));
     chart.root.classList.add("idle");
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", described(panel, data));
@@ -154,13 +168,9 @@
 
   /** Buttons that show and hide the series of a name in all panels. */
   const chips = (figure, state) => {
-    const names = new Map();
-    for (const panel of figure.panels) for (const line of panel.lines) if (line.name) {
-      const { color, dash } = names.get(line.name) ?? line;
-      names.set(line.name, { color: color === line.color ? color : "grey", dash: String(dash) === String(line.dash) ? dash : [] });
-    }
-    if (names.size < 2) return [];
-    return Array.from(names, ([name, look]) => {
+    const looks = Report.named(figure.panels.flatMap(({ lines }) => lines));
+    if (looks.length < 2) return [];
+    return looks.map(({ name, ...look }) => {
       const chip = Report.element("button", { type: "button", className: "chip", innerHTML: `<i></i>${name}` });
       const paint = () => chip.firstChild.style.setProperty("background", swatch(look));
       paint();
@@ -184,7 +194,7 @@
   const STEPS = [["−", "zoom out", 0, 1.6], ["+", "zoom in", 0, 1 / 1.6], ["‹", "earlier", -0.25, 1], ["›", "later", 0.25, 1]];
 
   /** Zoom and move for those without a mouse. */
-  const tools = (name, state) => {
+  const tools = (name, state, look) => {
     const move = (shift, factor) => state.groups.forEach((group) => group.charts.slice(0, 1).forEach((chart) => {
       const { min, max } = chart.scales.x, half = ((max - min) / 2) * factor, middle = (min + max) / 2 + shift * (max - min);
       chart.setScale("x", { min: middle - half, max: middle + half });
@@ -198,7 +208,17 @@
     const all = Report.element("button", { type: "button", className: "tool", textContent: "all", title: "show all" });
     all.addEventListener("click", () => state.groups.forEach((group) => group.charts.forEach((chart) => chart.reset())));
     const charts = () => Array.from(state.groups.values()).flatMap((group) => group.charts);
-    return Report.element("span", { className: "tools" }, ...buttons, all, ...Report.savers(name, charts));
+    return Report.element("span", { className: "tools" }, ...buttons, all, ...Report.savers(name, charts, look));
+  };
+
+  /** A part of a picture, such as a path in a plane, beside the charts. */
+  const cut = (image, [left, top, width, height]) => {
+    const part = Report.element("img", { src: image.src, alt: image.alt });
+    const across = Number(image.getAttribute("width")), up = Number(image.getAttribute("height"));
+    part.style.cssText = `width: ${100 / width}%; margin: ${(-100 * top * up) / (width * across)}% 0 0 ${(-100 * left) / width}%`;
+    const box = Report.element("div", { className: "part" }, part);
+    box.style.cssText = `aspect-ratio: ${width * across} / ${height * up}; max-width: ${width * across}px`;
+    return box;
   };
 
   /** Put the chart of a figure into its place on the page. */
@@ -209,7 +229,12 @@
       chart.setSeries(k + 1, { show: !state.hidden.has(line.name) });
     })));
     const grid = Report.element("div", { className: "panels" });
-    grid.style.setProperty("--columns", Math.min(3, figure.columns));
+    const image = host.closest("figure").querySelector(".picture img");
+    const parts = figure.rest.map((part) => cut(image, part));
+    const rest = parts.length ? [Report.element("div", { className: "rest" }, ...parts)] : [];
+    const look = { columns: Math.min(3, figure.columns), parts: parts.map((part, k) => ({ image: part.firstChild, place: figure.rest[k] })) };
+    grid.style.setProperty("--columns", look.columns + rest.length);
+    grid.style.setProperty("--panels", figure.panels.length);
     const build = () => {
       state.panels = state.panels || figure.panels.map(decoded);
       state.groups.forEach((group) => group.charts.forEach((chart) => chart.destroy()));
@@ -224,10 +249,11 @@
         const chart = Report.panel(box, panel, state.groups.get(key));
         chart.lines = panel.lines;
       }
+      grid.append(...rest);
       state.apply();
       host.dataset.built = "yes";
     };
-    const bar = Report.element("div", { className: "bar" }, ...folded(chips(figure, state)), tools(name, state));
+    const bar = Report.element("div", { className: "bar" }, ...folded(chips(figure, state)), tools(name, state, look));
     host.append(bar, grid);
     new ResizeObserver(() => state.groups.forEach((group) => group.charts.forEach((chart) => {
       const width = chart.root.parentElement.clientWidth;

@@ -21,17 +21,34 @@
     Report.element("a", { href: figure.querySelector("img").src, download: `${figure.id}.png` }).click();
   });
 
+  for (const button of document.querySelectorAll("[data-part=enlarge]")) button.addEventListener("click", () => {
+    button.setAttribute("aria-pressed", String(button.closest("figure").classList.toggle("large")));
+  });
+
   Report.players = {};
   for (const root of document.querySelectorAll("[data-scene]")) {
     const name = root.dataset.scene;
     Report.players[name] = new Report.Player(root, Report.data.scenes[name], Report.scenes[Report.data.scenes[name].drawn_by]);
   }
 
-  /** What is wider than its box is reached with the keyboard too. */
+  /** What is wider than its box is reached with the keyboard too, and has a shadow at the edge beyond which there is more. */
+  const shade = (box) => box.toggleAttribute("data-more", box.scrollLeft + box.clientWidth < box.scrollWidth - 2);
   const wide = new ResizeObserver((entries) => entries.forEach(({ target }) => {
     if (target.scrollWidth > target.clientWidth) target.tabIndex = 0; else target.removeAttribute("tabindex");
+    shade(target);
   }));
-  document.querySelectorAll(".scroll, .formula, .edits, .picture").forEach((box) => wide.observe(box));
+  document.querySelectorAll(".scroll, .formula, .edits, .picture").forEach((box) => {
+    wide.observe(box);
+    box.addEventListener("scroll", () => shade(box), { passive: true });
+  });
+
+  /** On a phone each row of some tables is a card: a cell then needs the name of its column. */
+  for (const table of document.querySelectorAll(".wide")) {
+    const names = Array.from(table.tHead?.rows[0].cells ?? [], (cell) => cell.textContent);
+    for (const { cells } of table.rows) for (const cell of cells) {
+      if (cell.colSpan === 1 && cell.textContent.trim() && names[cell.cellIndex]) cell.dataset.column = names[cell.cellIndex];
+    }
+  }
 
   const filters = Array.from(document.querySelectorAll("[data-filter]"));
   const apply = () => {

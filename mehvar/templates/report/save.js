@@ -3,9 +3,11 @@
 "use strict";
 
 (() => {
-  const GAP = 18, LINE = 16; // pixels below a panel, and of a line of text
-  const EDGE = 8; // pixels around the drawing
-  const KEY = 24, APART = 14; // pixels of a legend's line with its space, and between two entries
+  /* A drawing is for a paper: it is as wide as a column or, with charts side by side, as a page, and in points. */
+  const MM = 72 / 25.4, COLUMN = 88 * MM, SHEET = 180 * MM, GAP = 4 * MM;
+  const FONT = 8, SMALL = 6, LINE = 10; // sizes of letters, of indices, and of a line of text
+  const HEIGHT = 88, RIGHT = 8, TICK = 4, THIN = 0.65; // of a panel; beside it; from tick to number; of a line on the screen
+  const KEY = 22, APART = 9; // of a legend's line with its space, and between two entries
   const SPACE = new DOMParser().parseFromString("<svg>", "text/html").querySelector("svg").namespaceURI;
   const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
   const round = (value) => value.toFixed(2);
@@ -14,12 +16,12 @@
   const label = (html) => {
     let shift = 0;
     const piece = (text, wanted) => {
-      const [by, size] = [wanted - shift, wanted ? ' font-size="9"' : ""];
+      const [by, size] = [wanted - shift, wanted ? ` font-size="${SMALL}"` : ""];
       shift = wanted;
       return `<tspan dy="${by}"${size}>${escaped(Report.words(text))}</tspan>`;
     };
     return html.split(/(<su[bp]>.*?<\/su[bp]>)/).filter(Boolean).map((part) =>
-      piece(part, part.startsWith("<sub>") ? 3 : part.startsWith("<sup>") ? -4 : 0)).join("");
+      piece(part, part.startsWith("<sub>") ? 2 : part.startsWith("<sup>") ? -3 : 0)).join("");
   };
   const text = (x, y, html, extra = "") => `<text x="${round(x)}" y="${round(y)}" ${extra}>${label(html)}</text>`;
   const heading = ({ title, label: axis }) => [title, axis].filter(Boolean).join(": ");
@@ -34,24 +36,6 @@
       .map((cells) => cells.join(",")).join("\n") + "\n";
   };
 
-  const path = (chart, k) => {
-    const [t, values] = [chart.data[0], chart.data[k]], stepped = chart.panel.lines[k - 1].step;
-    let pen = "M", before = 0;
-    return Array.from(t, (at, row) => {
-      if (values[row] === null || values[row] === undefined) return "";
-      const [x, y] = [round(chart.valToPos(at, "x")), round(chart.valToPos(values[row], "y"))];
-      const corner = stepped && pen === "L" ? `L${x},${before}` : "", point = `${corner}${pen}${x},${y}`;
-      [pen, before] = ["L", y];
-      return point;
-    }).join("");
-  };
-
-  /** The area between two lines of a chart. */
-  const area = (chart, low, high) => {
-    const back = Array.from(chart.data[0], (at, row) => [at, chart.data[high][row]]).filter(([, v]) => v !== null && v !== undefined).reverse();
-    return `${path(chart, low)}${back.map(([at, v]) => `L${round(chart.valToPos(at, "x"))},${round(chart.valToPos(v, "y"))}`).join("")}Z`;
-  };
-
   /** A colour as on paper, whatever the screen's scheme is: the palette's first rule has those. */
   const color = (name) => {
     const rules = Array.from(document.styleSheets).flatMap((sheet) => Array.from(sheet.cssRules));
@@ -61,63 +45,133 @@
 
   const ruler = document.createElement("canvas").getContext("2d");
   const measured = (html) => {
-    ruler.font = "12px sans-serif";
+    ruler.font = `${FONT}px Helvetica, Arial, sans-serif`;
     return ruler.measureText(Report.words(html)).width;
   };
 
-  /** The entries of a legend with their places, in as many lines as they need. */
-  const legend = (chart) => {
-    const { panel, over, series } = chart, whole = over.clientWidth;
-    let x = 0, row = 0;
-    return panel.lines.map((line, k) => [line, k + 1]).filter(([{ name }, k]) => name && series[k].show).map(([line, k]) => {
-      const needed = KEY + measured(line.name);
-      if (x && x + needed > whole) [x, row] = [0, row + 1];
-      const place = { k, name: line.name, x, y: row * LINE, row };
-      x += needed + APART;
-      return place;
-    });
+  /** A text in lines that are no wider than some length, unless a word or a unit is. */
+  const wrapped = (html, most) => html.replace(/\[[^\]]*\]/g, (unit) => unit.replaceAll(" ", "\u00a0")).split(" ").reduce((lines, word) => {
+    const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
+    if (lines.length && measured(longer) > most) lines.push(word); else lines.splice(-1, 1, longer);
+    return lines;
+  }, []).filter(Boolean);
+
+  const stroke = ({ color: name, width, dash = [] }, usual = 1.5) =>
+    `stroke="${color(name)}" stroke-width="${round(THIN * (width || usual))}"${dash.length ? ` stroke-dasharray="${dash.map((d) => round(THIN * d)).join(" ")}"` : ""}`;
+
+  /** The place of a value on an axis from 0 to `length`. */
+  const scale = ({ min, max, distr }, length) => {
+    const of = distr === 3 ? Math.log10 : Number;
+    return (value) => (length * (of(value) - of(min))) / (of(max) - of(min));
+  };
+  const ticks = ({ min, max, distr }, most) => distr !== 3 ? Report.ticks(min, max, most)
+    : Report.ticks(Math.log10(min), Math.log10(max), most).filter(Number.isInteger).map((power) => 10 ** power);
+
+  const path = (chart, k, x, y) => {
+    const [t, values] = [chart.data[0], chart.data[k]], stepped = chart.panel.lines[k - 1].step;
+    let pen = "M", before = 0;
+    return Array.from(t, (at, row) => {
+      if (values[row] === null || values[row] === undefined) return "";
+      const across = round(x(at)), up = round(y(values[row]));
+      const point = `${stepped && pen === "L" ? `L${across},${before}` : ""}${pen}${across},${up}`;
+      [pen, before] = ["L", up];
+      return point;
+    }).join("");
   };
 
-  /** The attributes of a stroke, as `references` and `series` of charts.js draw it. */
-  const stroke = ({ color: name, width: wide, dash = [] }, least = 1.25) =>
-    `stroke="${color(name)}" stroke-width="${Math.max(least, wide || 1.5)}"${dash.length ? ` stroke-dasharray="${dash.join(" ")}"` : ""}`;
+  /** The area between two lines of a chart. */
+  const area = (chart, low, high, x, y) => {
+    const back = Array.from(chart.data[0], (at, row) => [at, chart.data[high][row]]).filter(([, v]) => v !== null && v !== undefined).reverse();
+    return `${path(chart, low, x, y)}${back.map(([at, v]) => `L${round(x(at))},${round(y(v))}`).join("")}Z`;
+  };
 
-  const drawing = (chart, left, top, number) => {
-    const { panel, over, axes, series } = chart, [width, height] = [over.clientWidth, over.clientHeight];
-    const [x0, y0] = [over.offsetLeft, over.offsetTop + LINE], grid = color("grid");
-    const ticks = (axis) => axis._splits.map((at, k) => [at, axis._values[k]]).filter(([at]) => at !== null);
-    const across = ticks(axes[0]).map(([at, words]) => [chart.valToPos(at, "x"), words]).filter(([x]) => x >= 0 && x <= width);
-    const up = ticks(axes[1]).map(([at, words]) => [chart.valToPos(at, "y"), words]).filter(([y]) => y >= 0 && y <= height);
-    const shown = series.slice(1).map((one, k) => [one, k + 1]).filter(([one]) => one.show);
-    const marks = [
-      ...(panel.levels || []).map((line) => [`M0,${round(chart.valToPos(line.at, "y"))}H${width}`, line]),
-      ...(panel.marks || []).map((line) => [`M${round(chart.valToPos(line.at, "x"))},0V${height}`, line]),
-    ];
+  const entries = ({ panel, series }) => [
+    ...panel.lines.filter(({ name }, k) => name && series[k + 1].show), ...Report.named([...(panel.levels || []), ...(panel.marks || [])])];
+
+  /** A legend in as many lines as it needs: its text and its height. */
+  const legend = (lines, left, top, width) => {
+    let x = 0, row = 0;
+    const placed = lines.map((line) => {
+      const needed = KEY + measured(line.name);
+      if (x && x + needed > width) [x, row] = [0, row + 1];
+      const [at, y] = [left + x, top + row * LINE];
+      x += needed + APART;
+      return `<path d="M${round(at)},${round(y - FONT / 3)}h${KEY - 5}" ${stroke(line)}/>${text(at + KEY, y, line.name)}`;
+    });
+    return [placed.join(""), lines.length ? (row + 1) * LINE : 0];
+  };
+
+  /** What a panel needs around its axes: lines of title and label, numbers of the vertical axis. */
+  const frame = (chart, width, height) => {
+    const { panel, scales } = chart, up = ticks(scales.y, height / 20).map((at) => [at, Report.tick(at)]);
+    const label = wrapped(panel.label || panel.title || "", height), numbers = Math.max(...up.map(([, words]) => measured(words)));
+    return { chart, up, label, title: wrapped((panel.label && panel.title) || "", width), left: label.length * LINE + numbers + TICK + 3 };
+  };
+
+  const drawing = ({ chart, up, label: axis, title }, left, edge, top, width, height, named, number) => {
+    const { panel, scales, series } = chart, x = scale(scales.x, width), down = scale(scales.y, height), y = (value) => height - down(value);
+    const across = ticks(scales.x, width / 34), grid = color("grid");
     const [low, high] = ["low", "high"].map((end) => panel.lines.findIndex((line) => line.band === end) + 1);
-    const band = low && series[low].show ? `<path d="${area(chart, low, high)}" fill="${color(panel.lines[low - 1].color)}" fill-opacity="0.2"/>` : "";
-    return `<g transform="translate(${left + x0},${top + y0})">${[
-      text(-x0, -over.offsetTop - 2, heading(panel)),
-      ...across.map(([x, words]) => `<path d="M${round(x)},0V${height}" stroke="${grid}"/>${text(x, height + 15, String(words), 'text-anchor="middle"')}`),
-      ...up.map(([y, words]) => `<path d="M0,${round(y)}H${width}" stroke="${grid}"/>${text(-6, y + 4, String(words), 'text-anchor="end"')}`),
-      text(width / 2, height + 32, "time t [s]", 'text-anchor="middle"'),
-      `<clipPath id="clip${number}"><rect width="${width}" height="${height}"/></clipPath><g clip-path="url(#clip${number})" fill="none">`,
-      band, ...marks.map(([d, line]) => `<path d="${d}" ${stroke(line, 0)}/>`),
-      ...shown.map(([, k]) => `<path d="${path(chart, k)}" ${stroke(panel.lines[k - 1])}/>`), "</g>",
-      ...legend(chart).map(({ k, name, x, y }) => `<path d="M${round(x)},${height + y + 46}h18" ${stroke(panel.lines[k - 1])}/>${text(x + KEY, height + y + 50, name)}`),
+    const fixed = [
+      ...(panel.levels || []).map((line) => [`M0,${round(y(line.at))}H${round(width)}`, line]),
+      ...(panel.marks || []).map((line) => [`M${round(x(line.at))},0V${height}`, line]),
+    ];
+    const inside = (at, words) => Math.min(at, width + RIGHT - measured(words) / 2);
+    return `<g transform="translate(${round(left)},${round(top)})">${[
+      ...title.map((line, k) => text(0, (k - title.length + 1) * LINE - 4, line)),
+      ...axis.map((line, k) => text(0, 0, line, `text-anchor="middle" transform="translate(${round(FONT - edge + k * LINE)},${height / 2}) rotate(-90)"`)),
+      ...across.map((at) => `<path d="M${round(x(at))},0V${height}" stroke="${grid}" stroke-width="0.5"/>${named ? text(inside(x(at), Report.tick(at)), height + LINE, Report.tick(at), 'text-anchor="middle"') : ""}`),
+      ...up.map(([at, words]) => `<path d="M0,${round(y(at))}H${round(width)}" stroke="${grid}" stroke-width="0.5"/>${text(-TICK, y(at) + FONT / 3, words, 'text-anchor="end"')}`),
+      named ? text(width / 2, height + 2.1 * LINE, "time t [s]", 'text-anchor="middle"') : "",
+      `<path d="M0,0V${height}H${round(width)}" fill="none" stroke="${color("grey")}" stroke-width="0.6"/>`,
+      `<clipPath id="clip${number}"><rect width="${round(width)}" height="${height}"/></clipPath><g clip-path="url(#clip${number})" fill="none">`,
+      low && series[low].show ? `<path d="${area(chart, low, high, x, y)}" fill="${color(panel.lines[low - 1].color)}" fill-opacity="0.2"/>` : "",
+      ...fixed.map(([d, line]) => `<path d="${d}" ${stroke(line, 1)}/>`),
+      ...panel.lines.map((line, k) => (series[k + 1].show ? `<path d="${path(chart, k + 1, x, y)}" ${stroke(line)}/>` : "")), "</g>",
     ].join("")}</g>`;
   };
 
-  /** A drawing of the charts as they stand on the page, with what is zoomed and hidden. */
-  Report.svg = (charts) => {
-    const boxes = charts.map(({ root }) => root.getBoundingClientRect());
-    const left = Math.min(...boxes.map((box) => box.left)), rows = [...new Set(boxes.map((box) => Math.round(box.top)))];
-    const lines = Math.max(1, ...charts.flatMap((chart) => legend(chart).map(({ row }) => row + 1)));
-    const height = Math.max(...charts.map((chart) => chart.height)) + (1 + lines) * LINE + GAP;
-    const size = [Math.max(...boxes.map((box) => box.right)) - left, rows.length * height];
-    const panels = charts.map((chart, k) => drawing(chart, boxes[k].left - left, rows.indexOf(Math.round(boxes[k].top)) * height, k));
-    const [wide, high] = [size[0] + 2 * EDGE, size[1] + EDGE].map(round);
-    return `<svg xmlns="${SPACE}" xml:space="preserve" width="${wide}" height="${high}" viewBox="${-EDGE} ${-EDGE / 2} ${wide} ${high}" font-family="sans-serif" font-size="12" fill="${color("text")}">`
-      + `<rect x="${-EDGE}" y="${-EDGE / 2}" width="100%" height="100%" fill="${color("card")}"/>${panels.join("")}</svg>`;
+  /** The part of a picture that lies beside the charts. */
+  const cut = ({ image, place: [left, top, width, height] }, at, whole) => {
+    const { naturalWidth, naturalHeight } = image, part = document.createElement("canvas");
+    [part.width, part.height] = [width * naturalWidth, height * naturalHeight].map(Math.round);
+    part.getContext("2d").drawImage(image, left * naturalWidth, top * naturalHeight, part.width, part.height, 0, 0, part.width, part.height);
+    const up = (whole * part.height) / part.width;
+    return [`<image x="0" y="${round(at)}" width="${round(whole)}" height="${round(up)}" href="${part.toDataURL()}"/>`, up];
+  };
+
+  /** A drawing of the charts for a paper, with what is zoomed and hidden, `columns` side by side, above other parts. */
+  Report.svg = (charts, { columns = 1, parts = [] } = {}) => {
+    const whole = columns > 1 ? SHEET : COLUMN, cell = (whole - (columns - 1) * GAP) / columns;
+    const frames = charts.map((chart) => frame(chart, cell - RIGHT, HEIGHT));
+    const lefts = Array.from({ length: columns }, (_, column) => Math.max(0, ...frames.filter((_, k) => k % columns === column).map(({ left }) => left)));
+    const keys = charts.map(entries), common = keys.every((lines) => JSON.stringify(lines) === JSON.stringify(keys[0]));
+    const alike = (one, other) => other && one.scales.x.min === other.scales.x.min && one.scales.x.max === other.scales.x.max;
+    let top = 2, drawn = [];
+    for (let first = 0; first < frames.length; first += columns) {
+      const row = frames.slice(first, first + columns), titles = Math.max(...row.map(({ title }) => title.length));
+      const below = row.map((one, column) => {
+        const k = first + column, left = column * (cell + GAP) + lefts[column], named = !alike(one.chart, charts[k + columns]);
+        drawn.push(drawing(one, left, lefts[column], top + titles * LINE + 4, cell - lefts[column] - RIGHT, HEIGHT, named, k));
+        const axis = named ? 2.4 * LINE : 0;
+        const [key, height] = common ? ["", 0] : legend(keys[k], left, top + titles * LINE + 4 + HEIGHT + axis + LINE, cell - lefts[column] - RIGHT);
+        drawn.push(key);
+        return axis + height;
+      });
+      top += titles * LINE + 4 + HEIGHT + Math.max(...below) + LINE;
+    }
+    if (common) {
+      const [key, height] = legend(keys[0], lefts[0], top, whole - lefts[0] - RIGHT);
+      drawn.push(key);
+      top += height;
+    }
+    for (const part of parts) {
+      const [image, height] = cut(part, top, COLUMN);
+      drawn.push(image);
+      top += height;
+    }
+    return `<svg xmlns="${SPACE}" xml:space="preserve" width="${round(whole / MM)}mm" height="${round(top / MM)}mm" viewBox="0 0 ${round(whole)} ${round(top)}" font-family="Helvetica, Arial, sans-serif" font-size="${FONT}" fill="${color("text")}" style="white-space: pre">`
+      + `<rect width="100%" height="100%" fill="${color("card")}"/>${drawn.join("")}</svg>`;
   };
 
   const offer = (name, type, content) => {
@@ -126,11 +180,11 @@
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   };
 
-  /** Buttons that save charts; `charts` returns those that are there when one is pressed. */
-  Report.savers = (name, charts) => [["CSV", "text/csv", Report.csv], ["SVG", "image/svg+xml", Report.svg]].map(([kind, type, made]) => {
+  /** Buttons that save charts; `charts` returns those that are there when one is pressed, `look` what else is drawn. */
+  Report.savers = (name, charts, look) => [["CSV", "text/csv", Report.csv], ["SVG", "image/svg+xml", Report.svg]].map(([kind, type, made]) => {
     const button = Report.element("button", { type: "button", className: "tool", textContent: kind, title: `save as ${kind}` });
     button.setAttribute("aria-label", `save as ${kind}`);
-    button.addEventListener("click", () => offer(`${name}.${kind.toLowerCase()}`, type, made(charts())));
+    button.addEventListener("click", () => offer(`${name}.${kind.toLowerCase()}`, type, made(charts(), look)));
     return button;
   });
 })();

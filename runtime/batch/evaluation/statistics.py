@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+_TURN, _ROUNDING = 2 * math.pi, 1e-9
+"""A turn, and the relative excess of one that rounding may leave."""
 _SLAB_BYTES = 2**26
 """Number of bytes of series that are read at once, 64 MiB, of which quantiles need several copies. Half as many
 double the passes over large chunks.
@@ -327,6 +329,9 @@ def worst(store: Batch, values: Callable[[int], FloatArray], most: int, before: 
 def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:
     """Return quantiles over the runs of a stored series, shape (quantiles, samples), without ended runs.
 
+    An angle that `wraps` is unwrapped in each run, from starts within half a turn of their mean direction: its
+    quantiles would span the whole turn.
+
     Raises
     ------
     InputError
@@ -337,17 +342,47 @@ def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:
         raise InputError(
             f"{store.name} holds no series {name!r}; a batch stores series with --save DT, or save=DT in Python"
         )
-    blocks = store.stored()
-    runs = sum(len(store.runs(block)) for block in blocks)
-    width = max(1, _SLAB_BYTES // (8 * runs))
-    parts = []
-    for first in range(0, variable.size, width):
-        values = store.series(name, first, min(first + width, variable.size), blocks)
+    parts, before = [], None
+    wrapped = wraps(store, name)
+    for values in _slabs(store, name):
+        if wrapped:
+            before = values = _unwrapped(values, before)
         alive = np.isfinite(values).any(axis=0)
         part = np.full((len(quantiles), values.shape[1]), np.nan)
         part[:, alive] = np.nanquantile(values[:, alive], quantiles, axis=0)
         parts.append(part)
     return np.concatenate(parts, axis=1)
+
+
+def wraps(store: Batch, name: str) -> bool:
+    """Return True for a stored angle within one turn that jumps by more than half a turn in some run."""
+    if store.variables()[name].attributes.get("units") != "rad":
+        return False
+    low, high, jumps, before = math.inf, -math.inf, False, np.empty((0, 0))
+    for values in _slabs(store, name):
+        low, high = np.fmin(low, np.nanmin(values, initial=low)), np.fmax(high, np.nanmax(values, initial=high))
+        if high - low > _TURN * (1 + _ROUNDING):
+            return False
+        steps = np.diff(np.hstack([before, values]) if before.size else values, axis=1)
+        jumps, before = jumps or bool((np.abs(steps) > _TURN / 2).any()), values[:, -1:]
+    return jumps
+
+
+def _slabs(store: Batch, name: str) -> Iterator[FloatArray]:
+    """Yield the samples of a stored series in parts that fit in memory, shape (runs, samples)."""
+    blocks, size = store.stored(), store.variables()[name].size
+    width = max(1, _SLAB_BYTES // (8 * sum(len(store.runs(block)) for block in blocks)))
+    for first in range(0, size, width):
+        yield store.series(name, first, min(first + width, size), blocks)
+
+
+def _unwrapped(values: FloatArray, before: FloatArray | None) -> FloatArray:
+    """Return angles without jumps, continued from the samples before them or near their mean direction."""
+    if before is None:
+        start = values[:, :1]
+        mean = np.angle(np.nansum(np.exp(1j * start)))
+        before = start - _TURN * np.round((start - mean) / _TURN)
+    return np.unwrap(np.hstack([before[:, -1:], values]), axis=1)[:, 1:]
 
 
 def metric_statistics(store: Batch, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:

@@ -21,7 +21,7 @@ from mehvar.report.board import section
 from mehvar.report.board.section import Boards, OnBoard
 from mehvar.report.page import typeset
 from mehvar.reproduction.beyond import Beyond, BeyondWords, load_beyond
-from mehvar.reproduction.claims import OWN, PAPERS, Check, Claim, ClaimText, ClaimVerdict, tally, tally_text
+from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimText, ClaimVerdict, tally, tally_text
 from mehvar.reproduction.deviations import deviations, table_claims
 from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import Reproduction, load_reproduction
@@ -211,7 +211,7 @@ def test_page_shows_all_claims_captions_and_the_model(report):
         assert f"{claim['model']}-claim-{claim['number']}" in report.pages[claim["model"]].ids
         assert typeset(claim["text"]).striptags() in words
         assert typeset(claim["note"]).striptags() in words
-    for verdict in ("holds", "holds with a note"):
+    for verdict in ("holds", "holds in part"):
         assert verdict in text
     assert paper.captions.citation in text
     assert all(typeset(figure.caption).striptags() in words for figure in paper.figures)
@@ -235,20 +235,21 @@ def test_what_lies_beyond_the_papers_is_shown_and_counted_apart(report):
     assert not {claim["number"] for claim in claims} & {claim["number"] for claim in beyond}
 
 
-def test_the_papers_claims_are_counted_first_and_our_own_rows_apart(report):
+def test_the_papers_claims_are_counted_first_and_our_own_apart(report):
     claims = json.loads((report.out / "claims.json").read_text(encoding="utf-8"))
-    numbers = {kind: [c for c in claims if c["kind"] == kind] for kind in (PAPERS, OWN)}
-    assert all(claim["number"].isdigit() for claim in numbers[PAPERS])
-    assert not any(claim["number"].isdigit() for claim in numbers[OWN])
+    numbers = {kind: [c for c in claims if c["kind"] == kind] for kind in ClaimKind}
+    assert [c["number"] for c in numbers[ClaimKind.FINDING] if c["model"] == "triangle"] == ["9"]
+    assert all(claim["number"].isdigit() for claim in numbers[ClaimKind.PAPER])
+    assert not any(claim["number"].isdigit() for claim in numbers[ClaimKind.ROW])
     page = "".join(report.pages["index"].text.split())
     for (kind, several), line in zip(numbers.items(), report.counts, strict=True):
-        assert line.startswith(f"{len(several)} {kind}: ")
-        assert "".join(f"{len(several)} {kind}:".split()) in page
+        assert line.startswith(f"{kind.of(len(several))}: ")
+        assert "".join(f"{kind.of(len(several))}:".split()) in page
         for verdict in {claim["verdict"] for claim in several}:
             count = ClaimVerdict(verdict).of(sum(claim["verdict"] == verdict for claim in several))
             assert count in line
             assert "".join(count.split()) in page
-    assert page.index("".join(report.counts[0].split(":")[0].split())) < page.index("".join(OWN.split()))
+    assert page.index("".join(report.counts[0].split(":")[0].split())) < page.index("".join(ClaimKind.ROW.split()))
 
 
 @pytest.mark.soak
@@ -338,7 +339,7 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1
     functions, laws, claims = (", ".join(f"{name} {what}" for name in SHOWN) for what in ("jac_x", "pd", "B1"))
-    assert capsys.readouterr().out.splitlines()[3:] == [
+    assert capsys.readouterr().out.splitlines()[4:] == [
         f"claims beyond the papers that do not hold: {claims}; see the report",
         f"laws that differ between board and host: {laws}; see the report",
         f"functions that differ from CasADi's own C: {functions}; see the report",
@@ -575,7 +576,10 @@ def test_static_pictures_can_be_had_and_claims_filtered(open_page):
     everything = browser.execute_script(f"return {rows}")
     Select(browser.find_element("css selector", "[data-filter]")).select_by_visible_text("slosh")
     assert 0 < browser.execute_script(f"return {rows}") < everything
-    assert browser.find_element("id", "shown").text == f"14 {PAPERS}, 8 {OWN}"
+    assert (
+        browser.find_element("id", "shown").text
+        == "13 claims of the papers, 1 finding of our own, 8 rows of our own against an independent program"
+    )
     assert browser.current_url.endswith("#claims?paper=slosh")
     browser.refresh()
     assert 0 < browser.execute_script(f"return {rows}") < everything
@@ -591,6 +595,8 @@ def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page)
         assert eventually(browser, "document.documentElement.scrollWidth") <= 320
         drawing = "document.querySelector('#triangle-figure-1 img')"
         inches = browser.execute_script(f"return {drawing}.getAttribute('width') / 150")
+        assert browser.execute_script(f"return {drawing}.clientWidth <= {drawing}.parentElement.clientWidth")
+        browser.find_element("css selector", "#triangle-figure-1 [data-part=enlarge]").click()
         assert browser.execute_script(f"return {drawing}.clientWidth") >= 75 * inches - 1
         assert browser.execute_script(f"return {drawing}.parentElement.clientWidth") < 320
         assert browser.execute_script("return getComputedStyle(document.body).backgroundColor") == "rgb(19, 22, 26)"

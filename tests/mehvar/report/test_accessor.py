@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib import pyplot
+from PIL import Image
 
 import mehvar
 from mehvar.base.errors import InputError
@@ -21,6 +22,7 @@ from mehvar.cli import report as report_command
 from mehvar.cli.store.stats import print_statistics
 from mehvar.parts import Hub, Spacecraft
 from mehvar.pictures.batch import BINS, batch_picture, bin_edges
+from mehvar.pictures.files import save
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.style import style
 from mehvar.reproduction.paper import result_picture, run_picture
@@ -64,12 +66,17 @@ def test_metrics_are_a_table(run, batch):
     assert batch.mehvar.metrics().loc["travel", "mean"] == pytest.approx(float(batch["travel"].mean()))
 
 
-def test_plot_is_the_picture_that_the_command_saves(run):
+def test_plot_is_the_picture_that_the_command_saves(run, tmp_path):
+    """Also in the file that a user saves, whose ticks Matplotlib makes at that moment."""
     saved, shown = run_picture(run, mehvar.load("triangle").manifest), run.mehvar.plot()
     assert shown.get_suptitle() == saved.get_suptitle()
     for ax, other in zip(saved.axes, shown.axes, strict=True):
         for line, twin in zip(ax.lines, other.lines, strict=True):
             np.testing.assert_array_equal(line.get_xydata(), twin.get_xydata())
+    save(saved, tmp_path / "saved.png")
+    shown.savefig(tmp_path / "shown.png")
+    with Image.open(tmp_path / "saved.png") as one, Image.open(tmp_path / "shown.png") as other:
+        np.testing.assert_array_equal(np.asarray(one), np.asarray(other))
 
 
 def test_a_result_of_another_version_has_no_picture_by_the_papers_functions(run):

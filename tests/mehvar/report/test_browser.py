@@ -159,27 +159,37 @@ host.style.width = "420px";
 document.body.append(host);
 const lines = [{ name: long, color: "blue", dash: [6, 4], y: [0, 1] }];
 lines.push({ name: `${long} too`, color: "green", y: [1, 0] });
-const levels = [{ at: 0.5, color: "grey", dash: [2, 3], width: 1 }];
-const chart = Report.panel(host, { x: [0, 1], lines, levels, limits: [0, 1] }, Report.group("drawn"));
+const levels = [{ at: 0.5, name: "target", color: "grey", dash: [2, 3], width: 1 }];
+const panel = { title: "(a) turn", label: "rate θ<sub>1</sub>′ [rad/s]", x: [0, 1], lines, levels, limits: [0, 1] };
+const chart = Report.panel(host, panel, Report.group("drawn"));
 setTimeout(() => {
   const marker = getComputedStyle(host.querySelectorAll(".u-marker")[1]).backgroundImage;
-  done([Report.svg([chart]), marker]);
+  chart.setLegend({ idx: 0 });
+  done([Report.svg([chart]), marker, host.querySelector(".u-legend").innerText]);
   host.remove();
 });
 """
 
 
 @pytest.mark.parametrize("color", ["light", "dark"])
-def test_a_drawing_has_dashes_light_colours_and_names_that_do_not_overlap(browser, page, color):
+def test_a_drawing_is_as_wide_as_a_column_and_has_all_that_a_paper_needs(browser, page, color):
     opened(browser, page, color=color)
-    drawing, marker = browser.execute_async_script(DRAWN)
+    drawing, marker, legend = browser.execute_async_script(DRAWN)
     root = ElementTree.fromstring(drawing)
+    points = 72 / 25.4 * 88
+    assert (root.get("width"), float(root.get("viewBox").split()[2])) == ("88.00mm", pytest.approx(points, abs=0.01))
+    assert root.get("font-size") == "8"
     dashes = [path.get("stroke-dasharray") for path in root.findall(".//{*}path") if path.get("stroke-dasharray")]
-    assert dashes == ["2 3", "6 4", "6 4"]
+    assert dashes == ["1.30 1.95", "3.90 2.60", "3.90 2.60", "1.30 1.95"]
     assert "repeating-linear-gradient" in marker
-    names = [text for text in root.findall(".//{*}text") if "a name" in "".join(text.itertext())]
-    assert len({text.get("y") for text in names}) == len(names) == 2
     assert root.find("{*}rect").get("fill") == "#ffffff"
+    texts = {"".join(text.itertext()): text for text in root.findall(".//{*}text")}
+    assert {"(a) turn", "rate θ1′ [rad/s]", "time t [s]", "target"} <= set(texts)
+    assert "rotate(-90)" in texts["rate θ1′ [rad/s]"].get("transform")
+    names = [text for words, text in texts.items() if "a name" in words]
+    assert len({text.get("y") for text in names}) == len(names) == 2
+    assert "0\u202frad/s" in legend
+    assert "target" in legend
 
 
 def test_little_moves_while_the_page_is_read(browser, page):

@@ -187,7 +187,7 @@ def test_in_a_browser(width, page, browser, opened):
     assert panel.get_property("open") == (width > 760)
     assert width > 760 or panel.rect["height"] < 50
     legend = "const chart = Report.groups.run.charts[1]; chart.setLegend({ idx: 3 }); return chart.root.innerText"
-    assert " rad" in browser.execute_script(legend)
+    assert "\u202frad" in browser.execute_script(legend)
     browser.execute_script(
         "const bar = document.querySelector('#controls input');"
         "bar.value = bar.max; bar.dispatchEvent(new Event('input'))"

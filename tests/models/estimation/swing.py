@@ -44,3 +44,11 @@ def swing(**changes):
         "scenarios": (Scenario("swing", "a swing", 10.0, 0.05),),
     }  # fmt: skip
     return System(**(parts | changes))
+
+
+def rk4(rate, x):
+    """Return a state after a period: the classical Runge-Kutta method."""
+    a = rate(x)
+    b = rate(x + TS / 2 * a)
+    c = rate(x + TS / 2 * b)
+    return x + TS / 6 * (a + 2 * b + 2 * c + rate(x + TS * c))

@@ -11,7 +11,7 @@ from mehvar.base.errors import MehvarError
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.run.noise import normals
 
-from .swing import DEVIATION, KD, KP, MEAN, SIGMA, SIGMA_G, START, TS, WALK, J, K, swing
+from .swing import DEVIATION, KD, KP, MEAN, SIGMA, SIGMA_G, START, TS, WALK, J, K, rk4, swing
 
 N = 3
 
@@ -32,12 +32,12 @@ def points(x, P):
 
 
 def moved(x, u):
-    """Return a state after a period: the midpoint rule."""
+    """Return a state after a period."""
 
     def rate(x):
         return np.array([x[1], -K / J * np.sin(x[0]) - x[2] * x[1] + u / J, 0.0])
 
-    return x + TS * rate(x + TS / 2 * rate(x))
+    return rk4(rate, x)
 
 
 def by_hand(run):

@@ -52,7 +52,7 @@ def test_paper_says_whose_it_is_and_how_it_was_read():
 def test_claims_hold_but_for_those_that_are_known_not_to(claims):
     rows = [f"R{k}" for k in range(1, len(table.TABLE.row) + 1)]
     assert list(claims) == [*map(str, range(1, 20)), *rows]
-    special = dict.fromkeys(NOTED, ClaimVerdict.NOTE) | dict.fromkeys(FAILING, ClaimVerdict.REFUTED)
+    special = dict.fromkeys(NOTED, ClaimVerdict.PART) | dict.fromkeys(FAILING, ClaimVerdict.REFUTED)
     special |= dict.fromkeys(UNDER_A_READING, ClaimVerdict.READING)
     special |= dict.fromkeys(NOT_AS_PRINTED, ClaimVerdict.PRINTED)
     assert {n: c.verdict for n, c in claims.items()} == {n: special.get(n, ClaimVerdict.HOLDS) for n in claims}
@@ -241,7 +241,7 @@ def test_without_a_c_compiler_single_precision_gets_a_note(monkeypatch):
     uncompiled = OnlyDouble(load("satellite"))
     monkeypatch.setattr(type(uncompiled.model), "backend", "python")
     found = {c.number: c for c in load_reproduction("satellite").claims(uncompiled)}
-    assert {found[n].verdict for n in ("6", "R15")} == {ClaimVerdict.NOTE}
+    assert {found[n].verdict for n in ("6", "R15")} == {ClaimVerdict.PART}
     assert all(found[n].note for n in ("6", "R15"))
 
 

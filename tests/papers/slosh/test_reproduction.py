@@ -52,7 +52,7 @@ def test_paper_says_whose_it_is_and_what_was_read_into_it():
 
 def test_claims_hold_but_for_those_that_are_known_not_to(claims):
     assert list(claims) == [*map(str, range(1, 15)), *(f"R{k}" for k in range(1, 7))]
-    special = dict.fromkeys(NOTED, ClaimVerdict.NOTE) | dict.fromkeys(READ_OTHERWISE, ClaimVerdict.READING)
+    special = dict.fromkeys(NOTED, ClaimVerdict.PART) | dict.fromkeys(READ_OTHERWISE, ClaimVerdict.READING)
     special |= dict.fromkeys(NOT_AS_PRINTED, ClaimVerdict.PRINTED)
     assert {n: c.verdict for n, c in claims.items()} == {n: special.get(n, ClaimVerdict.HOLDS) for n in claims}
     assert {n for n, c in claims.items() if c.note} == NOTED | READ_OTHERWISE | NOT_AS_PRINTED

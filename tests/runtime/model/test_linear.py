@@ -13,7 +13,7 @@ import sympy as sp
 from mehvar.base.errors import InputError
 from mehvar.models.system import Actuator, Controller, Group, Scenario
 from mehvar.runtime import Model, load
-from mehvar.runtime.model.linear import cut_loop
+from mehvar.runtime.model.linear import ClosedLoop
 from mehvar.runtime.model.parameters import vector
 from tests.models.edits import parameter, quantity
 from tests.models.feedback import table
@@ -166,7 +166,7 @@ def test_a_cut_loop_that_is_closed_again_is_the_loop(name: str) -> None:
     r = functions["reference"](0.0, p, vector(manifest.scenario_parameters, {}))
     for law in manifest.controllers.values():
         c = model.law_parameters(law.name)
-        cut = cut_loop(manifest, functions, law, start, None, p, r, c, None)
+        cut = ClosedLoop(manifest, functions, law, start, None, p, r, c, None).cut()
         loop = model.linearize(start, None, p, r=r, controller=law.name)
         assert (cut.states, cut.inputs, cut.outputs) == (loop.states, model.input_names, model.input_names)
         np.testing.assert_allclose(cut.A + cut.B @ cut.C, loop.A, rtol=1e-9, atol=1e-12)

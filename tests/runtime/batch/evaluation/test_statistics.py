@@ -16,6 +16,7 @@ import mehvar
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import FILE
 from mehvar.runtime.batch.blocks import IMPOSSIBLE
+from mehvar.runtime.batch.evaluation import statistics
 from mehvar.runtime.batch.evaluation.sensitivity import UNDETERMINED, Share, sensitivities
 from mehvar.runtime.batch.evaluation.statistics import (
     QUANTILES,
@@ -37,9 +38,11 @@ from tests.fuzz.campaign import in_process
 N, CHUNK = 1000, 64
 
 
-def filled(values: dict[str, np.ndarray], n: int = N, blocks: list[int] | None = None, **attributes: Any) -> Store:
+def filled(
+    values: dict[str, np.ndarray], n: int = N, blocks: list[int] | None = None, unit: str = "s", **attributes: Any
+) -> Store:
     """A store in memory with drawn values `a` and `b`, the metric `m`, and a series."""
-    said = {"units": "s", "long_name": "a number"}
+    said = {"units": unit, "long_name": "a number"}
     variables = [Variable(name, "float64", attributes=said) for name in ("a", "b", "m")]
     variables += [Variable("x", "float64", "t", 5, said), Variable("final", "float64", "state", 1)]
     variables += [Variable(STATUS, "uint8")]
@@ -132,6 +135,24 @@ def test_bands_are_quantiles_of_the_runs_that_are_still_going(rng: np.random.Gen
     assert np.isnan(result[:, 4]).all()
     with pytest.raises(InputError, match="holds no series 'm'; a batch stores series with --save DT"):
         bands(filled({}), "m", [0.5])
+
+
+@pytest.mark.parametrize("slab", [2**26, 8 * N])
+def test_bands_of_an_angle_do_not_span_the_turn_at_which_it_wraps(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch, slab: int
+) -> None:
+    """In one slab, and in a slab for each sample; the runs start on both sides of 180 degrees."""
+    monkeypatch.setattr(statistics, "_SLAB_BYTES", slab)
+    angle = np.pi + rng.uniform(-0.1, 0.1, (N, 1)) + 0.2 * np.arange(5)
+    wrapped = np.angle(np.exp(1j * angle))
+    assert np.ptp(bands(filled({"x": wrapped}), "x", [0.05, 0.95])[:, 0]) > 6
+    store = filled({"x": wrapped}, unit="rad")
+    assert statistics.wraps(store, "x")
+    found = bands(store, "x", [0.05, 0.95])
+    turns = np.round((found - angle.mean(axis=0)) / (2 * np.pi))
+    assert np.allclose(found - 2 * np.pi * turns[0, 0], np.quantile(angle, [0.05, 0.95], axis=0))
+    assert not statistics.wraps(filled({"x": 10 * wrapped}, unit="rad"), "x")
+    assert not statistics.wraps(filled({"x": np.clip(wrapped, 0, 1)}, unit="rad"), "x")
 
 
 def test_regression_finds_the_coefficients(rng: np.random.Generator) -> None:
