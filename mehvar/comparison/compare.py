@@ -87,7 +87,7 @@ def diff(
     -------
     ModelDiff
         With `changed`, `added`, `removed`, `equivalent`, `parameters`, `consequences`, `parts`, `notes`, `structures`;
-        `report(path)` writes a page, and printing it gives the command's text.
+        printing it gives the command's text.
 
     Raises
     ------

@@ -4,18 +4,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any
 
 from rich.text import Text
 
-from mehvar.base.errors import bad_value
 from mehvar.codegen.diff.report import Comparison, EquationChange, ModelStatus, ParameterChange
-from mehvar.runtime.arguments import check_arguments
-from mehvar.runtime.files import write_atomic
 from mehvar.terminal import Line, finite, html_text, plain_text
 
 from .consequences import Consequences
@@ -124,34 +119,6 @@ class ModelDiff:
         """Yield the report on the model."""
         for part in self:
             yield from lines(part.name, part.status, part.comparison, part.consequences, (*part.parts, *part.notes))
-
-    def report(self, path: str | os.PathLike[str]) -> Path:
-        """Write the comparison as a page with formulas and a picture, as `mehvar diff --out FILE.html` does.
-
-        Parameters
-        ----------
-        path : path
-            The page; its name ends in .html.
-
-        Returns
-        -------
-        Path
-            The page.
-
-        Raises
-        ------
-        InputError
-            If the name ends differently.
-        OSError
-            If the page cannot be written.
-        """
-        from .html import html_page
-
-        check_arguments("path", "the call", path=path)
-        if Path(path).suffix.lower() != ".html":
-            raise bad_value("path", str(path), "a file name that ends in .html")
-        write_atomic(Path(path), html_page(Diff("before", "after", (self,))))
-        return Path(path)
 
     def __repr__(self) -> str:
         return plain_text(self.lines())

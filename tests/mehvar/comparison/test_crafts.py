@@ -89,14 +89,6 @@ def craft():
     assert "no function system() or craft()" in str(CliRunner().invoke(app, ["diff", str(before)]).exception)
 
 
-def test_python_writes_the_same_page(tmp_path):
-    found = mehvar.diff(craft_of(), craft_of((0, 0, 1)))
-    page = found.report(tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "What changed in survey" in page
-    with pytest.raises(MehvarError, match=r"must be a file name that ends in \.html"):
-        found.report(tmp_path / "page.txt")
-
-
 def test_eigenvalues_are_those_at_a_possible_state():
     """At zero the craft has no attitude; its panel swings at sqrt(k/I (1 + I/J)) about the hub."""
 
