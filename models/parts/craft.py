@@ -23,7 +23,7 @@ from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame, triple
 from .hub import Pulsed
-from .part import Craft, Motion, Mounted, Part, State, start
+from .part import Craft, Motion, Mounted, Part, State, start, unit_of
 from .readings import readings
 from .sensors import drifting, measuring, watching
 from .values import Parameters, Value
@@ -139,7 +139,7 @@ class Spacecraft:
         newer : Spacecraft
             Newer version of this craft.
         """
-        return part_changes(self._described(), newer._described())
+        return part_changes(self._described(), newer._described(), unit_of)
 
     def _described(self) -> dict[str, dict[str, str]]:
         """Return the fields of the parts as texts, without addresses, so that equal crafts have equal texts."""

@@ -558,6 +558,16 @@ class Part(ABC):
         return Shape(f"{self.name} mount", "rod", points(mount, centre), "orange"), ball
 
 
+def unit_of(part: str, field: str) -> str:
+    """Return the unit of a field of a class of parts, by names; empty if it is unknown or has none."""
+    classes: list[type[Part]] = [Part]
+    for each in classes:
+        classes += each.__subclasses__()
+    declared = next((kinds(each) for each in classes if each.__name__ == part), {})
+    unit = declared[field].unit if field in declared else "1"
+    return "" if unit == "1" else unit
+
+
 def points(*places: sp.Matrix) -> tuple[tuple[Expr, Expr, Expr], ...]:
     """Return places as the points of a shape."""
     return tuple((place[0], place[1], place[2]) for place in places)
