@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import runpy
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
@@ -13,11 +14,11 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from mehvar.base import cache
-from mehvar.base.errors import bad_value
+from mehvar.base.errors import InputError, bad_value
 from mehvar.base.versions import installed
 
 from .generate import generated_files, prepared, write
-from .workspace import installed_tree
+from .workspace import installed_tree, own_text
 
 if TYPE_CHECKING:
     from mehvar.models.system import System
@@ -69,6 +70,33 @@ def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
         write(folder, generated_files(ready, {"system": hashlib.sha256(text.encode()).hexdigest()}))
 
     return cache.entry("built", f"{ready.name}-{digest}", fill)
+
+
+def file_folder(path: Path) -> Path:
+    """Return the cached generated folder of the system or spacecraft in a Python file.
+
+    Parameters
+    ----------
+    path : Path
+        The file has a function `system()` or `craft()`, or one `System` or `Spacecraft`.
+
+    Raises
+    ------
+    ModelError
+        If the code of the file has an error.
+    InputError
+        If the file has none of these.
+    """
+    from mehvar.models.parts import Spacecraft
+    from mehvar.models.system import System as Kind
+
+    with own_text(path.parent):
+        names = runpy.run_path(str(path))
+        made = [names[name]() for name in ("system", "craft") if callable(names.get(name))]
+        made += [value for value in names.values() if isinstance(value, Kind | Spacecraft)]
+        if made:
+            return built_folder(made[0])
+    raise InputError(f"{path} has no function system() or craft(), and no System or Spacecraft: add one")
 
 
 def _declared(system: System) -> list[str]:

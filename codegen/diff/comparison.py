@@ -7,8 +7,8 @@ import functools
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..equal.equality import Verdict
-from ..equations.document import Document
+from ..equal.reals import Verdict
+from ..equations.document import Document, Row
 from .changes import Change
 from .explain import Explainer
 from .grouping.causes import MOTION, causes, solving, turns
@@ -20,11 +20,20 @@ from .parameters import parameter_changes
 from .points.allowed import CONDITIONS, Allowed
 from .points.modes import Modes
 from .points.opinion import check_in_double
-from .report import EXTENDED, MEMBER, Comparison, EquationChange, EquationGroup, EquationVerdict, handle
+from .report import (
+    EXTENDED,
+    MEMBER,
+    PICTURE,
+    UNEQUAL,
+    Comparison,
+    EquationChange,
+    EquationGroup,
+    EquationVerdict,
+    handle,
+)
 from .versions import Item, Key, Versions
 
 _EQUAL = frozenset((EquationVerdict.SAME, EquationVerdict.REARRANGED, EquationVerdict.RENAMED, EquationVerdict.SCALED))
-_UNEQUAL = frozenset((EquationVerdict.CHANGED, EquationVerdict.INHERITED, EquationVerdict.UNDECIDED))
 
 _PROOFS = ("node identity", "same expression of equal names")
 """Reasons for equality that need no evaluation."""
@@ -79,7 +88,7 @@ class _Verdicts:
         self.lost: dict[Key, Lost] = {}
         self.extension = extension(versions.old, versions.new)
         self._extended = self._extensions()
-        if any(judged[0] in _UNEQUAL for judged in self.verdict.values()):
+        if any(judged[0] in UNEQUAL for judged in self.verdict.values()):
             self._recombined()
             self._lost()
         self.stories: list[EquationGroup] = []
@@ -210,7 +219,7 @@ class _Verdicts:
         return EquationVerdict.RENAMED if old.name != new.name and new.row.named else verdict
 
     def _differs(self, item: Item) -> bool:
-        return self.verdict[item.key][0] in _UNEQUAL
+        return self.verdict[item.key][0] in UNEQUAL
 
     def _recombined(self) -> None:
         """Mark implicit equations that were combined but describe the same motion."""
@@ -303,12 +312,12 @@ class _Verdicts:
         return users
 
     def _mattering(self) -> set[Key]:
-        """Return unused definitions, and definitions on which a changed equation or result depends."""
+        """Return changed equations and results of the physics, their definitions, and unused definitions."""
         versions = self.versions
         used = {child.key for item in versions.news for child in versions.children(item)}
         mattering: set[Key] = set()
         for item in reversed(versions.news):
-            if not self._differs(item):
+            if not self._differs(item) or item.row.kind == PICTURE:
                 continue
             if not item.row.named or item.key in mattering or item.key not in used:
                 mattering.add(item.key)
@@ -336,7 +345,7 @@ class _Verdicts:
             latex=row.latex,
             verdict=verdict,
             how=EXTENDED if item.key in self._extended else self._of_member(item) or decision.how,
-            matters=item.key in mattering or (verdict is EquationVerdict.ADDED and not row.named),
+            matters=item.key in mattering or (verdict is EquationVerdict.ADDED and _is_physics(row)),
             edits=explanation.edits if explanation else (),
             replayed=explanation.replayed if explanation else False,
             counterexample=explanation.counterexample if explanation else None,
@@ -372,8 +381,13 @@ class _Verdicts:
         return EquationChange(
             row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex,
             EquationVerdict.REMOVED, self._of_member(item) or "no such equation any more",
-            matters=not row.named, old_node=row.node,
+            matters=_is_physics(row), old_node=row.node,
         )  # fmt: skip
+
+
+def _is_physics(row: Row) -> bool:
+    """Return True for an equation or a result, except points of the picture."""
+    return not row.named and row.kind != PICTURE
 
 
 def _story(kind: str, says: str, items: list[Item]) -> EquationGroup:

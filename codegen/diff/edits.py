@@ -224,21 +224,16 @@ class Edits:
         total = Fraction(exponent)
         rest = []
         for part in parts:
-            base, power = self._power(part)
+            base, power = self.pool.raised(part)
             if base == atom:
                 total += power
             else:
                 rest.append(part)
         return self.pool.many("mul", [*rest, self.pool.power(atom, total), self.pool.number(number)])
 
-    def _power(self, node: int) -> tuple[int, Fraction]:
-        operation, *operands = self.pool.nodes[node]
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
-
     def _exponent_of(self, node: int, atom: int) -> Fraction | None:
         parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
-        return next((power for base, power in map(self._power, parts) if base == atom), None)
+        return next((power for base, power in map(self.pool.raised, parts) if base == atom), None)
 
     def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
         operation = self.pool.nodes[node][0]

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
 
-from ..equal.equality import VISIBLE, Counterexample, Worlds, shown, simplified
+from ..equal.equality import VISIBLE, Worlds, shown, simplified
 from ..equal.meaning import Expression
-from ..equal.reals import Point
+from ..equal.reals import Counterexample, Point
 from ..equal.values import FieldWorld
 from ..equations.formula import Printer, SymbolNames, rank_of
 from ..equations.spelling import LATEX

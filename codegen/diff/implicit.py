@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..equal import field
-from ..equal.equality import Verdict
 from ..equal.field import Element, Undefined
 from ..equal.meaning import Meaning
 from ..equal.pool import Pool
+from ..equal.reals import Verdict
 from .changes import Values, rational
 from .versions import Item, Versions
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from typing import Any
 
 from mehvar.base.manifest import (
@@ -66,6 +66,8 @@ _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
 )
 """Reported names of groups of parameter fields."""
+_TIMES = {"duration": "s", "step": "s"}
+"""Units of a scenario's own numbers."""
 Place = tuple[str, str, str]
 """Role, name and field of a value."""
 
@@ -84,7 +86,18 @@ def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) 
     known = {(change.role, change.name, change.what) for change in symbols}
     values = _value_changes(old.manifest, new.manifest, renamed)
     others = (change for change in values if (change.role, change.name, change.what) not in known)
-    return tuple(_by_array((*symbols, *others), (old, new)))
+    return tuple(_by_array(_with_units((*symbols, *others), (old, new)), (old, new)))
+
+
+def _with_units(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> Iterator[ParameterChange]:
+    """Yield the changes, with units of numbers."""
+    symbols = [symbol for side in sides for symbol in side.symbols]
+    units = {symbol.name: symbol.unit for symbol in symbols}
+    own = {(symbol.role, symbol.name): symbol.unit for symbol in symbols}
+    for change in changes:
+        known = _TIMES if change.role.startswith("scenario ") and change.name in _TIMES else units
+        unit = own.get((change.role, change.name), known.get(change.name, "1"))
+        yield replace(change, unit=unit) if change.what in ("value", "bounds") and unit != "1" else change
 
 
 def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> Iterator[ParameterChange]:
@@ -94,9 +107,12 @@ def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> 
     for change in changes:
         whole = arrays.get((change.role, change.name), "")
         groups.setdefault((change.role, whole or change.name, change.what), []).append(change)
-    for (role, name, what), members in groups.items():
+    for (_, name, _), members in groups.items():
         sides_of = ([(c.name, c.old) for c in members], [(c.name, c.new) for c in members])
-        yield ParameterChange(name, role, what, *map(_together, sides_of)) if len(members) > 1 else members[0]
+        one = members[0]
+        yield (
+            replace(one, name=name, old=_together(sides_of[0]), new=_together(sides_of[1])) if len(members) > 1 else one
+        )
 
 
 def _together(values: list[tuple[str, str]]) -> str:

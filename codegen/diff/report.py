@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
-from ..equal.equality import Counterexample
+from ..equal.reals import Counterexample
 from ..equations.document import Row
 
 SCHEMA = 1
@@ -16,6 +16,8 @@ Path = tuple[int, ...]
 """Positions of operands along the path from an expression's root to one of its parts."""
 
 
+PICTURE = "geometry"
+"""Kind of the results that are points of the picture."""
 EXTENDED = "the same expression with terms of further members of a family"
 MEMBER = "of a member of a family that the other version lacks"
 """Reason for a change that has no other cause than a new number of equal parts, such as pendulums."""
@@ -26,6 +28,7 @@ class ModelStatus(StrEnum):
 
     SAME = "same"
     PARAMETERS = "parameters changed"
+    PICTURE = "picture changed"
     UNDECIDED = "undecided"
     CHANGED = "changed"
     ADDED = "added"
@@ -50,6 +53,10 @@ class EquationVerdict(StrEnum):
     ADDED = "added"
     REMOVED = "removed"
     UNDECIDED = "undecided"
+
+
+UNEQUAL = frozenset((EquationVerdict.CHANGED, EquationVerdict.INHERITED, EquationVerdict.UNDECIDED))
+"""Verdicts on equations of both sides whose values differ or may differ."""
 
 
 class Kind(StrEnum):
@@ -126,7 +133,7 @@ class EquationChange:
         Reason for the verdict: "node identity", "3 points of a 154-bit field, seed 5", "64 points", "50 digits", ...
     matters : bool
         True if the physics differs. False for a definition that was added, removed or changed while every equation and
-        result that uses it is equal: a change of name or convention.
+        result that uses it is equal, a change of name or convention; and for points of the picture.
     edits : tuple of Edit
         For a source of change: its edits, term by term.
     replayed : bool
@@ -216,6 +223,8 @@ class ParameterChange:
         "value", "unit", "bounds", "source", "sign", "direction", "ends", "added", "removed" or "renamed".
     old, new : str
         Before and after; empty if there is no value.
+    unit : str
+        Unit of a value or of bounds; empty without one.
     """
 
     name: str
@@ -223,6 +232,7 @@ class ParameterChange:
     what: str
     old: str
     new: str
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -269,8 +279,7 @@ class Comparison:
     @property
     def changed(self) -> tuple[EquationChange, ...]:
         """Equations whose value changed or is undecided, by their own text or through definitions."""
-        unequal = self.of(EquationVerdict.CHANGED, EquationVerdict.INHERITED, EquationVerdict.UNDECIDED)
-        return tuple(equation for equation in unequal if equation.matters)
+        return tuple(equation for equation in self.of(*UNEQUAL) if equation.matters)
 
     @property
     def added(self) -> tuple[EquationChange, ...]:
@@ -291,6 +300,12 @@ class Comparison:
     def differs(self) -> bool:
         """True if the physics differs or is undecided, including parameters and structural choices."""
         return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
+
+    @property
+    def pictured(self) -> tuple[EquationChange, ...]:
+        """Points of the picture that differ."""
+        verdicts = *UNEQUAL, EquationVerdict.ADDED, EquationVerdict.REMOVED
+        return tuple(equation for equation in self.of(*verdicts) if equation.kind == PICTURE)
 
     def of(self, *verdicts: EquationVerdict) -> tuple[EquationChange, ...]:
         """Return the equations with one of these verdicts."""

@@ -46,7 +46,7 @@ from .doubles import Array
 from .pool import Pool
 from .proofs import intervals, linear
 from .proofs.signs import Signs, splits
-from .reals import PointSampler, RealWorld
+from .reals import PointSampler, RealWorld, Verdict
 from .slopes import slope
 
 Point = dict[str, float]
@@ -128,19 +128,6 @@ inverse sine or cosine near one keeps half of the 90 computed digits.
 """
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """Answer of the cells: equal, different or undecided (None), with a reason and, for a difference, a point.
-
-    `points` is the smallest number of agreeing points in a cell that only points decide; zero without such a cell.
-    """
-
-    equal: bool | None
-    how: str
-    point: Mapping[str, Fraction] | None = None
-    points: int = 0
-
-
 @dataclass
 class _Inside:
     """A joint state that the field cannot decide: its last point, and the number of agreeing points."""
@@ -219,7 +206,7 @@ class Cells:
         self._points = 0
         self._draw = random.Random(1)
 
-    def decide(self, doubtful: Sequence[tuple[Way, ...]] = (), complete: bool = False) -> Outcome:
+    def decide(self, doubtful: Sequence[tuple[Way, ...]] = (), complete: bool = False) -> Verdict:
         """Search for the remaining branches, pairs of branches and doubtful joint states; call it after `walk`.
 
         Parameters
@@ -256,10 +243,10 @@ class Cells:
                 found.append(state)
         return found
 
-    def settle(self, states: Sequence[tuple[Way, ...]]) -> Outcome:
+    def settle(self, states: Sequence[tuple[Way, ...]]) -> Verdict:
         """Search for the given joint states, given that both sides are equal in all others; call it after `walk`."""
         if not states:
-            return Outcome(
+            return Verdict(
                 True, f"each combination of branches of {len(self._units)} nodes is equal in the field or excluded"
             )
         return self._look_inside() or next(filter(None, map(self._sought, states)), None) or self._equal()
@@ -272,7 +259,7 @@ class Cells:
     def _factors(self) -> list[int]:
         """Return the factors that may decide the sign of an expression: with even roots, those on one side only."""
         first, second = ({*reached(self.pool.nodes, [root])} for root in self._roots)
-        rooted = any(self._is_root(node) for node in first | second)
+        rooted = any(self.pool.raised(node)[1].denominator % 2 == 0 for node in first | second)
         kinds = ("add", "sin", "cos", "tan", "sym")
         self._signed = [k for k in sorted(first ^ second) if rooted and self.pool.nodes[k][0] in kinds]
         arcs = (k for k in sorted(first | second) if self.pool.nodes[k][0] in _ARCS)
@@ -287,11 +274,6 @@ class Cells:
         other = {"sin": "cos", "cos": "sin"}.get(self.pool.nodes[operands[0]][0])
         return [*operands, *([self.pool.intern(other, *self.pool.operands(operands[0]))] if other else [])]
 
-    def _is_root(self, node: int) -> bool:
-        operation, *operands = self.pool.nodes[node]
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        return exponent is not None and exponent.denominator % 2 == 0
-
     def _numbers(self) -> list[float]:
         numbers = (self.pool.constant(k) for k in self._nodes)
         sizes = {abs(float(n)) for n in numbers if n and abs(n) < 10**300}
@@ -299,7 +281,7 @@ class Cells:
 
     # Lines
 
-    def walk(self) -> Outcome | None:
+    def walk(self) -> Verdict | None:
         """Visit ordinary points and points beside all changes along lines; return None if both sides agree."""
         starts = doubles.draw(self._names, self.sampler, 256, seed=7)
         if outcome := self._visit(starts):
@@ -405,7 +387,7 @@ class Cells:
 
     # Points
 
-    def _visit(self, point: Mapping[str, Array], inside: State | None = None) -> Outcome | None:
+    def _visit(self, point: Mapping[str, Array], inside: State | None = None) -> Verdict | None:
         """Compare both sides at points, and in each new cell as smooth expressions.
 
         With `inside`, some points in this joint state are evaluated with 50 digits.
@@ -435,7 +417,7 @@ class Cells:
 
     def _look_at(
         self, point: Mapping[str, Array], defined: NDArray[np.bool_], table: Array, inside: State | None
-    ) -> Outcome | None:
+    ) -> Verdict | None:
         """Compare points with a new branch combination, and some points inside joint states."""
         members = []
         for k in map(int, np.nonzero(defined)[0]):
@@ -467,7 +449,7 @@ class Cells:
         """Return a branch combination without the integers of steps, which joint states ignore."""
         return pattern[8 * len(self._steps) :]
 
-    def _decide_at(self, here: Point, pattern: bytes | None = None) -> Outcome | None:
+    def _decide_at(self, here: Point, pattern: bytes | None = None) -> Verdict | None:
         """Compare both sides at a point with 50 digits, and exactly in its cell."""
         point = {name: Fraction(value) for name, value in here.items()}
         world = self._world(point)
@@ -475,7 +457,7 @@ class Cells:
         if any(world.defined(root) is None for root in self._roots):
             return None
         if reals.differ(lambda: self._sides(next(worlds))):
-            return None if self._is_edge(world) else Outcome(False, f"a point with {reals.DIGITS} digits", point)
+            return None if self._is_edge(world) else Verdict(False, f"a point with {reals.DIGITS} digits", point=point)
         taken = {k: self._way(world, k) for k in self._units if world.memo.get(k) is not None}
         counting = {node for root in self._roots for node in counted(self.pool, root, taken)}
         if not all(self._is_clear(world, node) for node in counting):
@@ -486,7 +468,7 @@ class Cells:
             same = None  # equal for these whole numbers; there are infinitely many others
         if same is False:
             if not any(self._is_thin(node, taken[node]) for node in counting):
-                return Outcome(False, "both sides compared in the field, in the cell of a point", point)
+                return Verdict(False, "both sides compared in the field, in the cell of a point", point=point)
             same = None
         state = frozenset((node, taken[node]) for node in counting if self.pool.nodes[node][0] not in STEPS)
         if pattern is not None:
@@ -513,7 +495,7 @@ class Cells:
         """Return the number of lines needed to decide a cell by points: at least two per name."""
         return max(_TOLD // _OF_A_LINE, min(2 * len(self._names), _MOST_LINES)) if self._names else 1
 
-    def _look_inside(self) -> Outcome | None:
+    def _look_inside(self) -> Verdict | None:
         """Compare joint states that the field cannot decide, along lines through their points.
 
         Every other line starts with a new value of one name. This leaves the cell, and lines along other names return
@@ -530,7 +512,7 @@ class Cells:
 
     # Centres
 
-    def _visit_centres(self) -> Outcome | None:
+    def _visit_centres(self) -> Verdict | None:
         """Visit the centres of possible narrow features, first one by one, then together.
 
         A bump such as exp(-s^2 (f - c)^2), or a difference of two steep slopes, is at a zero of f - c. Its operand
@@ -557,7 +539,7 @@ class Cells:
         self._turning, self._nodes = before
         return None
 
-    def _around(self, here: Point) -> Outcome | None:
+    def _around(self, here: Point) -> Verdict | None:
         """Visit the lines through a point."""
         lines = (self._line(here, name) for name in self._names)
         return next((outcome for outcome in map(self._visit, lines) if outcome), None)
@@ -605,7 +587,7 @@ class Cells:
         exponent = self.pool.constant(self.pool.operands(node)[1])
         return exponent is not None and 0 < exponent <= _BROAD
 
-    def _along_inside(self, state: State) -> Outcome | None:
+    def _along_inside(self, state: State) -> Verdict | None:
         inside = self._insides[state]
         for number in range(_MOST_INSIDE * self._lines_wanted()):
             if self._left < 0 or self._is_enough(inside):
@@ -674,7 +656,7 @@ class Cells:
 
     # Ways without a point
 
-    def _missing(self) -> Outcome | None:
+    def _missing(self) -> Verdict | None:
         """Search for branches and pairs of branches without a point, or prove them impossible."""
         ways = [way for node in self._units for way in ways_of(self.pool, node)]
         joint = itertools.combinations(sorted(ways), 2)
@@ -685,7 +667,7 @@ class Cells:
         outcomes = map(self._sought, wanted)
         return next((outcome for outcome in outcomes if outcome), None)
 
-    def _joint(self) -> Outcome | None:
+    def _joint(self) -> Verdict | None:
         """Compare both sides in all joint states whose branches occur in pairs; None if no reachable one differs.
 
         Outer nodes get their branches first, so that excluded nodes need none. If both sides are equal for all
@@ -724,7 +706,7 @@ class Cells:
         """Return True if a branch occurred together with each of the others."""
         return way in self._ways and all(tuple(sorted((way, other))) in self._pairs for other in taken.items())
 
-    def _sought(self, ways: tuple[Way, ...]) -> Outcome | None:
+    def _sought(self, ways: tuple[Way, ...]) -> Verdict | None:
         """Search for a joint state in which both sides may differ; None if they are equal or it is impossible."""
         if self._is_met(ways) or self._is_out(ways):
             return None
@@ -806,7 +788,7 @@ class Cells:
             self.pool.nodes[node][0] == "piecewise" and self.pool.nodes[self.pool.operands(last)[1]][0] != "const"
         )
 
-    def _look(self, ways: tuple[Way, ...]) -> Outcome | None:
+    def _look(self, ways: tuple[Way, ...]) -> Verdict | None:
         """Search along straight lines for a point at which nodes have required branches."""
         possible = [
             required
@@ -846,26 +828,26 @@ class Cells:
 
     # Words
 
-    def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Outcome:
+    def _undecided(self, ways: tuple[Way, ...], before: str = "") -> Verdict:
         names = " with ".join(self._text(node) for node, _ in ways)
         state = "a branch of" if len(ways) == 1 else "a combination of branches of" if ways else "the expression"
         met = [inside.points for told, inside in self._insides.items() if told.issuperset(ways)]
         what = f"was compared at {sum(met)} points only" if met else "was neither reached nor excluded"
         where = " ".join(filter(None, (state, names)))
-        return Outcome(None, f"equal at {self._points} points, but {before}{where} {what}")
+        return Verdict(None, f"equal at {self._points} points, but {before}{where} {what}")
 
     def _text(self, node: int) -> str:
         """Return the text of a branching expression, shortened."""
         text = Printer(self.pool.nodes).text(node)
         return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..."
 
-    def _equal(self) -> Outcome:
+    def _equal(self) -> Verdict:
         told = [inside for state, inside in self._insides.items() if state in self._states]
         if short := next((state for state in self._insides if state not in self._states), None):
             return self._undecided(tuple(sorted(short)))
         if told:
-            return Outcome(True, self.points, points=min(inside.points for inside in told))
-        return Outcome(
+            return Verdict(True, self.points, points=min(inside.points for inside in told))
+        return Verdict(
             True, f"{self.points}; each combination of branches with a possible difference was reached or excluded"
         )
 

@@ -121,11 +121,10 @@ class Domains:
         squares = list[int]()
         rooted = False
         for factor in self.pool.operands(term) if self.pool.nodes[term][0] == "mul" else (term,):
-            operation, *operands = self.pool.nodes[factor]
-            exponent = self.pool.constant(operands[1]) if operation == "pow" else None
+            inner, exponent = self.pool.raised(factor)
             if exponent == Fraction(1, 2):
                 rooted = True
-                squares.append(operands[0])
+                squares.append(inner)
             elif self._is_positive(factor):
                 squares.append(self.pool.power(factor, Fraction(2)))
             else:

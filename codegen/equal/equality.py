@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import prod
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mpmath
 
@@ -27,9 +27,12 @@ from .domains import Domains
 from .meaning import Expression, Flat, Meaning
 from .pool import Pool
 from .proofs import intervals
-from .reals import Point, PointSampler, RealWorld, SteppedWorld
+from .reals import Point, PointSampler, RealWorld, SteppedWorld, Verdict
 from .shared import INEXACT, Shared
 from .values import FieldWorld, Lookup, World
+
+if TYPE_CHECKING:
+    from .cells import Cells
 
 SEED = 5
 """Seed of the field's points: arbitrary but fixed, so that a question always has the same answer."""
@@ -77,38 +80,6 @@ _PASSES = 2
 """Number of passes over all names, because some names allow a simple value only after others have one."""
 _TRIES = 6
 """Number of points that are tried for each needed one, enough if a sixth of them is in the domain."""
-
-
-@dataclass(frozen=True)
-class Counterexample:
-    """A point where two expressions differ.
-
-    Attributes
-    ----------
-    at : tuple of (str, str)
-        Names and exact values; all other names are zero or do not matter.
-    left, right : str
-        Values of both sides with at least six digits and as many as distinguish them; "no value" if a side has none.
-    """
-
-    at: tuple[tuple[str, str], ...]
-    left: str
-    right: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Answer of a test of equality: equal, different or undecided (None), with the reason and a point of difference.
-
-    `point` is in a cell in which both sides are different functions, or in which one of them has no value. `points`
-    is the number of agreeing points if only points show equality; it is zero if equality is proved.
-    """
-
-    equal: bool | None
-    how: str
-    counterexample: Counterexample | None = None
-    point: Point | None = None
-    points: int = 0
 
 
 class Worlds:
@@ -198,10 +169,10 @@ class EqualityTest:
             return target is not None and self._is_rooted(*target)
         if operation in _ARCS or any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
             return True
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        if exponent is None or exponent.denominator % 2:
+        inner, exponent = self.pool.raised(node)
+        if exponent.denominator % 2:
             return False
-        base, *names = self.pool.nodes[operands[0]]
+        base, *names = self.pool.nodes[inner]
         return base != "num" and (base != "sym" or meaning.targets(names[0]) is not None)
 
     def at(
@@ -334,14 +305,13 @@ class EqualityTest:
         """Decide by cells, first by points, then with free numbers in place of common parts."""
         cells = self._cells(old, new)
         if outcome := cells.walk():
-            return Verdict(outcome.equal, outcome.how, point=outcome.point)
+            return outcome
         simple = self._shared.united(old, new)
         if simple[0] == simple[1]:
             return Verdict(True, "the same expression with equal parts merged")
         united = self._cells(*simple)
         if united.open_states() == []:
-            outcome = united.settle([])
-            return Verdict(outcome.equal, outcome.how)
+            return united.settle([])
         *simpler, points = self._shared.freed(*simple)
         if simpler != [old, new] and (verdict := self._by_cells(*simpler)).equal:
             return replace(verdict, points=min(filter(None, (points, verdict.points)), default=0))
@@ -368,10 +338,10 @@ class EqualityTest:
             return Verdict(True, "the same expression with equal parts merged")
         cells = self._cells(old, new)
         if outcome := cells.walk():
-            return Verdict(outcome.equal, outcome.how, point=outcome.point)
+            return outcome
         return self._settled(cells, old, new)
 
-    def _cells(self, old: int, new: int) -> Any:
+    def _cells(self, old: int, new: int) -> Cells:
         from .cells import Cells  # imports numpy, which most comparisons do not need
 
         return Cells(
@@ -379,7 +349,7 @@ class EqualityTest:
             self._never_has, (old, new), self._domain.inside(old, new),
         )  # fmt: skip
 
-    def _settled(self, cells: Any, old: int, new: int) -> Verdict:
+    def _settled(self, cells: Cells, old: int, new: int) -> Verdict:
         """Decide after a walk without a difference: by joint states, and for open ones by the field with signs."""
         states = cells.open_states()
         outcome = None if states is None else cells.settle(states)
@@ -389,7 +359,7 @@ class EqualityTest:
                 return Verdict(True, f"{count} points of a {field.BITS}-bit field with signs, {cells.points}")
             if count or outcome is None:
                 outcome = cells.decide(doubtful, bool(count))
-        return Verdict(outcome.equal, outcome.how, point=outcome.point, points=outcome.points)
+        return outcome
 
     def never_zero(self, expression: Expression) -> bool:
         """Return True if an expression is provably never zero within the bounds of its names."""

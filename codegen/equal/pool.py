@@ -86,6 +86,12 @@ class Pool:
             rest.append(self.number(total))
         return rest[0] if len(rest) == 1 else self.intern(operation, *rest)
 
+    def raised(self, node: int) -> tuple[int, Fraction]:
+        """Return base and exponent of a power with constant exponent; exponent one for other nodes."""
+        operation, *operands = self.nodes[node]
+        exponent = self.constant(operands[1]) if operation == "pow" else None
+        return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
+
     def power(self, base: int, exponent: Fraction) -> int:
         """Return a power of a node."""
         if exponent == 1:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from math import prod
 from typing import Any
@@ -62,6 +63,40 @@ OPERATIONS = tuple(
 )
 """All operations with a value."""
 Point = Mapping[str, Fraction]
+
+
+@dataclass(frozen=True)
+class Counterexample:
+    """A point where two expressions differ.
+
+    Attributes
+    ----------
+    at : tuple of (str, str)
+        Names and exact values; all other names are zero or do not matter.
+    left, right : str
+        Values of both sides with at least six digits and as many as distinguish them; "no value" if a side has none.
+    """
+
+    at: tuple[tuple[str, str], ...]
+    left: str
+    right: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Answer of a test of equality: equal, different or undecided (None), with the reason and a point of difference.
+
+    `point` is in a cell in which both sides are different functions, or in which one of them has no value. `points`
+    is the number of agreeing points if only points show equality; it is zero if equality is proved.
+    """
+
+    equal: bool | None
+    how: str
+    counterexample: Counterexample | None = None
+    point: Point | None = None
+    points: int = 0
+
+
 Sized = tuple[Any, int]
 """A value with the binary exponent of its largest part."""
 

@@ -91,9 +91,9 @@ class Shared:
         rest = pool.many("mul", [k for k in factors if k not in apart]) if len(apart) < len(factors) else None
         terms = [pool.operands(k)[0] if pool.nodes[k][0] == "exp" else pool.intern("log", k) for k in apart]
         if rest is not None:
-            exponent = pool.constant(pool.operands(rest)[1]) if pool.nodes[rest][0] == "pow" else None
-            if exponent is not None and exponent.numerator % 2:
-                inner = self._logarithm(pool.operands(rest)[0])
+            base, exponent = pool.raised(rest)
+            if base != rest and exponent.numerator % 2:
+                inner = self._logarithm(base)
                 terms.append(pool.many("mul", [pool.number(exponent), inner]))
             else:
                 terms.append(pool.intern("log", rest))

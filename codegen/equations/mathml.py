@@ -9,6 +9,12 @@ import re
 _LETTER = re.compile(r"&#x(0*(?!0)[0-9A-F]{3,});")
 """Pattern of a character reference beyond Latin-1, which excludes escaped characters of markup."""
 
+_WORD = re.compile(r'(?:<mi mathvariant="normal">[A-Za-z]</mi>){2,}')
+"""Letters of an upright word, which the library writes one by one."""
+
+_BOX = re.compile(r"<mrow>(<m([in])\b[^<>]*>[^<>]*</m\2>)</mrow>")
+"""Row of one name or number."""
+
 
 @functools.cache
 def content(latex: str) -> str:
@@ -20,7 +26,11 @@ def content(latex: str) -> str:
 
     element = convert(latex.strip().replace("{aligned}", "{split}"))
     inner = element[element.index(">") + 1 : element.rindex("</math>")]
-    return _LETTER.sub(lambda code: chr(int(code[1], 16)), inner)
+    inner = _LETTER.sub(lambda code: chr(int(code[1], 16)), inner)
+    inner = _WORD.sub(lambda word: f"<mi>{re.sub('<[^>]*>', '', word[0])}</mi>", inner)
+    while (bare := _BOX.sub(r"\1", inner)) != inner:
+        inner = bare
+    return inner
 
 
 def element(content: str) -> str:

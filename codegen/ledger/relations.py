@@ -20,10 +20,10 @@ from mehvar.models.derivation import Expr
 from mehvar.models.mechanics import reduce_sines
 from mehvar.models.paper import Case, Relation, Side, frozen, symbols_of
 
-from ..equal.equality import VISIBLE, Counterexample, Verdict, Worlds, inside, shown, simplified
+from ..equal.equality import VISIBLE, Worlds, inside, shown, simplified
 from ..equal.meaning import Expression
 from ..equal.pool import ways
-from ..equal.reals import DIGITS, Point, holds
+from ..equal.reals import DIGITS, Counterexample, Point, Verdict, holds
 from .meanings import Meanings
 
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128

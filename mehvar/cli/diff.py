@@ -33,7 +33,7 @@ _HEAD = "HEAD"
 def command(
     old: Annotated[
         str | None,
-        typer.Argument(metavar="[OLD]", help="A model; or a git revision, a folder or `work`; default: HEAD."),
+        typer.Argument(metavar="[OLD]", help="A model; or a git revision, a folder, FILE.py or `work`; default: HEAD."),
     ] = None,
     new: Annotated[
         str | None, typer.Argument(metavar="[NEW]", help="Like OLD; default: `work`, the current models/.")
@@ -63,6 +63,8 @@ def command(
         If options exclude each other, or a version or model does not exist.
     """
     chosen = _format(form, out)
+    if old is not None and new is None and Path(old).suffix == ".py":
+        old, new = (f"{_HEAD}:{old}", old) if Path(old).is_file() else (old, old.partition(":")[2])
     if model is None and new is None and old is not None and names_model(old):
         model, old = old, None
     for path in (out, plot):

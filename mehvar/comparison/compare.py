@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import mehvar.codegen
 from mehvar.base import cache
 from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.manifest import Manifest
 from mehvar.base.names import WORK
 from mehvar.base.parts import part_changes
 from mehvar.codegen.diff import Document, DocumentError, compare
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 _CODEGEN = Path(mehvar.codegen.__file__).parent
 _READ, _KEPT = ("equations.json", "manifest.json"), "comparison.pickle"
+_SHAPE = "shape"
+"""Role of the numbers of a picture."""
 _NAMED = 4
 """Largest number of files in a message, which fit on one line."""
 
@@ -74,7 +77,7 @@ def diff(
     ----------
     model : str, System or Spacecraft
         Name of the model. Or two systems defined in Python, the older one first: `diff(before, after)`; for two
-        spacecraft, `notes` lists the changes part by part.
+        spacecraft, `parts` lists the changes part by part.
     old, new : str
         A git revision, a generated folder, a folder with generated/, or "work": the current derivation of models/.
     structures : str or sequence of str
@@ -83,8 +86,8 @@ def diff(
     Returns
     -------
     ModelDiff
-        With `changed`, `added`, `removed`, `equivalent`, `parameters`, `consequences`, `notes`, `structures`; printing
-        it gives the command's text.
+        With `changed`, `added`, `removed`, `equivalent`, `parameters`, `consequences`, `parts`, `notes`, `structures`;
+        printing it gives the command's text.
 
     Raises
     ------
@@ -131,8 +134,15 @@ def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
 def compare_documents(old: Document, new: Document) -> ModelDiff:
     """Compare the equations of a model, and its numbers if both sides have a manifest."""
     comparison = compare(old, new)
-    notes = part_changes(old.manifest.parts, new.manifest.parts) if old.manifest and new.manifest else ()
-    return ModelDiff(comparison.model, _status(comparison), comparison, notes=notes)
+    return ModelDiff(comparison.model, _status(comparison), comparison, parts=_part_changes(old.manifest, new.manifest))
+
+
+def _part_changes(old: Manifest | None, new: Manifest | None) -> tuple[str, ...]:
+    if not (old and new and (old.parts or new.parts)):
+        return ()
+    from mehvar.models.parts.part import unit_of
+
+    return part_changes(old.parts, new.parts, unit_of)
 
 
 def read_equations(path: Path) -> Document:
@@ -245,7 +255,8 @@ def _edits(model: ModelDiff) -> set[tuple[str, ...]]:
     equations = {
         (equation.name, equation.verdict.value, *_contents(comparison, equation))
         for equation in comparison
-        if equation.verdict not in (EquationVerdict.SAME, EquationVerdict.INHERITED) and equation.matters
+        if equation.verdict not in (EquationVerdict.SAME, EquationVerdict.INHERITED)
+        and (equation.matters or equation in comparison.pictured)
     }
     return equations | {tuple(map(str, astuple(change))) for change in comparison.parameters} | {*comparison.structure}
 
@@ -280,4 +291,6 @@ def _status(comparison: Comparison) -> ModelStatus:
         return ModelStatus.CHANGED
     if material:
         return ModelStatus.UNDECIDED
-    return ModelStatus.PARAMETERS if comparison.differs else ModelStatus.SAME
+    if comparison.structure or any(change.role != _SHAPE for change in comparison.parameters):
+        return ModelStatus.PARAMETERS
+    return ModelStatus.PICTURE if comparison.parameters or comparison.pictured else ModelStatus.SAME

@@ -45,6 +45,12 @@ class Revision:
         names = {Path(line).name for line in folders.decode().splitlines() if line not in rooms}
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
 
+    def extract_beside(self, path: Path, folder: Path) -> Path | None:
+        """Write the revision's file `path`, and the files beside it, into `folder`; return None without the file."""
+        rows = _git(self.root, "ls-tree", self.commit, f"{path.parent}/").decode().splitlines()
+        self.extract([row.partition("\t")[2] for row in rows if " blob " in row], folder)
+        return folder / path if (folder / path).is_file() else None
+
     def extract(self, paths: Sequence[str], folder: Path) -> None:
         """Write the revision's files below `paths` into `folder`."""
         names = _git(self.root, "ls-tree", "--name-only", self.commit, *paths).decode().splitlines()

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import importlib.util
 from base64 import b64encode
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 from mehvar.codegen.diff.report import (
+    PICTURE,
     Comparison,
     Edit,
     EquationChange,
@@ -22,7 +25,7 @@ from mehvar.codegen.diff.report import (
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import element
 from mehvar.codegen.equations.spelling import MATHML
-from mehvar.html import page
+from mehvar.html import page, quantities
 from mehvar.pictures.files import pixels, small_png
 
 from .consequences import Consequences
@@ -36,6 +39,7 @@ from .text import (
     evidence,
     example,
     following,
+    harmless,
     is_complete,
     joined,
     labels,
@@ -54,6 +58,9 @@ from .text import (
     title,
     unit,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _FOLDED = (
     (
@@ -79,8 +86,9 @@ class _Side:
 
 @dataclass(frozen=True)
 class _Image:
-    """A picture as a data URL, with its size in pixels."""
+    """A picture as a data URL, with its title and its size in pixels."""
 
+    title: str
     uri: str
     width: int
     height: int
@@ -110,6 +118,7 @@ class _Section:
     kind: str
     status: str
     counted: str
+    parts: Sequence[str]
     notes: Sequence[str]
     stories: Sequence[str]
     changed: Sequence[_Card]
@@ -117,16 +126,27 @@ class _Section:
     follows: Consequences | None
     same: Sequence[str]
     folded: Sequence[tuple[str, Sequence[_Card]]]
-    picture: _Image | None
+    pictures: Sequence[_Image]
 
     @property
     def has_content(self) -> bool:
         """True if the section has more than a summary line."""
         return bool(
-            self.notes or self.stories or self.changed or self.parameters or self.folded or self.follows is not None
+            self.parts
+            or self.notes
+            or self.stories
+            or self.changed
+            or self.parameters
+            or self.folded
+            or self.follows is not None
         )
 
 
+_LONG, _SHORT = 3500, 700
+"""Characters of MathML of a formula that is shown whole, some 25 factors, and of terms that dots would not shorten."""
+_DOTS = element("<mo>+</mo><mo>⋯</mo>")
+_MARK = MATHML.mark("").partition(">")[0]
+_KINDS = {ModelStatus.SAME: "same", ModelStatus.PICTURE: "same", ModelStatus.UNDECIDED: "maybe"}
 _ORDER = {"changed": 0, "maybe": 1, "same": 2}
 
 
@@ -144,6 +164,7 @@ def html_page(diff: Diff) -> str:
             "margin_rows": margin_rows,
             "listed": listed_metrics,
             "farthest": _farthest,
+            "arrow": _arrow,
         },
     }
     title = f"What changed in {names}"
@@ -172,24 +193,27 @@ class _Sheet:
         """Return the content of the page about this model."""
         comparison, status = self._comparison, self._model.status
         apart = {equation for equation, _ in one_by_one(comparison)}
-        folded = [
+        one_each = [(e, self._card(e, group)) for e, group in one_by_one(comparison)]
+        folded = [("of the picture only", [card for e, card in one_each if e.kind == PICTURE])]
+        folded += [
             (heading, [self._card(equation) for equation in comparison.of(verdict) if self._is_folded(equation, apart)])
             for verdict, heading in _FOLDED
         ]
         return _Section(
             name=self._model.name,
             anchor=self._anchor,
-            kind={ModelStatus.SAME: "same", ModelStatus.UNDECIDED: "maybe"}.get(status, "changed"),
+            kind=_KINDS.get(status, "changed"),
             status=status.value,
             counted=counted(comparison),
+            parts=self._model.parts,
             notes=[*self._model.notes, *choices(comparison)],
             stories=[*stories(comparison), *filter(None, [following(comparison)])],
-            changed=[self._card(equation, group) for equation, group in one_by_one(comparison)],
+            changed=[card for equation, card in one_each if equation.kind != PICTURE],
             parameters=listed_parameters(comparison),
             follows=self._model.consequences,
             same=same_runs(self._model.consequences.runs, comparison) if self._model.consequences else [],
             folded=[(f"{len(cards)} {heading}", cards) for heading, cards in folded if cards],
-            picture=_picture(self._model),
+            pictures=_pictures(self._model),
         )
 
     @staticmethod
@@ -200,7 +224,8 @@ class _Sheet:
         )
 
     def _card(self, equation: EquationChange, group: EquationGroup | None = None) -> _Card:
-        old, new = (None, None) if self._is_by_length(equation) else self._sides(equation)
+        unshown = equation.extended or equation.kind == PICTURE or equation.verdict is EquationVerdict.INHERITED
+        old, new = (None, None) if unshown else self._sides(equation)
         kind = "same" if not equation.matters else "changed"
         return _Card(
             title=title(equation, group.names if group else ()),
@@ -213,11 +238,6 @@ class _Sheet:
             old=old,
             new=new,
         )
-
-    def _is_by_length(self, equation: EquationChange) -> bool:
-        """Return True if only the number of equal parts changed; such formulas are too long to show twice."""
-        longer = bool(self._comparison.extended())
-        return equation.extended or (longer and equation.verdict is EquationVerdict.INHERITED)
 
     def _sides(self, equation: EquationChange) -> tuple[_Side | None, _Side | None]:
         """Print both forms with the edits marked or, without edits, the textual differences."""
@@ -254,24 +274,62 @@ class _Sheet:
         return old or written[0], new or written[1]
 
 
+def _arrow(line: str) -> str:
+    """Return a change with its numbers as pages set them."""
+    return quantities(line.replace("->", "→"))
+
+
 def _farthest(runs: Sequence[tuple[RunChange, list[str]]]) -> list[tuple[RunChange, list[str]]]:
     """Return runs in order of their change, largest first."""
     return sorted(runs, key=lambda run: -run[0].size)
 
 
-def _picture(model: ModelDiff) -> _Image | None:
-    """Return the overlay of the run that differs most."""
-    figure = model.overlay.picture(model.name) if model.overlay else None
-    if figure is None:
+def _pictures(model: ModelDiff) -> list[_Image]:
+    """Return the overlay of the run that differs most, and the rates and eigenvalues that differ."""
+    figures = {
+        "The run that differs most, old dashed, new solid": model.overlay.picture(model.name)
+        if model.overlay
+        else None,
+        "What differs of rates and eigenvalues": _effects(model.consequences) if model.consequences else None,
+    }
+    pngs = {title: small_png(figure, 32) for title, figure in figures.items() if figure is not None}
+    return [
+        _Image(title, "data:image/png;base64," + b64encode(png).decode(), *pixels(png)) for title, png in pngs.items()
+    ]
+
+
+def _effects(follows: Consequences) -> Figure | None:
+    """Return the picture of rates, of the plant's eigenvalues, and of those of the first loop that differs."""
+    rates = {f"{rate.name}'": 100 * rate.largest / (rate.typical or rate.largest) for rate in follows.rates}
+    spectra = [("eigenvalues without a law", "1/s", follows.eigenvalues)] if follows.eigenvalues else []
+    spectra += [
+        (f"eigenvalues under {loop.law}", "1" if loop.period else "1/s", loop.eigenvalues) for loop in follows.loops[:1]
+    ]
+    if not (rates or spectra) or importlib.util.find_spec("matplotlib") is None:
         return None
-    png = small_png(figure, 32)
-    return _Image("data:image/png;base64," + b64encode(png).decode(), *pixels(png))
+    from mehvar.pictures.overlay import effects_picture
+    from mehvar.pictures.style import style
+
+    with style():
+        return effects_picture(rates, spectra)
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = frozenset()) -> list[tuple[str, bool]]:
-    """Return the terms of a formula as separate elements, between which browsers break lines."""
-    printer = Printer(nodes, SymbolNames(latex), MATHML, marks)
-    return [(element(text), marked) for text, marked in printer.parts(root)]
+    """Return the terms of a formula as separate elements, between which browsers break lines.
+
+    Of a long formula, dots replace the terms without marks, and terms that are long themselves.
+    """
+    terms = [(element(text), marked) for text, marked in Printer(nodes, SymbolNames(latex), MATHML, marks).parts(root)]
+    if sum(len(text) for text, _ in terms) < _LONG:
+        return terms
+    shown: list[tuple[str, bool]] = []
+    for changed, group in groupby(terms, lambda term: term[1] or _MARK in term[0]):
+        run = list(group)
+        if changed:
+            shown += [(text, marked) if len(text) < _LONG / 2 else (_DOTS, True) for text, marked in run]
+        else:
+            shown += run if sum(len(text) for text, _ in run) < _SHORT else [(_DOTS, False)]
+    return shown
 
 
 def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
@@ -288,6 +346,6 @@ def _notes(comparison: Comparison, equation: EquationChange, group: EquationGrou
         notes.append(f"Follows from {source}.")
     if equation.via:
         notes.append(f"Because of {labels(comparison, equation.via)}.")
-    if not equation.matters and equation.verdict is EquationVerdict.CHANGED:
-        notes.append("What uses it compensates: no equation or result has another value because of it.")
+    if equation.verdict is EquationVerdict.CHANGED and (why := harmless(comparison, equation)):
+        notes.append(f"{why[0].upper()}{why[1:]}: no equation or result has another value because of it.")
     return [note for note in notes if note]

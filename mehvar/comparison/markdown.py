@@ -56,6 +56,8 @@ def _model(model: ModelDiff) -> Iterator[str]:
     yield ""
     yield counted(model.comparison)
     yield ""
+    for line in model.parts:
+        yield f"- **{_plain(line)}**"
     for line in (*model.notes, *choices(model.comparison)):
         yield f"- {_plain(line)}"
     for line in filter(None, [*stories(model.comparison), following(model.comparison)]):
@@ -105,9 +107,10 @@ def _edit(edit: Edit) -> Iterator[str]:
 
 def _parameters(model: ModelDiff) -> Iterator[str]:
     rows = [
-        (_code(change.name), change.role, change.what, change.old, change.new) for change in model.comparison.parameters
+        (_code(change.name), change.role, change.what, change.old, change.new, change.unit)
+        for change in model.comparison.parameters
     ]
-    yield from _table(("name", "role", "what", "old", "new"), rows)
+    yield from _table(("name", "role", "what", "old", "new", "unit"), rows)
 
 
 def _runs(changed: Sequence[RunChange]) -> Iterator[str]:

@@ -38,6 +38,8 @@ class ModelDiff:
         The run that differs most, in both versions; None if none differs.
     variant : str
         The structural choices that differ from the defaults, as in "inertia=ball"; empty for the default structure.
+    parts : tuple of str
+        Changes of a spacecraft, part by part.
     notes : tuple of str
         Further remarks: stale folders, structures that were not compared.
     structures : tuple of ModelDiff
@@ -50,6 +52,7 @@ class ModelDiff:
     consequences: Consequences | None = None
     overlay: Overlay | None = field(default=None, compare=False, repr=False)
     variant: str = ""
+    parts: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     structures: tuple[ModelDiff, ...] = ()
 
@@ -107,6 +110,7 @@ class ModelDiff:
             "differs": self.differs,
             "consequences": follows,
             "variant": self.variant,
+            "parts": list(self.parts),
             "notes": list(self.notes),
             "structures": [other.to_json() for other in self.structures],
         }
@@ -114,7 +118,7 @@ class ModelDiff:
     def lines(self) -> Iterator[Line]:
         """Yield the report on the model."""
         for part in self:
-            yield from lines(part.name, part.status, part.comparison, part.consequences, part.notes)
+            yield from lines(part.name, part.status, part.comparison, part.consequences, (*part.parts, *part.notes))
 
     def __repr__(self) -> str:
         return plain_text(self.lines())

@@ -16,6 +16,7 @@ from mehvar.base.manifest import read_manifest
 from mehvar.base.names import WORK
 from mehvar.base.schema import SchemaError, parse
 from mehvar.base.versions import installed
+from mehvar.codegen.build import file_folder
 from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree, outdated
 from mehvar.runtime.model.derived import last_line, run_python
@@ -86,6 +87,8 @@ class Sources:
         folder = Path(text)
         if text == WORK:
             return self._of_tree(self.tree, WORK)
+        if folder.suffix == ".py":
+            return self._of_file(text)
         if (folder / _EQUATIONS).is_file():
             model = _model_of(folder)
             return self._of_folders({model: folder}, text, single=True)
@@ -106,6 +109,20 @@ class Sources:
             f"{text!r} is not 'work', no folder with {_EQUATIONS}, and {where}: "
             "give a revision, a generated folder, a folder with generated/, or 'work'"
         )
+
+    def _of_file(self, text: str) -> Version:
+        """Return the system of a Python file, or of a file of a revision, as in HEAD~1:craft.py."""
+        path, label = Path(text), text
+        if not path.is_file():
+            name, _, file = text.partition(":")
+            revision = find_revision(Path.cwd(), name) if file else None
+            found = revision.extract_beside(Path(file), self.scratch / revision.commit) if revision else None
+            if revision is None or found is None:
+                raise InputError(f"{text!r} is no Python file: give one, or one of a git revision, as in HEAD:craft.py")
+            path, label = found, f"{revision.label}:{file}"
+        with working(f"deriving {label}"):
+            built = file_folder(path)
+        return self._of_folders({_model_of(built): built}, label, single=True)
 
     def _chosen(self, folders: Mapping[str, Path]) -> dict[str, Path]:
         return {name: path for name, path in folders.items() if self.model in (None, name)}

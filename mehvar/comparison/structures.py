@@ -24,7 +24,6 @@ from mehvar.terminal import working
 from .sources import Version, derived
 
 ALL = "all"
-_ALLOWED = f"{ALL} or NAME=VALUE[,NAME=VALUE]"
 _WORDS = frozenset(("title", "description"))
 """Keys of tables with texts for people."""
 _CALL = """

@@ -11,6 +11,7 @@ from dataclasses import replace
 from rich.text import Text
 
 from mehvar.codegen.diff.report import (
+    PICTURE,
     Comparison,
     Edit,
     EquationChange,
@@ -38,7 +39,11 @@ _PART = 1e-3
 """Relative change of a metric that three digits show; smaller changes are only counted."""
 _NAMED = 12
 """Number of equations that a shared report names: two lines of a terminal. A page lists all."""
-_STYLES = {ModelStatus.SAME: "bold green", ModelStatus.UNDECIDED: "bold yellow"}
+_STYLES = {
+    ModelStatus.SAME: "bold green",
+    ModelStatus.PICTURE: "bold green",
+    ModelStatus.UNDECIDED: "bold yellow",
+}
 _TOLD = (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED, EquationVerdict.ADDED, EquationVerdict.REMOVED)
 """Verdicts with separate reports, in this order."""
 _WHOLE = 8
@@ -48,6 +53,7 @@ _RUNS, _METRICS = 4, 5
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
+    ModelStatus.PICTURE: "physics the SAME, picture CHANGED",
     ModelStatus.UNDECIDED: "physics UNDECIDED",
     ModelStatus.CHANGED: "physics CHANGED",
     ModelStatus.ADDED: "ADDED",
@@ -189,8 +195,8 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
     for says in stories(comparison):
         yield 2, Text(says, "bold")
     for number, (equation, group) in enumerate(one_by_one(comparison)):
-        head = _head(equation, group)
-        if number < _WHOLE:
+        head = _head(comparison, equation, group)
+        if number < _WHOLE and equation.kind != PICTURE:
             yield 2, head
             yield from _source(comparison, equation, group)
         else:
@@ -204,11 +210,21 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
             yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
 
 
-def _head(equation: EquationChange, group: EquationGroup | None) -> Text:
+def _head(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Text:
     style = "yellow" if equation.verdict is EquationVerdict.UNDECIDED else "red" if equation.matters else "cyan"
-    harmless = "" if equation.matters else ": what uses it compensates"
     names = group.names if group else ()
-    return Text.assemble((_COUNTED[equation.verdict], style), " ", (title(equation, names), "bold"), harmless)
+    why = harmless(comparison, equation)
+    return Text.assemble(
+        (_COUNTED[equation.verdict], style), " ", (title(equation, names), "bold"), f": {why}" if why else ""
+    )
+
+
+def harmless(comparison: Comparison, equation: EquationChange) -> str:
+    """Return why a changed definition does not change the physics; empty if it does."""
+    if equation.matters or equation.kind == PICTURE:
+        return ""
+    compensated = any(group.kind == "convention" and group.names[0] == equation.name for group in comparison.groups)
+    return "what uses it compensates" if compensated else "only the picture uses it"
 
 
 def _source(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Iterator[Line]:
@@ -255,7 +271,8 @@ def _parameters(changes: Sequence[ParameterChange]) -> Iterator[Line]:
         yield 2, Text("names and numbers", "bold")
     for change in changes:
         between = f"{change.old} -> {change.new}" if change.old and change.new else change.new or change.old
-        yield 4, Text.assemble(f"{change.role} ", (change.name, "bold"), f"  {change.what}: {between}")
+        unit = f" {change.unit}" if change.unit else ""
+        yield 4, Text.assemble(f"{change.role} ", (change.name, "bold"), f"  {change.what}: {between}{unit}")
 
 
 def _consequences(follows: Consequences, comparison: Comparison) -> Iterator[Line]:

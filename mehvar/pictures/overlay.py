@@ -1,22 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Picture of a run in two versions, with the variables that differ: old dashed, new solid."""
+"""Pictures of two versions: a run with the variables that differ, and the rates and eigenvalues that differ."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mehvar.base.units import pretty_unit
 
-from .style import COLORS, GREY, label, new_figure
+from .style import BLUE, COLORS, GREY, ORANGE, label, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _MOST = 3
 """Largest number of panels, which fit on a screen; they show the variables with the largest change."""
+_RATES = 10
+"""Largest number of rates in the picture, those that differ most."""
 _VISIBLE = 1e-3
 """Change relative to a variable's size that the width of a line hides."""
 
@@ -49,3 +53,42 @@ def _moved(old: xr.Dataset, new: xr.Dataset) -> list[str]:
         size = float(np.nanmax(np.abs(np.concatenate([before, after, [1e-300]]))))
         moved[str(name)] = float(np.nanmax(np.abs(after - before), initial=0.0)) / size
     return sorted((name for name in moved if moved[name] > _VISIBLE), key=lambda name: -moved[name])
+
+
+def effects_picture(
+    rates: Mapping[str, float], spectra: Sequence[tuple[str, str, Sequence[tuple[complex, complex]]]]
+) -> Figure:
+    """Draw what a change does to rates and eigenvalues; call it in `style`.
+
+    Parameters
+    ----------
+    rates : mapping of str to float
+        Largest difference of each rate relative to its size before, %.
+    spectra : sequence of (str, str, pairs of complex)
+        Title, unit and pairs of old and new eigenvalues, of the plant and of loops.
+    """
+    count = bool(rates) + len(spectra)
+    figure = new_figure(3.5 * max(count, 2), 3.2)
+    axes = list(figure.subplots(1, count, squeeze=False)[0])
+    if rates:
+        _draw_rates(axes.pop(0), dict(sorted(rates.items(), key=lambda rate: -rate[1])[:_RATES]))
+    for ax, (title, unit, pairs) in zip(axes, spectra, strict=True):
+        for side, (name, look) in enumerate((("old", {"marker": "o", "facecolors": "none", "edgecolors": ORANGE}),
+                                             ("new", {"marker": "x", "color": BLUE}))):  # fmt: skip
+            values = np.array([value for pair in pairs for value in (pair[side], pair[side].conjugate())])
+            ax.scatter(values.real, values.imag, s=36, label=name, **look)
+        ax.margins(0.2)
+        ax.set_title(title)
+        ax.set_xlabel(f"real part [{pretty_unit(unit)}]")
+        ax.set_ylabel(f"imaginary part [{pretty_unit(unit)}]")
+        ax.legend()
+    return figure
+
+
+def _draw_rates(ax: Axes, rates: Mapping[str, float]) -> None:
+    ax.barh(list(rates), list(rates.values()), color=BLUE)
+    ax.invert_yaxis()
+    if max(rates.values()) > 100 * min(rates.values()):
+        ax.set_xscale("log")
+    ax.set_title("rates without a law")
+    ax.set_xlabel("largest difference [% of the rms before]")

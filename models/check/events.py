@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 
 from mehvar.base.manifest import DIRECTIONS, ENDS
@@ -12,8 +11,7 @@ from ..events import Event
 from ..quantities import ModelError
 from ..system import System
 from ..tables import check_names
-
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
+from .names import check_name, check_text
 
 
 def check_events(system: System) -> None:
@@ -51,10 +49,8 @@ def _check_distinct(events: Iterable[Event]) -> None:
         check_names([event.direction], DIRECTIONS, f"{where}: direction")
         if event.outcome not in ENDS or event.ends == "":
             raise ModelError(f"{where}: ends = {event.ends!r}: must be False, True, 'failure' or 'success'")
-        if not _NAME.fullmatch(event.name):
-            raise ModelError(f"{where}: must be letters, digits and underscores, beginning with a letter")
+        check_name(event.name, f"{event.origin}: event")
         if event.name in seen:
             raise ModelError(f"{where} is defined twice")
-        if not event.title.isprintable() or any(mark in event.title for mark in ("*/", '"""', "\\")):
-            raise ModelError(f'{where}: title {event.title!r}: must be one line without */, """ and backslashes')
+        check_text(event.title, f"{where}: title")
         seen.add(event.name)

@@ -18,6 +18,7 @@ from ..quantities import Group, Located, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names, suggestion
 from .events import check_events
+from .names import check_distinct
 
 _OF_SAMPLES = ("delay", "every", "applied", "update", "tolerates_loss")
 """Fields that only a sampled law may declare."""
@@ -232,13 +233,6 @@ def _check_variant(system: System, variant: Variant, wanted: Sequence[tuple[str,
         raise ModelError(f"{variant.origin}: a variant has values = {variant.values}; allowed: {allowed}")
     continuous = [law.name for law in system.controllers if not law.period]
     check_names(variant.loops, continuous, f"{variant.origin}: loops of variant {variant.values}: continuous law")
-
-
-def check_distinct(names: Sequence[object], what: str) -> None:
-    """Refuse duplicate names."""
-    for k, name in enumerate(names):
-        if name in names[:k]:
-            raise ModelError(f"{what} {name!r} is defined twice")
 
 
 def _check_messages(system: System) -> None:

@@ -15,8 +15,7 @@ from ..quantities import ModelError
 from ..system import Metric, System
 from ..tables import OF_COUNTS, check_metric_numbers, check_names, place_of
 from .dimensions import check_radians, placed
-from .features import check_distinct
-from .names import check_name
+from .names import check_distinct, check_name
 
 
 def check_metrics(system: System, folder: Path | None = None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -62,13 +62,13 @@ def check_names(system: System) -> None:
     _check_outputs(system, taken)
     _check_variables(system)
     _check_callables(system)
-    _check_text(system.title, f"{system.origin}: title")
+    check_text(system.title, f"{system.origin}: title")
     for kind, group in _groups(system):
         _check_spelling(kind, group, system.origin)
         for quantity in group:
-            _check_text(quantity.description, f"{system.origin}: description of {kind} {quantity.name!r}")
+            check_text(quantity.description, f"{system.origin}: description of {kind} {quantity.name!r}")
     for function in system.functions:
-        _check_text(function.description, f"{function.origin}: description of function {function.name!r}")
+        check_text(function.description, f"{function.origin}: description of function {function.name!r}")
     _check_letters(system)
     _check_arguments(system)
 
@@ -192,8 +192,8 @@ def _check_arguments(system: System) -> None:
 
 def _check_callables(system: System) -> None:
     """Refuse names of laws and functions that are invalid in code, and functions with two arguments of one name."""
-    _distinct("laws", (identifier(law.name) for law in system.controllers), system.origin)
-    _distinct("functions", (function.name for function in system.functions), system.origin)
+    check_distinct([identifier(law.name) for law in system.controllers], f"{system.origin}: laws:")
+    check_distinct([function.name for function in system.functions], f"{system.origin}: functions:")
     laws = [("law", law.name, law.origin) for law in system.controllers]
     functions = [("function", function.name, function.origin) for function in system.functions]
     for kind, name, where in laws + functions:
@@ -212,8 +212,8 @@ def _check_callables(system: System) -> None:
         results = [function.vector] if function.vector else [q.name for q, _ in function.results]
         if not function.results or not names:
             raise ModelError(f"{where} has no {'results' if names else 'arguments'}: it must have at least one")
-        _distinct(f"{where}: arguments and results", (*names, *results))
-        _distinct(f"{where}: arguments' quantities", (q.name for q in quantities))
+        check_distinct([*names, *results], f"{where}: arguments and results:")
+        check_distinct([q.name for q in quantities], f"{where}: arguments' quantities:")
         for name in (*names, *results, function.name):
             _check_word(name, where)
 
@@ -235,15 +235,14 @@ def _check_word(name: str, where: str) -> None:
 _FORM = "must be letters, digits and underscores, beginning with a letter"
 
 
-def _distinct(what: str, names: Iterable[str], origin: str = "") -> None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise ModelError(f"{origin + ': ' if origin else ''}{what}: {name!r} is defined twice")
-        seen.add(name)
+def check_distinct(names: Sequence[object], what: str) -> None:
+    """Refuse duplicate names."""
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise ModelError(f"{what} {name!r} is defined twice")
 
 
-def _check_text(text: str, where: str) -> None:
+def check_text(text: str, where: str) -> None:
     """Refuse texts that would close or alter the comment or docstring around them in generated code."""
     if not text.isprintable() or any(mark in text for mark in ("*/", '"""', "\\")):
         raise ModelError(f'{where} is {text!r}: must be one line without */, """ and backslashes')

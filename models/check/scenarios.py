@@ -12,8 +12,8 @@ from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
 from ..system import Controller, Expr, System
 from ..tables import check_names, check_scenario_numbers, check_values, place_of, suggestion
-from .features import check_distinct
 from .formulas import formulas
+from .names import check_distinct
 from .vectors import Vector
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")

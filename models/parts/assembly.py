@@ -22,7 +22,7 @@ import sympy as sp
 from ..derivation import Expr
 from ..mechanics import cross_matrix
 from .frame import AXES, ZERO, Frame, point_inertia
-from .part import Contribution, Craft, Follower, Load, Motion, Mounted, Part, Row, gyroscopic, transport
+from .part import Contribution, Craft, Follower, Load, Moments, Motion, Mounted, Part, Row, gyroscopic, transport
 from .values import Parameters, directions
 
 MOST_PULLS = 5
@@ -52,26 +52,19 @@ class _Reduced:
 
 
 @dataclass(frozen=True)
-class _Sums:
+class _Sums(Moments):
     """Sums over all parts, about the hub's origin O.
 
     Attributes
     ----------
-    mass, first, inertia, momentum, angular
-        As of `Aggregates`.
     taken : sympy.Matrix
         Symmetric (6, 6): reduction of the hub's matrix by the eliminated coordinates.
     right : sympy.Matrix
         (6, 1): reduction of the right side.
     """
 
-    mass: Expr
-    first: sp.Matrix
-    inertia: sp.Matrix
-    momentum: sp.Matrix
-    angular: sp.Matrix
-    taken: sp.Matrix
-    right: sp.Matrix
+    taken: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 6))
+    right: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 1))
 
 
 def mount(craft: Craft, parts: Iterable[Part], parameters: Parameters | None = None) -> None:
@@ -414,23 +407,14 @@ class _Pulls:
     def _lever(self, i: int, mass: Expr) -> sp.Matrix:
         """Return m N [r x], the effect on the hub's rotation of a pull divided by its mass."""
         entries = mass * self.inverse * cross_matrix(self.arms[i])
-        name = self.names[i]
-        return sp.Matrix(
-            3,
-            3,
-            lambda r, c: self.frame.define(
-                f"{name}_u{AXES[r]}{AXES[c]}", entries[r, c], f"{name}: turn by a pull", "1/m"
-            ),
-        )
+        return self.frame.matrix(f"{self.names[i]}_u", entries, f"{self.names[i]}: turn by a pull", "1/m")
 
     def _entry(self, i: int, j: int, lever: sp.Matrix, mass: Expr) -> Expr:
         """Return the deceleration of point i along its direction by the pull j."""
         names = f"{self.names[i]}_{self.names[j]}"
         share = cross_matrix(self.arms[i]).T * lever
         share = (share + share.T) / 2 if i == j else share + sp.eye(3)
-        named = sp.Matrix(
-            3, 3, lambda r, c: self.frame.define(f"{names}_c{AXES[r]}{AXES[c]}", share[r, c], f"{names}: share")
-        )
+        named = self.frame.matrix(f"{names}_c", share, f"{names}: share")
         value = self.followers[i].along.dot(named * self.followers[j].along)
         if i == j:  # a direction has the length one
             title = f"{self.names[i]}: mass over its own, and one"

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
@@ -11,7 +12,7 @@ import sympy as sp
 
 from ..derivation import Expr
 from ..quantities import ModelError, Quantity
-from .frame import AXES, point_inertia
+from .frame import point_inertia, symbols, triple
 from .part import Aggregates, Contribution, Follower, Load, Motion, Mounted, Part, State
 from .values import Number, Parameters, Vector, place, scalar
 
@@ -59,17 +60,16 @@ class Bob(Part):
     @property
     def direction(self) -> sp.Matrix:
         """Symbols of the rod's direction e."""
-        return sp.Matrix([q.symbol for q in self._quantities("e", "1", "direction")])
+        return symbols(self._vectors()[0])
 
     @property
     def turning(self) -> sp.Matrix:
         """Symbols of the absolute rate u of the direction, 1/s."""
-        return sp.Matrix([q.symbol for q in self._quantities("u", "1/s", "absolute rate of the direction")])
+        return symbols(self._vectors()[1])
 
-    def _quantities(self, letter: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
-        return tuple(
-            Quantity(f"{self.name}_{letter}{axis}", unit, f"{meaning} of {self.name}, {axis}") for axis in AXES
-        )
+    def _vectors(self) -> tuple[tuple[Quantity, ...], ...]:
+        name = self.name
+        return triple(f"{name}_e", "1", f"direction of {name}"), triple(f"{name}_u", "1/s", f"absolute rate of {name}")
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         angles = [
@@ -77,8 +77,7 @@ class Bob(Part):
             for angle, meaning in (("phi", "angle from rest"), ("theta", "angle around rest"))
         ]
         starts = [*_turned(self.rest, *angles), *[sp.S.Zero] * 3]
-        quantities = (*self._quantities("e", "1", "direction"), *self._quantities("u", "1/s", "absolute rate"))
-        return tuple(map(State, quantities, starts))
+        return tuple(map(State, itertools.chain(*self._vectors()), starts))
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:
         e, u = self.direction, self.turning

@@ -21,9 +21,9 @@ from .assembly import accelerations, contributions, mount
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
-from .frame import AXES, Frame
+from .frame import AXES, Frame, triple
 from .hub import Pulsed
-from .part import Craft, Motion, Mounted, Part, State, start
+from .part import Craft, Motion, Mounted, Part, State, start, unit_of
 from .readings import readings
 from .sensors import drifting, measuring, watching
 from .values import Parameters, Value
@@ -31,7 +31,7 @@ from .values import Parameters, Value
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
 """Unknown accelerations of the hub. If only the attitude is a state, the parts determine the acceleration of O."""
-_VELOCITY = tuple(Quantity(f"v{axis}", "m/s", f"velocity of O, {axis}") for axis in AXES)
+_VELOCITY = triple("v", "m/s", "velocity of O")
 _RATE = tuple(Quantity(f"w{axis}", "rad/s", f"rate of the hub, {axis}", latex=rf"\omega_{axis}") for axis in AXES)
 
 
@@ -139,7 +139,7 @@ class Spacecraft:
         newer : Spacecraft
             Newer version of this craft.
         """
-        return part_changes(self._described(), newer._described())
+        return part_changes(self._described(), newer._described(), unit_of)
 
     def _described(self) -> dict[str, dict[str, str]]:
         """Return the fields of the parts as texts, without addresses, so that equal crafts have equal texts."""

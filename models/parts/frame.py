@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import sympy as sp
 
 from ..derivation import Derivation, Expr
+from ..quantities import Quantity
 
 AXES = "xyz"
 ZERO = sp.zeros(3, 1)
@@ -80,6 +81,10 @@ class Frame:
                 result[i, j] = result[j, i] = entry
         return result
 
+    def matrix(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the entries of a matrix."""
+        return sp.Matrix(3, 3, lambda i, j: self.define(f"{name}{AXES[i]}{AXES[j]}", entries[i, j], title, unit))
+
     def circle(self, angle: sp.Symbol) -> tuple[Expr, Expr]:
         """Name cosine and sine of a coordinate."""
         cosine = self.define(f"cos_{angle.name}", sp.cos(angle), f"cosine of {angle.name}", "1")
@@ -109,10 +114,19 @@ class Frame:
         return self.define(name, sp.Add(constant, *moving), title, unit)
 
 
-def symmetric(matrix: Sequence[Sequence[Expr]] | sp.Matrix) -> sp.Matrix:
-    """Return the symmetric matrix of a lower triangle."""
-    given = sp.Matrix(matrix)
-    return sp.Matrix(3, 3, lambda i, j: given[max(i, j), min(i, j)])
+def triple(start: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
+    """Return the components of a vector."""
+    return tuple(Quantity(f"{start}{axis}", unit, f"{meaning}, {axis}") for axis in AXES)
+
+
+def quaternion(start: str, meaning: str) -> tuple[Quantity, ...]:
+    """Return the components of a quaternion, scalar first."""
+    return tuple(Quantity(f"{start}{k}", "1", f"{meaning}, component {k}") for k in range(4))
+
+
+def symbols(quantities: Iterable[Quantity]) -> sp.Matrix:
+    """Return the symbols of quantities as a column."""
+    return sp.Matrix([q.symbol for q in quantities])
 
 
 def point_inertia(mass: Expr, place: sp.Matrix) -> sp.Matrix:

@@ -15,7 +15,7 @@ from ..events import Event
 from ..geometry import Shape
 from ..quantities import ModelError, Quantity
 from ..system import Condition
-from .frame import AXES, ZERO, point_inertia
+from .frame import AXES, ZERO, point_inertia, symbols, triple
 from .part import Aggregates, Jump, Load, Motion, Mounted, Part, State, points
 from .values import Number, Tensor, Vector, direction, place, scalar, tensor
 
@@ -98,10 +98,10 @@ class ExternalForce(Part):
     at: Annotated[Vector, place("r", "point of application")] = (0, 0, 0)
 
     def inputs(self) -> tuple[Quantity, ...]:
-        return tuple(Quantity(f"{self.name}{axis}", "N", f"force {self.name}, {axis}") for axis in AXES)
+        return triple(self.name, "N", f"force {self.name}")
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
-        return (Load(sp.Matrix([q.symbol for q in self.inputs()]), at.values.at),)
+        return (Load(symbols(self.inputs()), at.values.at),)
 
 
 @dataclass(frozen=True)
@@ -228,13 +228,13 @@ class Torquer(Part):
     """
 
     def inputs(self) -> tuple[Quantity, ...]:
-        return tuple(Quantity(f"{self.name}{axis}", "N m", f"torque {self.name}, {axis}") for axis in AXES)
+        return triple(self.name, "N m", f"torque {self.name}")
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
-        return (Load(couple=sp.Matrix([q.symbol for q in self.inputs()])),)
+        return (Load(couple=symbols(self.inputs())),)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
         """Return the torque, which the picture's scale has at seven tenths of an arrow."""
-        torque = sp.Matrix([q.symbol for q in self.inputs()])
+        torque = symbols(self.inputs())
         arrow = at.craft.reach * torque / sp.sqrt(at.craft.strength**2 + torque.dot(torque))
         return (Shape(self.name, "arrow", points(ZERO, arrow), "purple"),)

@@ -18,7 +18,7 @@ with the acceleration a = V' + W x V of O.
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
@@ -55,8 +55,8 @@ class Coordinate:
 
 
 @dataclass(frozen=True)
-class Aggregates:
-    """Masses, momenta and energies that determine the motion of a part and its effect on the hub.
+class Moments:
+    """Mass of a body and its moments about O.
 
     Attributes
     ----------
@@ -68,6 +68,31 @@ class Aggregates:
         J about O, kg m^2.
     momentum, angular : sympy.Matrix
         Relative momentum p = s', kg m/s, and relative angular momentum h about O, kg m^2/s; linear in the speeds.
+    """
+
+    mass: Expr = sp.S.Zero
+    first: sp.Matrix = field(default_factory=lambda: ZERO)
+    inertia: sp.Matrix = field(default_factory=lambda: sp.zeros(3, 3))
+    momentum: sp.Matrix = field(default_factory=lambda: ZERO)
+    angular: sp.Matrix = field(default_factory=lambda: ZERO)
+
+    @classmethod
+    def whole(cls, each: Iterable[Moments]) -> Moments:
+        """Return the moments of several bodies as one."""
+        bodies = list(each)
+        mass = sp.Add(*(of.mass for of in bodies))
+        first, momentum, angular = (
+            sum((getattr(of, name) for of in bodies), ZERO) for name in ("first", "momentum", "angular")
+        )
+        return Moments(mass, first, sum((of.inertia for of in bodies), sp.zeros(3, 3)), momentum, angular)
+
+
+@dataclass(frozen=True)
+class Aggregates(Moments):
+    """Masses, momenta and energies that determine the motion of a part and its effect on the hub.
+
+    Attributes
+    ----------
     energy : Expr
         Kinetic energy relative to the hub, J; quadratic in the speeds.
     potential : Expr
@@ -80,11 +105,6 @@ class Aggregates:
         Power of dampers and motors that are not in `forces`, W.
     """
 
-    mass: Expr = sp.S.Zero
-    first: sp.Matrix = field(default_factory=lambda: ZERO)
-    inertia: sp.Matrix = field(default_factory=lambda: sp.zeros(3, 3))
-    momentum: sp.Matrix = field(default_factory=lambda: ZERO)
-    angular: sp.Matrix = field(default_factory=lambda: ZERO)
     energy: Expr = sp.S.Zero
     potential: Expr = sp.S.Zero
     forces: tuple[Expr, ...] = ()
@@ -142,13 +162,11 @@ class Follower:
 
 
 @dataclass(frozen=True)
-class Contribution:
-    """Terms that a part adds to the equations of the hub.
+class Contribution(Moments):
+    """Terms that a part adds to the equations of the hub; the assembly forms those of a rigid body from its moments.
 
     Attributes
     ----------
-    mass, first, inertia, momentum, angular
-        As of `Aggregates`; the assembly forms the terms of a rigid body and those of p and h from their sums.
     loads : tuple of Load
         Forces between part and hub, and the terms of p', h' and J' W without accelerations.
     rows : tuple of Row
@@ -161,11 +179,6 @@ class Contribution:
         Symmetric (6, 6): additional resistance to a and W', beyond that of a rigid body.
     """
 
-    mass: Expr = sp.S.Zero
-    first: sp.Matrix = field(default_factory=lambda: ZERO)
-    inertia: sp.Matrix = field(default_factory=lambda: sp.zeros(3, 3))
-    momentum: sp.Matrix = field(default_factory=lambda: ZERO)
-    angular: sp.Matrix = field(default_factory=lambda: ZERO)
     loads: tuple[Load, ...] = ()
     rows: tuple[Row, ...] = ()
     held: tuple[Row, ...] = ()
@@ -304,22 +317,11 @@ class Craft:
     @property
     def rotation(self) -> sp.Matrix:
         """Matrix `turn` with a name for each entry."""
-        return sp.Matrix(
-            3,
-            3,
-            lambda i, j: self.frame.define(
-                f"turn_{AXES[i]}{AXES[j]}", self.turn[i, j], "inertial axes to those of the hub", "1"
-            ),
-        )
+        return self.frame.matrix("turn_", self.turn, "inertial axes to those of the hub", "1")
 
-    def whole(self) -> Aggregates:
-        """Return total mass, first moment and inertia of all parts."""
-        each = [part.aggregates(at) for part, at in self.parts]
-        return Aggregates(
-            sp.Add(*(of.mass for of in each)),
-            sum((of.first for of in each), ZERO),
-            sum((of.inertia for of in each), sp.zeros(3, 3)),
-        )
+    def whole(self) -> Moments:
+        """Return the moments of all parts."""
+        return Moments.whole(part.aggregates(at) for part, at in self.parts)
 
     @property
     def _body(self) -> Aggregates:
@@ -393,6 +395,10 @@ class Mounted:
     def vector(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
         """Name the components of a vector of the part."""
         return self.frame.vector(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
+
+    def matrix(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the entries of a matrix of the part."""
+        return self.frame.matrix(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
 
 
 @dataclass(frozen=True)
@@ -550,6 +556,16 @@ class Part(ABC):
         if mount == centre:
             return (ball,)
         return Shape(f"{self.name} mount", "rod", points(mount, centre), "orange"), ball
+
+
+def unit_of(part: str, field: str) -> str:
+    """Return the unit of a field of a class of parts, by names; empty if it is unknown or has none."""
+    classes: list[type[Part]] = [Part]
+    for each in classes:
+        classes += each.__subclasses__()
+    declared = next((kinds(each) for each in classes if each.__name__ == part), {})
+    unit = declared[field].unit if field in declared else "1"
+    return "" if unit == "1" else unit
 
 
 def points(*places: sp.Matrix) -> tuple[tuple[Expr, Expr, Expr], ...]:

@@ -11,7 +11,7 @@ from ..derivation import Expr
 from ..quantities import Group, Quantity
 from ..system import Function
 from .frame import AXES
-from .part import Aggregates, Motion, Mounted, Part
+from .part import Aggregates, Load, Moments, Motion, Mounted, Part
 
 _WRENCH = (*(f"p{axis}" for axis in AXES), *(f"h{axis}" for axis in AXES))
 
@@ -38,19 +38,17 @@ def readings(
     w = mounted[0].frame.rate
     aggregates = [part.aggregates(at) for part, at in zip(parts, mounted, strict=True)]
     loads = [load for part, at in zip(parts, mounted, strict=True) for load in part.loads(at)]
-    force = sum((load.force for load in loads), sp.zeros(3, 1))
-    moment = sum((load.at.cross(load.force) + load.couple for load in loads), sp.zeros(3, 1))
-    v = velocity
-    if v is None:
-        mass, first = sp.Add(*(of.mass for of in aggregates)), sum((of.first for of in aggregates), sp.zeros(3, 1))
-        v = from_centre(aggregates, w)
+    force, moment = _summed(loads)
+    whole = Moments.whole(aggregates)
+    v = -(w.cross(whole.first) + whole.momentum) / whole.mass if velocity is None else velocity
     power: Expr = v.dot(force) + w.dot(moment)
     for part, at, motion in zip(parts, mounted, motions, strict=True):
         load, supply = part.carried(at, v)
-        force, moment = force + load.force, moment + load.at.cross(load.force) + load.couple
+        loads.append(load)
         power += supply + part.power(at, motion)
+    force, moment = _summed(loads)
     if velocity is None:
-        force, moment = sp.zeros(3, 1), moment - (first / mass).cross(force)
+        force, moment = sp.zeros(3, 1), moment - (whole.first / whole.mass).cross(force)
     energy, momentum, angular = totals(aggregates, v, w)
     if velocity is None:
         momentum = sp.zeros(3, 1)
@@ -68,10 +66,10 @@ def readings(
     )
 
 
-def from_centre(aggregates: Sequence[Aggregates], rate: sp.Matrix) -> sp.Matrix:
-    """Return the velocity of O relative to the centre of mass."""
-    mass, first = sp.Add(*(of.mass for of in aggregates)), sum((of.first for of in aggregates), sp.zeros(3, 1))
-    return -(rate.cross(first) + sum((of.momentum for of in aggregates), sp.zeros(3, 1))) / mass
+def _summed(loads: Sequence[Load]) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return the force of loads, and their moment about O."""
+    moment = sum((load.at.cross(load.force) + load.couple for load in loads), sp.zeros(3, 1))
+    return sum((load.force for load in loads), sp.zeros(3, 1)), moment
 
 
 def totals(aggregates: Sequence[Aggregates], velocity: sp.Matrix, rate: sp.Matrix) -> tuple[Expr, sp.Matrix, sp.Matrix]:

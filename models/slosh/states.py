@@ -64,26 +64,20 @@ def angle_rate_quantities(k: int) -> tuple[Quantity, Quantity]:
 
 def direction_quantities(k: int) -> tuple[Quantity, ...]:
     """Return the unit vector from the pivot to bob k, in body axes."""
-    return tuple(
-        _member(
-            f"s{axis}",
-            k,
-            Quantity(f"s{k}{axis}", "1", f"direction of bob {k} from its pivot, body {axis}", f"s_{{{k}{axis}}}"),
-        )
-        for axis in "xyz"
-    )
+    return _vector(k, "s", "1", f"direction of bob {k} from its pivot", "s")
 
 
 def arm_rate_quantities(k: int) -> tuple[Quantity, ...]:
     """Return the inertial rate of the direction of bob k, in body axes."""
-    return tuple(
-        _member(
-            f"sigma{axis}",
-            k,
-            Quantity(f"sigma{k}{axis}", "1/s", f"inertial rate of s{k}, body {axis}", rf"\sigma_{{{k}{axis}}}"),
-        )
+    return _vector(k, "sigma", "1/s", f"inertial rate of s{k}", r"\sigma")
+
+
+def _vector(k: int, name: str, unit: str, meaning: str, latex: str) -> tuple[Quantity, ...]:
+    components = (
+        (axis, Quantity(f"{name}{k}{axis}", unit, f"{meaning}, body {axis}", f"{latex}_{{{k}{axis}}}"))
         for axis in "xyz"
     )
+    return tuple(_member(f"{name}{axis}", k, q) for axis, q in components)
 
 
 def rod(phi: Expr, theta: Expr) -> sp.Matrix:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`ctypes` structures and Python numbers from the headers in `native`."""
+"""`ctypes` structures from the headers in `native`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ _TYPES: dict[str, Any] = {
     "double": ctypes.c_double,
 }
 _STRUCTURE = re.compile(r"typedef struct \{(.*?)\} (\w+);", re.DOTALL)
-_NUMBER = re.compile(r"^#define (\w+) ([\d.e+-]+)$", re.MULTILINE)
 _FIELDS = re.compile(r"(?:const )?(?:volatile )?(\w+) ([^;]+);")
 
 
@@ -40,8 +39,3 @@ def _fields(body: str, types: dict[str, Any]) -> list[tuple[str, Any]]:
         for name, declarators in _FIELDS.findall(body)
         for declarator in declarators.split(",")
     ]
-
-
-def numbers(header: str) -> dict[str, float]:
-    """Return a header's numeric macros by name."""
-    return {name: float(value) for name, value in _NUMBER.findall((NATIVE / header).read_text(encoding="utf-8"))}

@@ -8,11 +8,6 @@ import pytest
 import sympy as sp
 
 import mehvar
-from mehvar.base.manifest import manifest_text
-from mehvar.codegen.code.casadi_c import casadi_c
-from mehvar.codegen.code.files import code_files, printed_functions
-from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.codegen.manifest import manifest_of
 from mehvar.models.check import check
 from mehvar.models.clock import with_clock
 from mehvar.models.quantities import ModelError
@@ -32,6 +27,7 @@ from mehvar.runtime import load, simulate
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.store import open_store
 from tests.models.edits import POSITIVE, cart, parameter, quantity, turner
+from tests.models.written import written
 
 
 def pushed() -> System:
@@ -79,21 +75,6 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def windy(tmp_path_factory):
     return written(shaken(), tmp_path_factory.mktemp("shaken"))
-
-
-def written(system, path):
-    check(system)
-    functions = printed_functions(generate_functions(with_clock(system)))
-    manifest = manifest_of(with_clock(system), functions, {})
-    graphs = generate_functions(with_clock(system))
-    files = {
-        **code_files(manifest, functions),
-        **casadi_c(system.name, graphs),
-        "manifest.json": manifest_text(manifest),
-    }
-    for name, text in files.items():
-        (path / name).write_text(text)
-    return path
 
 
 @pytest.mark.parametrize("backend", ["c", "python"])

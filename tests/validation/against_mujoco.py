@@ -143,34 +143,13 @@ def test_accelerations_on_ball_joints(count: int, extreme: bool) -> None:
 
 
 def on_balls(model: Slosh, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return accelerations on ball joints, bobs without spin along their arms."""
-    craft, motion = reference.spacecraft(p), model.motion(x)
-    built = worlds.world(craft, "".join(worlds.jointed(bob) for bob in craft.pendulums), craft.J)
-    data = mujoco.MjData(built)
-    data.qvel[:6] = np.concatenate([motion.V, motion.W])
-    data.qfrc_applied[:6] = worlds.applied(craft, u, np.eye(3))
-    turns = []
-    for k, bob in enumerate(craft.pendulums):
-        s, sigma = motion.q[k], motion.qd[k]
-        data.qpos[7 + 4 * k : 11 + 4 * k] = worlds.facing(s)
-        matrix = np.zeros(9)
-        mujoco.mju_quat2Mat(matrix, worlds.facing(s))
-        turns.append(matrix.reshape(3, 3))
-        data.qvel[6 + 3 * k : 9 + 3 * k] = turns[k].T @ (np.cross(s, sigma) - motion.W)
-        damping = -bob.eps * np.cross(s, sigma - np.cross(motion.W, s))
-        data.qfrc_applied[6 + 3 * k : 9 + 3 * k] = turns[k].T @ damping
-    mujoco.mj_forward(built, data)
+    """Return accelerations on ball joints, and their error by rounding."""
+    built, data, expected = worlds.on_balls(model, x, u, p)
     full = np.zeros((built.nv, built.nv))
     mujoco.mj_fullM(built, data, full)
     sizes = np.abs(data.qfrc_applied) + np.abs(data.qfrc_bias)
     pull = carried(model, x, p)
-    bound = rounding(full, sizes + np.concatenate([pull[:6], np.full(len(sizes) - 6, pull[-1])]))
-    arms = []
-    for k in range(model.count):
-        own, spin = data.qacc[6 + 3 * k : 9 + 3 * k], data.qvel[6 + 3 * k : 9 + 3 * k]
-        turning = turns[k] @ (own - np.cross(spin, turns[k].T @ motion.W)) + data.qacc[3:6]
-        arms.append(reference.arm_rate_change(motion.W, motion.q[k], motion.qd[k], turning))
-    return np.concatenate([data.qacc[:6], *arms]), bound
+    return expected, rounding(full, sizes + np.concatenate([pull[:6], np.full(len(sizes) - 6, pull[-1])]))
 
 
 def write(count: int, convention: str, extreme: bool, errors: list[np.ndarray], bounds: list[float]) -> None:

@@ -7,7 +7,7 @@ import itertools
 import re
 from collections.abc import Mapping, Sequence
 
-from ..report import EXTENDED, MEMBER, EquationChange, EquationGroup, EquationVerdict
+from ..report import EXTENDED, MEMBER, PICTURE, UNEQUAL, EquationChange, EquationGroup, EquationVerdict
 from ..versions import Versions
 from .extension import Extension
 
@@ -116,9 +116,12 @@ def _generic(text: str, indexed: Mapping[str, str]) -> str:
 def _conventions(versions: Versions, equations: tuple[EquationChange, ...]) -> list[EquationGroup]:
     """Return changed definitions whose users have equal values."""
     uses = {item.name: [child.name for child in versions.children(item)] for item in versions.news}
+    drawn = {equation.name for equation in equations if equation.kind == PICTURE and equation.verdict in UNEQUAL}
+    for name in reversed(uses):  # users come after what they use
+        drawn |= {*uses[name]} if name in drawn else set()
     conventions = []
     for equation in equations:
-        if equation.verdict is not EquationVerdict.CHANGED or equation.matters:
+        if equation.verdict is not EquationVerdict.CHANGED or equation.matters or equation.name in drawn:
             continue
         users = tuple(
             other.name

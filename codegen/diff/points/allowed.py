@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from ...equal.equality import EqualityTest, Verdict, Worlds, inside
+from ...equal.equality import EqualityTest, Worlds, inside
 from ...equal.meaning import Expression, Meaning
-from ...equal.reals import Point
+from ...equal.reals import Point, Verdict
 from ..versions import Versions
 
 CONDITIONS = frozenset(("constraint", "limit"))

@@ -15,9 +15,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from ...equal.branches import BRANCHING, COMPARISONS
-from ...equal.equality import Verdict
 from ...equal.meaning import Expression, Meaning
-from ...equal.reals import vanishes
+from ...equal.reals import Verdict, vanishes
 from ...equations.document import Document, reached
 
 if TYPE_CHECKING:

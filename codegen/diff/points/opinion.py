@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...equal.equality import EqualityTest, Verdict
+from ...equal.equality import EqualityTest
 from ...equal.meaning import Expression
-from ...equal.reals import DIGITS
+from ...equal.reals import DIGITS, Verdict
 from ...equations.document import reached
 
 POINTS = 100_000

@@ -98,7 +98,7 @@ class Signs:
                 values = [*operands, self._times(operands[0], Fraction(-1))] if operation == "abs" else operands
                 parts = [self.pool.many("add", [self._times(value, factor), others]) for value in values]
                 return self._of_extremum(parts, (operation != "min") == (factor > 0), sign)
-            if any(self._base(part)[1] == Fraction(1, 2) for part in self._factors(rest)):
+            if any(self.pool.raised(part)[1] == Fraction(1, 2) for part in self._factors(rest)):
                 return self._of_root(rest, factor, others, sign)
             if operation in _INVERSE:
                 limit = self._limit(operation, self._times(others, -1 / factor))
@@ -134,22 +134,16 @@ class Signs:
     def _powers(self, term: int) -> dict[int, Fraction]:
         """Return a product's exponents by base."""
         powers: dict[int, Fraction] = {}
-        for base, exponent in map(self._base, self._factors(term)):
+        for base, exponent in map(self.pool.raised, self._factors(term)):
             powers[base] = powers.get(base, Fraction(0)) + exponent
         return powers
 
     def _factors(self, node: int) -> Sequence[int]:
         return self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
 
-    def _base(self, node: int) -> tuple[int, Fraction]:
-        """Return base and exponent of a power with constant exponent; exponent one for other nodes."""
-        operation, *operands = self.pool.nodes[node]
-        exponent = self.pool.constant(operands[1]) if operation == "pow" else None
-        return (node, Fraction(1)) if exponent is None else (operands[0], exponent)
-
     def _of_root(self, term: int, number: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
         """Split the sign of P + c f sqrt(Q); if P and c f differ in sign, the larger magnitude decides."""
-        roots = [part for part in self._factors(term) if self._base(part)[1] == Fraction(1, 2)]
+        roots = [part for part in self._factors(term) if self.pool.raised(part)[1] == Fraction(1, 2)]
         others = [part for part in self._factors(term) if part not in roots]
         factor = self.pool.many("mul", [*others, self.pool.number(number)])
         squares = self._times(self._square(term), number**2), self._times(self._square(rest), Fraction(-1))
@@ -181,7 +175,7 @@ class Signs:
         sign = 1 if factor > 0 else -1
         if self.pool.constant(rest) is not None:
             return self.pool.number(size), sign
-        base, exponent = self._base(rest)
+        base, exponent = self.pool.raised(rest)
         if exponent.denominator != 1 or exponent % 2:
             return None
         return self._times(self.pool.power(base, exponent / 2), size), sign
@@ -211,7 +205,7 @@ class Signs:
             return self.pool.number(value**2)
         if self.pool.nodes[node][0] == "exp":
             return self.pool.intern("exp", self._times(self.pool.operands(node)[0], Fraction(2)))
-        base, exponent = self._base(node)
+        base, exponent = self.pool.raised(node)
         return self.pool.power(base, 2 * exponent)
 
     def _is_odd(self, exponent: int) -> bool:

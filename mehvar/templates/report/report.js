@@ -50,7 +50,7 @@
     }
   }
 
-  const filters = document.querySelectorAll("[data-filter]");
+  const filters = Array.from(document.querySelectorAll("[data-filter]"));
   const apply = () => {
     const wanted = Array.from(filters, (filter) => filter.value.split(":"));
     const shown = Array.from(document.querySelectorAll("tbody[data-kind]"), (body) => {
@@ -62,7 +62,21 @@
     });
     document.getElementById("shown").textContent = shown.join(", ");
   };
-  filters.forEach((filter) => filter.addEventListener("change", apply));
+  /** The address holds the filters, so that it can be sent: #claims?paper=slosh. */
+  const save = () => {
+    const chosen = new URLSearchParams(filters.filter(({ value }) => value).map(({ value }) => value.split(":")));
+    try { history.replaceState(null, "", `#${filters[0].closest("section").id}?${chosen}`); } catch { /* frames may refuse */ }
+  };
+  const restore = () => {
+    const [, values] = location.hash.split("?");
+    if (!filters.length || values === undefined) return;
+    const chosen = Array.from(new URLSearchParams(values), (pair) => pair.join(":"));
+    for (const filter of filters) filter.value = chosen.find((value) => Array.from(filter.options).some((o) => o.value === value)) ?? "";
+    apply();
+  };
+  filters.forEach((filter) => filter.addEventListener("change", () => { apply(); save(); }));
+  addEventListener("hashchange", restore);
+  restore();
 
   /** Paper has no folds: what was measured is printed. Nothing scrolls there: wide formulas are smaller. */
   const SHEET = 680, SMALLER = 0.75; // pixels between the margins of A4; its letters by those of the screen
@@ -81,7 +95,7 @@
 
   /** Keep what a link leads to under its eye while charts above it are still being built; until the reader moves. */
   const land = () => {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1).split("?")[0]));
     if (!target) return;
     for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
     target.querySelectorAll(":scope > details.checks").forEach((part) => { part.open = true; });

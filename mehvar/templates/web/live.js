@@ -129,7 +129,7 @@
   /** The metrics, beside those of the kept run. */
   const tabulate = () => at("metrics")?.querySelector("dl").replaceChildren(...data.metrics.map(({ name, unit, description }) => {
     const former = kept ? element("small", { textContent: `kept ${amount(kept.metrics[name], unit)}` }) : "";
-    return element("div", { title: description }, element("dt", { textContent: name }), element("dd", {}, amount(metrics[name], unit), former));
+    return element("div", {}, element("dt", {}, name, element("small", { textContent: description })), element("dd", {}, amount(metrics[name], unit), former));
   }));
 
   const tell = (spent, frames) => {
@@ -247,9 +247,9 @@
     box.setAttribute("aria-label", `${q.name}: ${q.description}`);
     bar.addEventListener("input", () => { box.value = short(Number(bar.value)); set(Number(box.value)); });
     box.addEventListener("change", () => { if (box.value !== "") { bar.value = box.value; set(Number(box.value)); } });
-    const name = element("span", { title: q.description }, `${q.name.replaceAll("_", "_\u200b")} `); // long names break at an underscore
+    const name = element("span", {}, `${q.name.replaceAll("_", "_\u200b")} `); // long names break at an underscore
     if (q.unit !== "1") name.append(element("small", { textContent: `[${pretty(q.unit)}]` }));
-    return element("div", { className: "slider" }, name, bar, box);
+    return element("div", { className: "slider" }, name, bar, box, element("small", { textContent: q.description }));
   };
 
   const controls = () => {
@@ -268,6 +268,7 @@
     at("case").value = chosen.which;
     at("own").hidden = chosen.text === null;
     if (chosen.text !== null) {
+      at("panel").open = true;
       at("text").value = chosen.text;
       at("text").rows = chosen.text.split("\n").length + 2;
     }

@@ -211,8 +211,8 @@ class _Sample:
 
     def rotation(self, name: str, q: Sequence[Expr]) -> sp.Matrix:
         """Return the matrix from inertial axes to hub axes."""
-        turn = quaternion_rotation(list(q))
-        return sp.Matrix(3, 3, lambda i, j: self.define(f"{name}_{AXES[i]}{AXES[j]}", turn[i, j], "rotation"))
+        start = f"{self.law.name}_{self.of.name}_{name}_"
+        return self.at.frame.matrix(start, quaternion_rotation(list(q)), f"{self.of.name}: rotation")
 
     def transition(self, middle: sp.Matrix, angle: sp.Matrix) -> sp.Matrix:
         """Return the error's transition over a period from the attitude halfway and half the turn."""

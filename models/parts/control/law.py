@@ -12,8 +12,7 @@ from ...derivation import Expr, free_symbols
 from ...quantities import Group, ModelError, Parameter, Quantity
 from ...system import Controller, Output
 from ...tables import suggestion
-from ..frame import ZERO
-from ..part import Craft, Part
+from ..part import Craft, Moments, Part
 from ..sensors import Gyro, Instrument, StarTracker
 from ..values import Parameters, Value
 from .allocation import allocated, check_effects, effects
@@ -192,9 +191,8 @@ class Law:
         """Return the centre of mass of the parts that are fixed to the hub."""
         frame = self._craft.frame
         each = [part.aggregates(at) for part, at in self._craft.parts]
-        still = [of for of in each if all(map(frame.is_constant, (of.mass, *of.first)))]
-        mass = sp.Add(*(of.mass for of in still))
-        return sum((of.first for of in still), ZERO) / mass
+        still = Moments.whole(of for of in each if all(map(frame.is_constant, (of.mass, *of.first))))
+        return still.first / still.mass
 
     def controller(self, title: str, commands: Commands, inputs: Mapping[str, int], sampled: bool) -> Controller:
         """Return the law with commands to parts by name; other commands are zero."""

@@ -22,7 +22,7 @@ from ...derivation import Expr
 from ...mechanics import direction, frame_turn
 from ...quantities import ModelError, Quantity
 from ...system import TIME, Condition
-from ..frame import AXES, ZERO, Frame
+from ..frame import AXES, ZERO, Frame, symbols
 from ..part import Motion, Mounted, Part, State
 from ..values import Number, Parameters, Value, kinds, scalar
 from .magnetism import Harmonics, check, coefficients
@@ -192,12 +192,12 @@ class Orbit(Part):
     @property
     def place(self) -> sp.Matrix:
         """Symbols of the position of the centre of mass in inertial axes, m."""
-        return sp.Matrix([q.symbol for q in self._quantities()[:3]])
+        return symbols(self._quantities()[:3])
 
     @property
     def velocity(self) -> sp.Matrix:
         """Symbols of the velocity of the centre of mass in inertial axes, m/s."""
-        return sp.Matrix([q.symbol for q in self._quantities()[3:]])
+        return symbols(self._quantities()[3:])
 
     def _quantities(self) -> tuple[Quantity, ...]:
         kinds = (("", "m", "position"), ("v", "m/s", "velocity"))

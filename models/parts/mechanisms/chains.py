@@ -23,7 +23,7 @@ from ...derivation import Expr
 from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ...system import Condition
-from ..frame import AXES, ZERO, point_inertia
+from ..frame import AXES, ZERO, point_inertia, quaternion, triple
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 
@@ -277,7 +277,7 @@ class Chain(Part):
 def places_of(name: str, link: Link) -> tuple[Quantity, ...]:
     """Return the coordinates of a joint: angle, position or quaternion."""
     if link.joint == "ball":
-        return tuple(Quantity(f"{name}_q{k}", "1", f"quaternion of {name}, component {k}") for k in range(4))
+        return quaternion(f"{name}_q", f"quaternion of {name}")
     if link.joint == "hinge":
         return (Quantity(f"{name}_angle", "rad", f"angle of {name}"),)
     return (Quantity(f"{name}_place", "m", f"place of {name} along its axis"),)
@@ -286,7 +286,7 @@ def places_of(name: str, link: Link) -> tuple[Quantity, ...]:
 def speeds_of(name: str, link: Link) -> tuple[Quantity, ...]:
     """Return the speeds of a joint."""
     if link.joint == "ball":
-        return tuple(Quantity(f"{name}{axis}", "rad/s", f"rate of {name}, {axis}") for axis in AXES)
+        return triple(name, "rad/s", f"rate of {name}")
     if link.joint == "hinge":
         return (Quantity(f"{name}_rate", "rad/s", f"rate of {name}"),)
     return (Quantity(f"{name}_speed", "m/s", f"speed of {name}"),)
@@ -394,9 +394,7 @@ def _shifted(
     wrench = bias + matrix * sp.Matrix([*far, *ZERO])
     wrench = sp.Matrix([*wrench[:3, :], *(wrench[3:, :] + arm.cross(wrench[:3, :]))])
     mass, mixed, inertia = matrix[:3, :3], matrix[:3, 3:], matrix[3:, 3:]
-    moved = sp.Matrix(
-        3, 3, lambda i, j: at.define(f"N{k}_{AXES[i]}{AXES[j]}", (mixed - mass * hat)[i, j], f"shift to joint {k - 1}")
-    )
+    moved = at.matrix(f"N{k}_", mixed - mass * hat, f"shift to joint {k - 1}")
     turned = inertia + hat * mixed - moved.T * hat
     result = sp.Matrix(sp.BlockMatrix([[mass, moved], [moved.T, turned]]))
     return _matrix(at, f"H{k}_", result, k), _six(at, f"h{k}_", wrench, k)

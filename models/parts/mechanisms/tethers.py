@@ -14,7 +14,7 @@ from ...derivation import Expr
 from ...events import Event
 from ...mechanics import quaternion_product, quaternion_rates, quaternion_rotation
 from ...quantities import ModelError, Quantity
-from ..frame import AXES, point_inertia
+from ..frame import AXES, point_inertia, quaternion, symbols, triple
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Tensor, Vector, place, scalar, tensor
 
@@ -112,15 +112,17 @@ class Rod(_Elastic):
     start: Sequence[float]
 
     def _quantities(self) -> tuple[tuple[Quantity, ...], ...]:
-        def vector(letter: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
-            return tuple(Quantity(f"{self.name}_{letter}{a}", unit, f"{meaning} of {self.name}, {a}") for a in AXES)
-
-        turn = tuple(Quantity(f"{self.name}_q{k}", "1", f"quaternion of {self.name}, component {k}") for k in range(4))
-        return vector("", "m", "place"), turn, vector("v", "m/s", "relative velocity"), vector("w", "rad/s", "rate")
+        name = self.name
+        return (
+            triple(f"{name}_", "m", f"place of {name}"),
+            quaternion(f"{name}_q", f"quaternion of {name}"),
+            triple(f"{name}_v", "m/s", f"relative velocity of {name}"),
+            triple(f"{name}_w", "rad/s", f"rate of {name}"),
+        )
 
     def vectors(self) -> list[sp.Matrix]:
         """Return symbols of position, attitude, relative velocity and rate of the body."""
-        return [sp.Matrix([q.symbol for q in group]) for group in self._quantities()]
+        return list(map(symbols, self._quantities()))
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         places, turn, velocity, rate = self._quantities()

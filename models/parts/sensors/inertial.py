@@ -16,7 +16,7 @@ import sympy as sp
 
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
-from ..frame import AXES
+from ..frame import AXES, symbols, triple
 from ..part import Jump, Motion, Mounted, State, start
 from ..values import Number, Parameters, Vector, place, scalar, vector
 from .instruments import HALF, Triad, density
@@ -53,7 +53,7 @@ class Inertial(Triad):
         return self.unit, f"{self.quantity} {axis} that {self.name} measures"
 
     def _own(self, what: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
-        return tuple(Quantity(f"{self.name}_{what}_{axis}", unit, f"{meaning} {self.name}, {axis}") for axis in AXES)
+        return triple(f"{self.name}_{what}_", unit, f"{meaning} {self.name}")
 
     def _biases(self) -> tuple[Quantity, ...]:
         return () if self.walk is None else self._own("bias", self.unit, "bias of")
@@ -145,7 +145,7 @@ class Gyro(Inertial):
 
         (Bortz, IEEE Transactions on Aerospace and Electronic Systems 7 (1971) 61.)
         """
-        turn, rate = sp.Matrix([q.symbol for q in self._integrals()]), at.frame.rate
+        turn, rate = symbols(self._integrals()), at.frame.rate
         across = at.vector("across_", turn.cross(rate), "turn times rate", "rad^2/s")
         return tuple(rate + across / 2 + turn.cross(across) / 12)
 

@@ -25,7 +25,7 @@ from ...mechanics import quaternion_product
 from ...quantities import TIME, ModelError, Quantity
 from ...system import Condition
 from ..environment import sky
-from ..frame import AXES
+from ..frame import AXES, quaternion
 from ..part import Motion, Mounted, Part, State
 from ..values import Number, Parameters, Vector, direction, scalar, vector
 
@@ -213,9 +213,7 @@ class StarTracker(Instrument):
         return (1.0, 0.0, 0.0, 0.0)
 
     def seen(self) -> tuple[Quantity, ...]:
-        return tuple(
-            Quantity(f"{self.name}_q{k}", "1", f"quaternion that {self.name} measures, component {k}") for k in range(4)
-        )
+        return quaternion(f"{self.name}_q", f"quaternion that {self.name} measures")
 
     def errors(self, at: Mounted) -> Sequence[Expr]:
         return (sp.S.Zero,) * 3 if at.values.sigma is None else list(at.values.sigma)

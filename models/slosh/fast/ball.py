@@ -31,8 +31,8 @@ class Fuel(Bob):
 
     number: int = 0
 
-    def _quantities(self, letter: str, unit: str, meaning: str) -> tuple[Quantity, ...]:
-        return {"e": direction_quantities, "u": arm_rate_quantities}[letter](self.number)
+    def _vectors(self) -> tuple[tuple[Quantity, ...], ...]:
+        return direction_quantities(self.number), arm_rate_quantities(self.number)
 
 
 def fuel(pendulum: Pendulum) -> Fuel:

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mehvar.base.errors import unknown_name
 from mehvar.base.manifest import Controller, Manifest
@@ -114,7 +113,6 @@ def board_law_header(
     resolved: Resolved,
     period: float,
     delay: int,
-    suffix: str = "",
     tunable: Sequence[str] | None = None,
 ) -> str:
     """Return the text of mehvar/private/board_law.h: functions and numbers for the firmware.
@@ -127,8 +125,6 @@ def board_law_header(
         Sample period of the law, s.
     delay : int
         Samples between a command and its action in the self-test, 0 or 1.
-    suffix : str
-        Suffix of the plant variant's right-hand side, for the self-test.
     tunable : sequence of str, optional
         Parameters that stay variable while all others are constants of the law's code; None for all.
 
@@ -166,7 +162,7 @@ def board_law_header(
             for n, values in (("P", resolved.p), ("C", resolved.c), ("S", resolved.s))
         ),
         "",
-        *_functions(manifest, law, model, suffix, inlined=tunable is not None),
+        *_functions(manifest, law, model, inlined=tunable is not None),
         *_tunable(manifest, law, tunable),
         "#endif",
     ]
@@ -198,7 +194,7 @@ def _law_call(manifest: Manifest, law: Controller, p: str, c: str) -> str:
     return f"{function}(x, r, v, z, {p}, {c}, u, z_next)" if law.memory else f"{function}(x, r, {p}, {c}, u)"
 
 
-def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inlined: bool) -> list[str]:
+def _functions(manifest: Manifest, law: Controller, model: str, inlined: bool) -> list[str]:
     """Return definitions that adapt the model's functions to the firmware's names and arguments."""
     name = identifier(law.name)
     names = {identifier(f) for f in manifest.functions}
@@ -211,9 +207,7 @@ def _functions(manifest: Manifest, law: Controller, model: str, suffix: str, inl
     call = f"{model}_{name}_start(x, r, p, c, z)" if start else ""
     unused: tuple[str, ...] = () if start else ("x", "r", "p", "c", "z")
     lines += _inline("start", "const real *x, const real *r, const real *p, const real *c, real *z", call, unused)
-    lines += _inline(
-        "rhs", "const real *x, const real *u, const real *p, real *dx", f"{model}_rhs{suffix}(x, u, p, dx)"
-    )
+    lines += _inline("rhs", "const real *x, const real *u, const real *p, real *dx", f"{model}_rhs(x, u, p, dx)")
     lines += _inline("initial", "const real *p, const real *s, real *x", f"{model}_initial(p, s, x)")
     lines += _inline(
         "reference", "const real *t, const real *p, const real *s, real *r", f"{model}_reference(t, p, s, r)"
@@ -251,8 +245,3 @@ def _float(value: float) -> str:
 
 def _number(value: float) -> str:
     return float(value).hex()
-
-
-def floats(values: NDArray[np.float64]) -> bytes:
-    """Return numbers as the board stores them: little-endian floats."""
-    return np.asarray(values).astype("<f4").tobytes()

@@ -11,12 +11,7 @@ import pytest
 import sympy as sp
 
 from mehvar.base.errors import InputError
-from mehvar.base.manifest import manifest_text
-from mehvar.codegen.code.files import code_files, printed_functions
-from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.functions.verify import VerificationError, verify
-from mehvar.codegen.manifest import manifest_of
-from mehvar.models.check import check
 from mehvar.models.system import (  # fmt: skip
     Actuator,
     Choice,
@@ -35,6 +30,7 @@ from mehvar.runtime import load, simulate
 from mehvar.runtime.batch.kernel import compile_kernel
 from mehvar.runtime.run.noise import normals
 from mehvar.runtime.run.options import RunOptions
+from tests.models.written import written
 from tests.runtime.batch.one_by_one import run_alone
 
 ANY = Interval(-np.inf, np.inf, True, True)
@@ -89,14 +85,7 @@ def spinner() -> System:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    system, path = spinner(), tmp_path_factory.mktemp("spinner")
-    check(system)
-    functions = printed_functions(generate_functions(system))
-    manifest = manifest_of(system, functions, {})
-    for name, text in code_files(manifest, functions).items():
-        (path / name).write_text(text)
-    (path / "manifest.json").write_text(manifest_text(manifest))
-    return path
+    return written(spinner(), tmp_path_factory.mktemp("spinner"))
 
 
 def by_hand(drag: float, sigma: float, delay: int, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

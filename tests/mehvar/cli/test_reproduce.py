@@ -574,12 +574,15 @@ def test_static_pictures_can_be_had_and_claims_filtered(open_page):
     open_page()
     rows = "[...document.querySelectorAll('tr[data-paper]')].filter((row) => !row.hidden).length"
     everything = browser.execute_script(f"return {rows}")
-    Select(browser.find_element("css selector", "[data-filter=paper]")).select_by_visible_text("slosh")
+    Select(browser.find_element("css selector", "[data-filter]")).select_by_visible_text("slosh")
     assert 0 < browser.execute_script(f"return {rows}") < everything
     assert (
         browser.find_element("id", "shown").text
         == "13 claims of the papers, 1 finding of our own, 8 rows of our own against an independent program"
     )
+    assert browser.current_url.endswith("#claims?paper=slosh")
+    browser.refresh()
+    assert 0 < browser.execute_script(f"return {rows}") < everything
 
 
 def test_a_narrow_window_needs_no_sideways_scrolling_and_dark_is_dark(open_page):

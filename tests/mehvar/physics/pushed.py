@@ -35,7 +35,13 @@ def gates_of(_: Machine) -> list[Gate]:
         identity("target", _target_rods, lambda at: _rods(at, "f")),
         identity("target's attitude, masses in their order", _target_attitude, lambda at: _aligned(at["theta_f"])),
         identity("picture", _picture, lambda at: _places(at).reshape(-1, 6)),
-        *_errors(),
+        *triangle.errors(
+            _distance,
+            _at_target,
+            lambda at: triangle.distances(_places(at)),
+            lambda at: at.result("outputs", "theta"),
+            lambda at: at.moved(H=0.0),
+        ),
     ]
 
 
@@ -231,37 +237,5 @@ def _at_target(at: Points) -> Points:
     return at.moved(l1=l1, l2=l2, l3=l3)
 
 
-def _errors() -> list[Gate]:
-    """Return the errors of a run: differences in the shape disc, and the area that is still to be enclosed."""
-
-    def distance(at: Points) -> Array:
-        return at["rho_ref"][:, None] - _zeta(at) * np.exp(-1j * at["phi_ref"])[:, None]
-
-    def direction(at: Points) -> Array:
-        return at.result("outputs", "rho_error") * np.exp(1j * at.result("outputs", "phi_error"))
-
-    def enclosed(at: Points) -> Array:
-        return np.imag(np.conj(distance(at)) * at.along(distance))
-
-    def turned(at: Points) -> Array:
-        return at.result("outputs", "theta_error")
-
-    def longest(at: Points) -> Array:
-        return np.abs(triangle.distances(_places(at)) - triangle.distances(_places(_at_target(at)))).max(axis=1)
-
-    return [
-        identity("distance to the target", direction, distance),
-        balance(
-            "shifted attitude",
-            lambda at: at.result("outputs", "theta_shifted"),
-            enclosed,
-            where=lambda at: at.moved(H=0.0),
-        ),
-        identity(
-            "shifted attitude at the target",
-            lambda at: _at_target(at).result("outputs", "theta_shifted"),
-            lambda at: turned(_at_target(at)),
-        ),
-        identity("attitude error", turned, lambda at: at.result("outputs", "theta") - at["theta_ref"][:, None]),
-        identity("length error", lambda at: at.result("outputs", "length_error")[:, 0], longest),
-    ]
+def _distance(at: Points) -> Array:
+    return at["rho_ref"][:, None] - _zeta(at) * np.exp(-1j * at["phi_ref"])[:, None]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def gates_of(subject: Machine) -> list[Gate]:
         symmetric(_REFLECTION if subject.system.structure["masses"] == "equal" else _EXCHANGE),
         symmetric(Symmetry("turned as a whole", shifts={"theta": 0.8})),
         identity("twice the size", lambda at: _twice(at).call("rhs")[:, 3], lambda at: _coasting(at).call("rhs")[:, 3]),
-        *_errors(),
+        *errors(_distance, _arrived, rods, lambda at: at["theta"][:, None], _coasting),
     ]
     if subject.system.structure["masses"] == "equal":
         found.append(identity("order of rods", _turned_rods, lambda at: np.roll(at.call("lengths"), 1, axis=1)))
@@ -46,14 +47,14 @@ _REFLECTION = Symmetry("reflection", _FLIPPED)
 _EXCHANGE = Symmetry("reflection", _FLIPPED, {"m1": "m2", "m2": "m1"})
 
 
-def _errors() -> list[Gate]:
+def errors(
+    distance: Callable[[Points], Array],
+    arrived: Callable[[Points], Points],
+    lengths: Callable[[Points], Array],
+    attitude: Callable[[Points], Array],
+    coasting: Callable[[Points], Points],
+) -> list[Gate]:
     """Return the errors of a run: differences in the shape disc, and the area that is still to be enclosed."""
-
-    def arrived(at: Points) -> Points:
-        return at.moved(rho=at["rho_ref"], phi=at["phi_ref"], mu=at["mu_ref"])
-
-    def distance(at: Points) -> Array:
-        return (at["rho_ref"] - at["rho"] * np.exp(1j * (at["phi"] - at["phi_ref"])))[:, None]
 
     def direction(at: Points) -> Array:
         return at.result("outputs", "rho_error") * np.exp(1j * at.result("outputs", "phi_error"))
@@ -62,19 +63,30 @@ def _errors() -> list[Gate]:
         return np.imag(np.conj(distance(at)) * at.along(distance))
 
     def longest(at: Points) -> Array:
-        final = at.moved(rho=at["rho_ref"], phi=at["phi_ref"], mu=at["mu_ref"])
-        return np.abs(rods(at) - rods(final)).max(axis=1)
+        return np.abs(lengths(at) - lengths(arrived(at))).max(axis=1)
 
     def turned(at: Points) -> Array:
         return at.result("outputs", "theta_error")
 
     return [
         identity("distance to the target", direction, distance),
-        balance("shifted attitude", lambda at: at.result("outputs", "theta_shifted"), enclosed, where=_coasting),
-        identity("shifted attitude at the target", lambda at: arrived(at).result("outputs", "theta_shifted"), turned),
-        identity("attitude error", lambda at: turned(at)[:, 0], lambda at: at["theta"] - at["theta_ref"]),
+        balance("shifted attitude", lambda at: at.result("outputs", "theta_shifted"), enclosed, where=coasting),
+        identity(
+            "shifted attitude at the target",
+            lambda at: arrived(at).result("outputs", "theta_shifted"),
+            lambda at: turned(arrived(at)),
+        ),
+        identity("attitude error", turned, lambda at: attitude(at) - at["theta_ref"][:, None]),
         identity("length error", lambda at: at.result("outputs", "length_error")[:, 0], longest),
     ]
+
+
+def _arrived(at: Points) -> Points:
+    return at.moved(rho=at["rho_ref"], phi=at["phi_ref"], mu=at["mu_ref"])
+
+
+def _distance(at: Points) -> Array:
+    return (at["rho_ref"] - at["rho"] * np.exp(1j * (at["phi"] - at["phi_ref"])))[:, None]
 
 
 def shape(at: Points) -> Array:

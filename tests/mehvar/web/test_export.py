@@ -181,6 +181,13 @@ def test_in_a_browser(width, page, browser, opened):
     )
     assert len(widths) > 3
     assert all(inside <= outside for outside, inside in widths)
+    meaning = browser.execute_script("return document.querySelector('#controls .slider > small').textContent")
+    assert meaning == data_of(place)["laws"]["sliding"]["parameters"][0]["description"]
+    panel = browser.find_element("id", "panel")
+    assert panel.get_property("open") == (width > 760)
+    assert width > 760 or panel.rect["height"] < 50
+    legend = "const chart = Report.groups.run.charts[1]; chart.setLegend({ idx: 3 }); return chart.root.innerText"
+    assert "\u202frad" in browser.execute_script(legend)
     browser.execute_script(
         "const bar = document.querySelector('#controls input');"
         "bar.value = bar.max; bar.dispatchEvent(new Event('input'))"

@@ -2,9 +2,13 @@
 """A pendulum whose damping walks, with noisy measurements; its law is written for the state."""
 
 import numpy as np
+import pytest
 import sympy as sp
+from scipy.stats import chi2
 
+import mehvar
 from mehvar import Controller, Derivation, Group, Parameter, Quantity, RandomStep, Scenario, Sensor, System
+from mehvar.runtime.board.run import BoardRequest, run_on_board
 
 J, K, SIGMA, SIGMA_G, WALK, TS, KP, KD = 1.0, 4.0, 0.02, 0.1, 0.003, 0.05, 1.0, 0.5
 MEAN, DEVIATION = np.array([0.8, 0.0, 0.2]), np.array([0.3, 0.3, 0.2])
@@ -44,6 +48,29 @@ def swing(**changes):
         "scenarios": (Scenario("swing", "a swing", 10.0, 0.05),),
     }  # fmt: skip
     return System(**(parts | changes))
+
+
+def is_of_the_textbook(run, by_hand, atol, rtol):
+    """Compare estimates and their squared errors with those of a filter in NumPy."""
+    for k, (x, V) in enumerate(by_hand):
+        ours = np.array([run[f"{name}_est"].values[k] for name in START])
+        np.testing.assert_allclose(ours, x, rtol=0, atol=atol)
+        error = np.array([run[name].values[k] for name in START]) - x
+        assert float(run["est_nees"].values[k]) == pytest.approx(error @ np.linalg.solve(V, error), rel=rtol)
+
+
+def is_consistent(model, n):
+    """Draw starts as the filter believes; means of n runs within 99.9 % bands, for it is no linear system."""
+    drawn = {name: f"normal({m}, {d})" for name, (m, d) in START.items()}
+    runs = mehvar.batch(model, "pd", n, vary=drawn, t_end=10.0, save=1.0)
+    low, high = chi2.ppf([0.0005, 0.9995], 2 * n) / n
+    assert all(low < mean < high for mean in runs["est_nis"].values.mean(axis=0)[2:])
+
+
+def has_the_bits_on_a_board(model):
+    """Compare the law on a board with the law in this process."""
+    outcome = run_on_board(model, BoardRequest("pd", "sil", samples=100))
+    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
 
 
 def rk4(rate, x):

@@ -3,15 +3,30 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
 
 import mehvar
 from mehvar import estimated
 from mehvar.base.errors import MehvarError
-from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.run.noise import normals
 
-from .swing import DEVIATION, KD, KP, MEAN, SIGMA, SIGMA_G, START, TS, WALK, J, K, rk4, swing
+from .swing import (
+    DEVIATION,
+    KD,
+    KP,
+    MEAN,
+    SIGMA,
+    SIGMA_G,
+    START,
+    TS,
+    WALK,
+    J,
+    K,
+    has_the_bits_on_a_board,
+    is_consistent,
+    is_of_the_textbook,
+    rk4,
+    swing,
+)
 
 N = 3
 
@@ -63,25 +78,16 @@ def by_hand(run):
 
 def test_it_is_the_filter_of_the_textbook(model):
     run = mehvar.simulate(model, "pd", t_end=10.0, initial={"drag": 0.3})
-    for k, (x, V) in enumerate(by_hand(run)):
-        ours = np.array([run[f"{name}_est"].values[k] for name in START])
-        np.testing.assert_allclose(ours, x, rtol=0, atol=1e-10)
-        error = np.array([run[name].values[k] for name in START]) - x
-        assert float(run["est_nees"].values[k]) == pytest.approx(error @ np.linalg.solve(V, error), rel=1e-5)
+    is_of_the_textbook(run, by_hand(run), 1e-10, 1e-5)
 
 
 def test_a_board_computes_the_same_bits(model):
-    outcome = run_on_board(model, BoardRequest("pd", "sil", samples=100))
-    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
+    has_the_bits_on_a_board(model)
 
 
 @pytest.mark.parametrize("n", [200, pytest.param(10_000, marks=pytest.mark.soak)])
 def test_errors_and_innovations_are_as_large_as_it_says(model, n):
-    """The start is drawn as the filter believes; means within 99.9 % bands, for it is no linear system."""
-    drawn = {name: f"normal({m}, {d})" for name, (m, d) in START.items()}
-    runs = mehvar.batch(model, "pd", n, vary=drawn, t_end=10.0, save=1.0)
-    low, high = chi2.ppf([0.0005, 0.9995], 2 * n) / n
-    assert all(low < mean < high for mean in runs["est_nis"].values.mean(axis=0)[2:])
+    is_consistent(model, n)
 
 
 def test_points_see_a_bend_that_slopes_do_not():

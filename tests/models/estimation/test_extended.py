@@ -4,15 +4,35 @@
 import numpy as np
 import pytest
 import sympy as sp
-from scipy.stats import chi2
 
 import mehvar
 from mehvar import Diffusion, Group, Quantity, Sensor, estimated
 from mehvar.base.errors import MehvarError
-from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.run.noise import normals
 
-from .swing import DEVIATION, KD, KP, MEAN, SIGMA, SIGMA_G, START, TS, WALK, E, J, K, P, U, X, Y, rk4, swing
+from .swing import (
+    DEVIATION,
+    KD,
+    KP,
+    MEAN,
+    SIGMA,
+    SIGMA_G,
+    START,
+    TS,
+    WALK,
+    E,
+    J,
+    K,
+    P,
+    U,
+    X,
+    Y,
+    has_the_bits_on_a_board,
+    is_consistent,
+    is_of_the_textbook,
+    rk4,
+    swing,
+)
 
 
 @pytest.fixture(scope="module")
@@ -53,16 +73,11 @@ def by_hand(run, delay=0):
 @pytest.mark.parametrize("delay", [0, 1])
 def test_it_is_the_filter_of_the_textbook(model, delay):
     run = mehvar.simulate(model, "pd", t_end=10.0, initial={"drag": 0.3}, delay=delay)
-    for k, (x, V) in enumerate(by_hand(run, delay)):
-        ours = np.array([run[f"{name}_est"].values[k] for name in START])
-        np.testing.assert_allclose(ours, x, rtol=0, atol=1e-11)
-        error = np.array([run[name].values[k] for name in START]) - x
-        assert float(run["est_nees"].values[k]) == pytest.approx(error @ np.linalg.solve(V, error), rel=1e-6)
+    is_of_the_textbook(run, by_hand(run, delay), 1e-11, 1e-6)
 
 
 def test_a_board_computes_the_same_bits(model):
-    outcome = run_on_board(model, BoardRequest("pd", "sil", samples=100))
-    assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
+    has_the_bits_on_a_board(model)
 
 
 def test_noise_of_the_user_is_a_parameter():
@@ -88,12 +103,7 @@ def test_noise_of_the_diffusion_is_that_of_a_density():
 
 @pytest.mark.soak
 def test_errors_and_innovations_are_as_large_as_it_says(model):
-    """The start is drawn as the filter believes; means of 1000 runs within 99.9 % bands, for it is no linear system."""
-    n = 1000
-    drawn = {name: f"normal({m}, {d})" for name, (m, d) in START.items()}
-    runs = mehvar.batch(model, "pd", n, vary=drawn, t_end=10.0, save=1.0)
-    low, high = chi2.ppf([0.0005, 0.9995], 2 * n) / n
-    assert all(low < mean < high for mean in runs["est_nis"].values.mean(axis=0)[2:])
+    is_consistent(model, 1000)
 
 
 @pytest.mark.parametrize(

@@ -127,10 +127,9 @@ def facing(s: np.ndarray) -> np.ndarray:
     return q / np.linalg.norm(q)
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_ball_joint_without_spin(seed):
-    model, x, u, p, craft = plain_sample("ball", seed)
-    motion = model.motion(x)
+def on_balls(model, x, u, p):
+    """Return the world, its data, and accelerations on ball joints, bobs without spin along their arms."""
+    craft, motion = reference.spacecraft(p), model.motion(x)
     built = world(craft, "".join(jointed(bob) for bob in craft.pendulums), craft.J)
     data = mujoco.MjData(built)
     data.qvel[FREE] = np.concatenate([motion.V, motion.W])
@@ -147,12 +146,18 @@ def test_ball_joint_without_spin(seed):
         data.qfrc_applied[6 + 3 * k : 9 + 3 * k] = turns[k].T @ damping
     mujoco.mj_forward(built, data)
     arms = []
-    for k in range(2):
+    for k in range(model.count):
         own, spin = data.qacc[6 + 3 * k : 9 + 3 * k], data.qvel[6 + 3 * k : 9 + 3 * k]
         carried = turns[k].T @ motion.W
         turning = turns[k] @ (own - np.cross(spin, carried)) + data.qacc[3:6]
         arms.append(reference.arm_rate_change(motion.W, motion.q[k], motion.qd[k], turning))
-    expected = np.concatenate([data.qacc[FREE], *arms])
+    return built, data, np.concatenate([data.qacc[FREE], *arms])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ball_joint_without_spin(seed):
+    model, x, u, p, _ = plain_sample("ball", seed)
+    *_, expected = on_balls(model, x, u, p)
     result = model.accelerations(x, u, p)
     assert np.max(np.abs(result - expected)) <= 1e-9 * max(1, np.max(np.abs(expected)))
 

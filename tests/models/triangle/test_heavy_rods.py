@@ -10,7 +10,7 @@ from mehvar.runtime import load
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.model.model import Model
 from tests.derived import variant
-from tests.models.triangle.test_dynamic import ENDS, EXACT, column, inputs, loop_of_rods, rigid, state
+from tests.models.triangle.test_dynamic import ENDS, EXACT, column, inputs, rigid, state, turns_by_twice_the_area
 from tests.reference.cartesian_triangle import place, rods
 from tests.tools import needs
 
@@ -123,17 +123,8 @@ def test_a_rigid_triangle_librates_as_theory_says(general):
 
 
 def test_a_loop_of_shapes_turns_by_the_papers_angle(model):
-    """Twice the area in the shape disc: equal rods with mass move as equal points of half a rod more do."""
-    lengths, accelerations = loop_of_rods(0.3, 0.0)
-    p = model.parameters(rod_mass=3.0)
-    l1, l2, l3 = lengths(0.0)
-
-    def rate(t, x):
-        force = np.asarray(model.functions["forces"](x, np.array(accelerations(t)), p))
-        return model.rhs(x, np.concatenate([force, np.zeros(6)]), p)
-
-    end = solve_ivp(rate, (0, 1), state(model, l1=l1, l2=l2, l3=l3), **EXACT).y[:, -1]
-    assert column(model, end, "psi") == pytest.approx(2 * np.pi * 0.3**2, abs=1e-10)
+    """Equal rods with mass move as equal points of half a rod more do."""
+    turns_by_twice_the_area(model, model.parameters(rod_mass=3.0), 0.3, 0.0)
 
 
 def test_heavier_rods_take_more_force_on_the_same_way(model):

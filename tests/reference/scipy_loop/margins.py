@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mehvar.runtime.compiling.structures import numbers
 from mehvar.runtime.model.functions import FloatArray
+
+from .headers import numbers
 
 _NUMBERS = numbers("step/margins.h")
 _LIMIT_TIME, _AHEAD_PART = (_NUMBERS[name] for name in ("LIMIT_TIME", "AHEAD_PART"))

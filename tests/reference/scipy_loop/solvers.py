@@ -13,8 +13,9 @@ from scipy.integrate._ivp.common import norm, num_jac, select_initial_step
 from scipy.linalg import lu_factor, lu_solve
 
 from mehvar.runtime.compiling.library import NATIVE
-from mehvar.runtime.compiling.structures import numbers
 from mehvar.runtime.model.functions import FloatArray
+
+from .headers import numbers
 
 _ROCK_STAGES = 16
 _RODAS_STAGES = 8

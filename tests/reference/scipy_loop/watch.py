@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.base.manifest import Event
-from mehvar.runtime.compiling.structures import numbers
 from mehvar.runtime.model.functions import FloatArray
+
+from .headers import numbers
 
 _NUMBERS = numbers("step/events.h")
 _LOCATED, _PROBE, _RESTING, _STEEPEST, _STALLED, _CHATTERING = (

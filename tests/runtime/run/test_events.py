@@ -10,12 +10,7 @@ import sympy as sp
 
 import mehvar
 from mehvar.base.errors import InputError
-from mehvar.base.manifest import manifest_text
-from mehvar.codegen.code.files import code_files, printed_functions
-from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.codegen.manifest import manifest_of
 from mehvar.models.check import check
-from mehvar.models.clock import with_clock
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import TIME, Controller, Derivation, Event, Group, Metric, System, surfaces
 from mehvar.runtime import simulate
@@ -24,6 +19,7 @@ from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.run.problem import Status
 from mehvar.web.export import export_web
 from tests.models.edits import POSITIVE, cart, parameter, quantity
+from tests.models.written import written
 
 METHODS = ("rk4", "dopri5", "dop853", "rock4", "rodas5p")
 COUNTERS = ("ups", "downs", "both", "order")
@@ -62,15 +58,6 @@ def turning() -> System:
             Event("full", x.angle - p.top, "rising", ends=True),
         ),
     )  # fmt: skip
-
-
-def written(system, path):
-    check(system)
-    functions = printed_functions(generate_functions(with_clock(system)))
-    manifest = manifest_of(with_clock(system), functions, {})
-    for name, text in {**code_files(manifest, functions), "manifest.json": manifest_text(manifest)}.items():
-        (path / name).write_text(text)
-    return path
 
 
 @pytest.fixture(scope="module")
