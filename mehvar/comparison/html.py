@@ -266,12 +266,16 @@ class _Sheet:
     def _marks(self, equation: EquationChange) -> tuple[Marks, Marks]:
         if equation.old_node is None or equation.new_node is None or equation.verdict is EquationVerdict.SAME:
             return frozenset(), frozenset()
-        old = frozenset(place for edit in equation.edits if edit.old for place in edit.old.places)
-        new = frozenset(place for edit in equation.edits if edit.new for place in edit.new.places)
-        if old and new:
+        old, new = (
+            frozenset(
+                place for edit in equation.edits if (part := getattr(edit, side)) for place in part.places if place
+            )
+            for side in ("old", "new")
+        )  # a mark of the whole would mark no term
+        if old and 0 < len(new) <= len(old):  # a symbol that replaces another may occur elsewhere too
             return old, new
         written = self._alignment.marks(equation.old_node, equation.new_node)
-        return old or written[0], new or written[1]
+        return old or written[0], written[1] if old or not new else new
 
 
 def _arrow(line: str) -> str:

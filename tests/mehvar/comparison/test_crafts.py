@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two spacecraft that Python code has made: what changed is said part by part, then equation by equation."""
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -74,6 +75,10 @@ def craft():
     assert "panel: stiffness 15.0 N m/rad → 20.0 N m/rad" in page
     assert page.count("data:image/png") == 1  # rates and eigenvalues
     assert '<td class="old" data-column="old">15.0</td>' in page
+    sides = re.findall(r'<div class="side new">.*?</div>\n</div>', page, re.DOTALL)
+    torque = next(side for side in sides if "torque" in side)
+    (added,) = re.findall(r'class="term mark">(.*?)</span>', torque)
+    assert "torque" in added
     after.rename(before)
     for versions in ([str(before)], ["HEAD:craft.py", str(before)]):
         told = CliRunner().invoke(app, ["diff", *versions])
