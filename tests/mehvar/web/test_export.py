@@ -162,6 +162,7 @@ def test_the_module_imports_nothing(model, page, node):
     assert json.loads(done.stdout) == []
 
 
+@pytest.mark.share(2)
 def test_the_page_names_no_other(model, page):
     text = page(model).read_text()
     text = re.sub(r"<!-- uPlot.*?-->|/\*!.*?\*/|^\s*//.*?$", "", text, flags=re.DOTALL | re.MULTILINE)  # comments

@@ -89,9 +89,9 @@ def stop(*processes: subprocess.Popen[bytes]) -> None:
 
 
 def test_workers_give_the_bits_of_this_process(scheduler: str, client: Client, here: Store, tmp_path: Path) -> None:
-    """Two workers with a cache of their own compile for themselves."""
+    """One of two workers has a cache of its own and compiles for itself."""
     own = {"MEHVAR_CACHE": str(tmp_path / "cache")}
-    processes = [worker(scheduler, name, FOLDER=str(tmp_path), **own) for name in ("w0", "w1")]
+    processes = [worker(scheduler, f"w{k}", FOLDER=str(tmp_path), **more) for k, more in enumerate(({}, own))]
     try:
         client.wait_for_workers(2, timeout=60)
         store = run_batch("triangle", CAMPAIGN, tmp_path / "runs.zarr", client=client, chunk=8)

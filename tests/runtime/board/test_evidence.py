@@ -48,6 +48,7 @@ def test_no_call_is_longer_than_its_bound(evidence: Evidence) -> None:
     assert evidence.run.profile.most <= step.seen
 
 
+@pytest.mark.soak
 def test_a_step_is_counted_from_entry_to_return_with_what_it_calls_through_registers() -> None:
     """zig calls sine and cosine through a register."""
     evidence = collect(load("satellite"), "pd", compiler="zig", samples=5, disturbed=1)
