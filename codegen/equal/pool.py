@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -57,6 +57,13 @@ class Pool:
             else:
                 numbers.append(self.intern(operation, *(numbers[o] if isinstance(o, int) else o for o in operands)))
         return numbers
+
+    def with_operands(self, node: int, of: Callable[[int], int]) -> int:
+        """Return a node with other operands, each a function of the present one."""
+        operation, *operands = self.nodes[node]
+        if not self.operands(node):
+            return node
+        return self.intern(operation, *(of(o) if isinstance(o, int) else o for o in operands))
 
     def operands(self, node: int) -> tuple[int, ...]:
         """Return the operands of a node."""
