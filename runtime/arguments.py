@@ -78,7 +78,7 @@ def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None
 
 
 def check_units(data: xarray.Dataset, units: Mapping[str, str], origin: str) -> None:
-    """Refuse variables of a dataset whose unit differs from the model's, and dates or durations.
+    """Refuse variables of a dataset whose unit differs from the model's, and all but real numbers.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def check_units(data: xarray.Dataset, units: Mapping[str, str], origin: str) -> 
         For the first variable with another unit.
     """
     for name, unit in units.items():
-        if data[name].dtype.kind in "mM":  # as a number such an instant counts nanoseconds
-            raise bad_value(f"values of {name}", data[name].dtype, f"numbers in {unit}", origin)
+        if data[name].dtype.kind in "mMcSU":  # NumPy would cast them: a date to nanoseconds, a complex number to a part
+            raise bad_value(f"values of {name}", str(data[name].dtype), f"real numbers in {unit}", origin)
         given = data[name].attrs.get("units")
         if given not in (None, "", unit):
             raise bad_value(f"unit of {name}", given, f"{unit}, or left out", origin)

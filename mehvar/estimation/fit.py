@@ -18,6 +18,7 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Controller
 from mehvar.runtime.arguments import check_arguments, check_units
 from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.run.ticks import fraction, multiples
 from mehvar.runtime.run.user.law import LawFunction
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ _STEP = 3e-4
 """Relative step of a central difference: the cube root of a run's relative error, about 1e-11, balances both errors.
 A derivative then has an error of about 1e-7."""
 _UNSEEN = 1e-6
-"""Bound on singular values relative to the largest one. Smaller effects on the data are lost in derivative errors of
-1e-7.
+"""Bound on singular values of unit columns, relative to the largest one. Smaller effects on the data are lost in
+derivative errors of 1e-7.
 """
 _RUN_ERROR = 1e-11
 """Relative error of a run with default tolerances. Divided by the step, it bounds the error of a derivative."""
@@ -37,6 +38,12 @@ _FLAT = 0.1
 """Relative change that separates parameters without effect from those that act in steps, such as times."""
 _FAR = 1e3
 """Residual, in standard deviations, of samples after the end of a trial run."""
+_NEAR = 0.1
+"""Distance from the least residuals, in standard deviations, at which a search has converged: an interval of 95 % then
+covers 94.9 %.
+"""
+_NEAR_OF_MISFIT = 1e-5
+"""Part of the residuals that the distance may have too: SciPy stops at relative changes of 1e-12 of their squares."""
 
 
 @dataclass(frozen=True)
@@ -79,11 +86,16 @@ class Fit:
     run: xr.Dataset
 
     def __getitem__(self, name: str) -> float:
-        return float(self.values[self.names.index(name)])
+        return float(self.values[self._index(name)])
+
+    def _index(self, name: str) -> int:
+        if name not in self.names:
+            raise unknown_name("free value of the fit", name, self.names)
+        return self.names.index(name)
 
     def deviation(self, name: str) -> float:
         """Return the standard deviation of an estimate."""
-        k = self.names.index(name)
+        k = self._index(name)
         return math.sqrt(self.covariance[k, k])
 
     def interval(self, name: str, confidence: float = 0.95) -> tuple[float, float]:
@@ -171,11 +183,14 @@ class _Problem:
         options: Mapping[str, Any],
     ) -> None:
         self._model, self._controller, self._scenario = model, controller, scenario
+        self._refusal = "the run ends before the first sample"
         self._free = _names(free)
         starts = {name: options[name] for name in self._free if name in options and name not in parameters}
         self._parameters, self._initial = {**parameters, **starts}, initial
-        self._data = data
-        self._options = {name: value for name, value in options.items() if name not in starts} | _grid(data, options)
+        t = _grid(data, options)
+        self._data = data = data.assign_coords(t=("t", t, data.t.attrs))
+        self._options = {name: value for name, value in options.items() if name not in starts}
+        self._options |= {"t_end": float(t[-1]), "dt_out": float(t[1])}
         if controller is None:
             self._options["inputs"] = data
         manifest = model.manifest
@@ -197,6 +212,7 @@ class _Problem:
         start = {**json.loads(run.attrs["parameters"]), **json.loads(run.attrs["initial"])}
         self._start = np.array([float(start[name]) for name in self._free])
         self._scale = np.where(self._start != 0, np.abs(self._start), 1.0)
+        self._run(dict(zip(self._free, map(float, self._start), strict=True)))  # refuses free values without effect
         if run.attrs["t_stop"] < float(data.t[-1]) * (1 - 1e-12):
             raise InputError(
                 f"the run with the first guess ended early at {run.attrs['t_stop']:.6g} s: {run.attrs['reason']}. "
@@ -244,7 +260,8 @@ class _Problem:
         values = self._start + relative * self._scale
         try:
             run = self._run(dict(zip(self._free, map(float, values), strict=True)))
-        except InputError:  # a trial outside what the model allows, as inertias of no body; the start was allowed
+        except InputError as error:  # a trial outside what the model allows, as inertias of no body
+            self._refusal = str(error)
             return np.full(np.count_nonzero(self._kept), _FAR)
         parts = []
         for name, measured in self._measured.items():
@@ -267,10 +284,46 @@ class _Problem:
             (above, plus), (below, minus) = ends
             if np.all(plus == _FAR) and np.all(minus == _FAR):
                 raise InputError(
-                    f"{self._free[k]}, listed in 'free', cannot be fitted: no other value near its first guess is valid"
+                    f"{self._free[k]}, listed in 'free', cannot be fitted: no other value near its first guess is "
+                    f"valid: {self._refusal}"
                 )
             columns.append((plus - minus) / (above - below))
         return np.stack(columns, axis=1)
+
+    def _directions(self, jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return orthonormal relative changes, as columns: those that the data see, and all others."""
+        rows = {name: math.sqrt(np.nanmean(m**2)) or 1.0 for name, m in self._measured.items()}
+        sizes = [np.full(m.shape, rows[name] / self._sigma[name]) for name, m in self._measured.items()]
+        errors = _RUN_ERROR / _STEP * np.concatenate(sizes)[self._kept]
+        columns = jacobian / errors[:, None]
+        norms = np.linalg.norm(columns, axis=0)
+        known = norms > math.sqrt(len(errors))
+        norms[~known] = 1.0
+        _, strengths, combinations = np.linalg.svd(columns * known / norms, full_matrices=False)
+        lost = combinations[strengths <= _UNSEEN * strengths[0]] / norms
+        basis = np.linalg.qr(lost.T, mode="complete")[0]
+        basis *= np.where(basis.sum(axis=0) < 0, -1, 1)
+        return basis[:, len(lost) :], basis[:, : len(lost)]
+
+    def _seen_slopes(self, relative: FloatArray) -> FloatArray:
+        """Return the Jacobian without slopes along unseen changes, whose errors would move the values."""
+        jacobian = self._jacobian(relative)
+        seen, _ = self._directions(jacobian)
+        projection = seen @ seen.T
+        projection[np.abs(projection) < _UNSEEN**2] = 0  # a rounded zero column would be scaled to a unit column
+        return jacobian @ projection
+
+    def _is_minimum(self, residuals: FloatArray, jacobian: FloatArray) -> bool:
+        """Return True if no seen change of values off their bounds reduces the residuals."""
+        inner = jacobian * ~self._at_bound
+        seen, _ = self._directions(inner)
+        distance = np.linalg.norm(np.linalg.qr(inner @ seen)[0].T @ residuals)
+        return bool(distance < _NEAR + _NEAR_OF_MISFIT * np.linalg.norm(residuals) + self._run_error())
+
+    def _run_error(self) -> float:
+        """Return the norm of the run's own errors, in standard deviations of the noise."""
+        sizes = (float(np.nansum((m / self._sigma[name]) ** 2)) for name, m in self._measured.items())
+        return _RUN_ERROR * math.sqrt(sum(sizes))
 
     def _bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the bounds of the relative changes, with open bounds moved inwards by a step."""
@@ -297,7 +350,7 @@ class _Problem:
         result = least_squares(
             self._residuals,
             inside,
-            self._jacobian,
+            self._seen_slopes,
             bounds=(low, high),
             x_scale="jac",
             xtol=1e-12,
@@ -305,7 +358,7 @@ class _Problem:
             gtol=1e-12,
         )
         self._converged = bool(result.success)
-        self._active = tuple(name for name, side in zip(self._free, result.active_mask, strict=True) if side)
+        self._at_bound = np.asarray(result.active_mask, bool)
         return np.asarray(result.x, float)
 
     def estimate_sigma(self, relative: FloatArray) -> None:
@@ -328,10 +381,10 @@ class _Problem:
 
     def _check_flat(self, relative: FloatArray, residuals: FloatArray, directions: FloatArray) -> None:
         """Refuse combinations of parameters that affect the data but have zero slope."""
-        for direction in directions:
+        for direction in directions.T:
             for step in (_FLAT * direction, -_FLAT * direction):
                 moved = self._residuals(np.clip(relative + step, *self._bounds()))
-                if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1:
+                if np.linalg.norm((moved - residuals)[moved < _FAR]) > 1 + self._run_error():
                     name = self._free[int(np.argmax(np.abs(direction)))]
                     raise InputError(
                         f"{name}, listed in 'free', cannot be fitted: only large changes of it affect the data, "
@@ -343,15 +396,12 @@ class _Problem:
         from scipy.stats import chi2, norm
 
         residuals, jacobian = self._residuals(relative), self._jacobian(relative)
-        _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
-        size = math.sqrt(sum(float(np.nansum((m / self._sigma[k]) ** 2)) for k, m in self._measured.items()))
-        seen = strengths > max(_UNSEEN * strengths[0], _RUN_ERROR / _STEP * size)
-        self._check_flat(relative, residuals, directions[~seen])
-        inverse = (directions[seen].T / strengths[seen] ** 2) @ directions[seen]
-        covariance = inverse * np.outer(self._scale, self._scale)
-        for row in directions[~seen]:
-            lost = np.abs(row) > 1e-3
-            covariance[lost, lost] = math.inf
+        seen, unseen = self._directions(jacobian)
+        self._check_flat(relative, residuals, unseen)
+        root = seen @ np.linalg.pinv(jacobian @ seen, rcond=0)
+        covariance = root @ root.T * np.outer(self._scale, self._scale)
+        lost = (np.abs(unseen) > 1e-3).any(axis=1)
+        covariance[lost, lost] = math.inf
         freedom = len(residuals) - len(self._free)
         correlation = {}
         for name, row in self._by_variable(residuals).items():
@@ -370,13 +420,12 @@ class _Problem:
             covariance=covariance,
             sigma=dict(self._sigma),
             unseen=tuple(
-                {name: float(w) for name, w in zip(self._free, row, strict=True) if abs(w) > 1e-3}
-                for row in directions[~seen]
+                {name: float(w) for name, w in zip(self._free, row, strict=True) if abs(w) > 1e-3} for row in unseen.T
             ),
             misfit=float(chi2.sf(residuals @ residuals, freedom)) if known_noise else math.nan,
             correlation=correlation,
-            converged=self._converged,
-            bounded=self._active,
+            converged=self._converged and self._is_minimum(residuals, jacobian),
+            bounded=tuple(name for name, at in zip(self._free, self._at_bound, strict=True) if at),
             run=run,
         )
 
@@ -398,8 +447,8 @@ def _check_variables(data: xr.Dataset, run: xr.Dataset) -> None:
             raise unknown_name("variable of the data", name, names, note=note)
 
 
-def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
-    """Return the run options that reproduce the samples of the data."""
+def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> FloatArray:
+    """Return the instants of the data without rounding."""
     for name in ("t_end", "dt_out", "inputs"):
         if name in options:
             raise bad_value(name, options[name], "left out: the data determine it")
@@ -408,6 +457,8 @@ def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> dict[str, float]:
     check_units(data, {"t": "s"}, "data")
     t = np.asarray(data.t.values, float)
     step = float(t[-1]) / (len(t) - 1)
-    if not (step > 0 and np.allclose(t, step * np.arange(len(t)), rtol=0, atol=1e-6 * step)):
-        raise bad_value("t", f"{t[0]:.6g}, {t[1]:.6g}, ..., {t[-1]:.6g}", "0, DT, 2 DT, ...: resample", "data")
-    return {"t_end": float(t[-1]), "dt_out": float(f"{step:.12g}")}
+    errors = np.abs(t - step * np.arange(len(t)))
+    if not (step > 0 and (errors <= 1e-6 * step).all()):
+        k = int(np.argmax(errors))
+        raise bad_value("t", f"{t[k]:.12g} at sample {k}", f"at 0, DT, 2 DT, ..., {t[-1]:.6g}: resample", "data")
+    return multiples(fraction(float(f"{step:.12g}")), len(t))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Interpolation = Literal["hold", "linear"]
 
-_ALLOWED = "a number, a pair (t, values) of arrays, or a function of t"
+_ALLOWED = "a number, a pair (t, values) of arrays of real numbers, or a function of t"
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,10 @@ def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
 
 def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, FloatArray]:
     try:
-        t, values = (unmasked(part).astype(np.float64) for part in pair)
+        t, values = (
+            part.astype(np.float64, casting="unsafe" if part.dtype.kind == "O" else "same_kind")
+            for part in map(unmasked, pair)
+        )
     except (TypeError, ValueError):
         raise bad_value(name, pair, _ALLOWED, origin) from None
     if t.ndim != 1 or t.shape != values.shape or not t.size:

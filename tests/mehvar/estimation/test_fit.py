@@ -11,6 +11,7 @@ from scipy.optimize import curve_fit
 from scipy.stats import binom, chi2
 
 import mehvar
+from mehvar import Group, Parameter, Quantity, Scenario, System
 from mehvar.base.errors import InputError
 from mehvar.parts import Bob, ExternalForce, Hub, Spacecraft
 from mehvar.runtime.model.model import Model
@@ -145,6 +146,64 @@ def test_a_combination_that_the_data_do_not_see_is_named() -> None:
     assert "not seen" in repr(fit)
 
 
+@pytest.fixture(scope="module")
+def oscillator() -> Model:
+    """A mass on a spring with a turn that grows at a rate of its own."""
+    x = Group(
+        "x", (Quantity("place", "m", "place"), Quantity("speed", "m/s", "speed"), Quantity("turn", "rad", "turn"))
+    )
+    p = Group(
+        "p",
+        (
+            Parameter("k", "1/s^2", "stiffness", default=1.5),
+            Parameter("c", "1/s", "damping", default=0.2),
+            Parameter("rate", "rad/s", "rate of turn", default=0.1),
+        ),
+    )
+    s = Group("s", (Parameter("place_0", "m", "place at the start", default=1.0),))
+    return mehvar.build(
+        System(
+            name="oscillator",
+            states=x,
+            parameters=p,
+            scenario_parameters=s,
+            rhs=(x.speed, -p.k * x.place - p.c * x.speed, p.rate),
+            initial=(s.place_0, 0, 0),
+            scenarios=(Scenario("free", "a free run", duration=10.0, step=0.1),),
+        )
+    )
+
+
+def test_an_unseen_value_moves_no_other(oscillator: Model) -> None:
+    """The search followed errors of its slopes, and stopped 9 standard deviations from the least residuals."""
+    truth = mehvar.simulate(oscillator, None, inputs={}, k=1.75)
+    data = xr.Dataset({"place": truth["place"] + np.random.default_rng(4).normal(0, 0.01, truth.sizes["t"])})
+    alone, both = (mehvar.fit(oscillator, data, free, sigma={"place": 0.01}) for free in (["k"], ["rate", "k"]))
+    assert both["k"] == pytest.approx(alone["k"], abs=1e-3 * alone.deviation("k"))
+    assert both.deviation("k") == pytest.approx(alone.deviation("k"), rel=1e-6)
+    assert both["rate"] == pytest.approx(0.1, rel=1e-9)
+    assert both.unseen == ({"rate": 1.0},)
+    assert alone.converged
+    assert both.converged
+
+
+def test_two_names_of_one_start_are_refused(oscillator: Model) -> None:
+    data = mehvar.simulate(oscillator, None, inputs={})[["place"]]
+    for free, parameters in ((["place", "place_0"], {}), (["place"], {"place_0": 2.0})):
+        with pytest.raises(InputError, match="it only determines place, which is given too: give one of them"):
+            mehvar.fit(oscillator, data, free, parameters=parameters)
+
+
+def test_a_precise_variable_hides_no_value_that_another_sees(oscillator: Model) -> None:
+    truth, rng = mehvar.simulate(oscillator, None, inputs={}, k=1.75, rate=0.2), np.random.default_rng(1)
+    sigma = {"place": 0.01, "turn": 1e-9}
+    data = xr.Dataset({name: truth[name] + rng.normal(0, s, truth.sizes["t"]) for name, s in sigma.items()})
+    fit = mehvar.fit(oscillator, data, ["rate", "k"], sigma=sigma)
+    assert fit["k"] == pytest.approx(1.75, abs=3 * fit.deviation("k"))
+    assert fit["rate"] == pytest.approx(0.2, abs=3 * fit.deviation("rate"))
+    assert fit.converged
+
+
 @pytest.mark.parametrize(
     ("change", "part"),
     [
@@ -176,6 +235,11 @@ def in_unit(data: xr.Dataset, name: str, unit: str) -> xr.Dataset:
         (lambda data: in_unit(data, "roll", "deg"), "unit of roll = 'deg' .*must be rad, or left out"),
         (lambda data: data.assign_coords(t=data["t"].assign_attrs(units="ms")), "unit of t = 'ms' .*must be s"),
         (lambda data: data.assign_coords(t=data["t"].values.astype("timedelta64[s]")), "values of t .*numbers in s"),
+        (
+            lambda data: data.assign(roll=data["roll"] + 0j),
+            "values of roll = 'complex128' .*must be real numbers",
+        ),
+        (lambda data: data.assign(roll=data["roll"].astype(str)), "values of roll = '<U.*must be real numbers in rad"),
         (lambda data: data.assign(roll=np.nan * data["roll"]), "roll without a sample"),
         (lambda data: data.rename(wx="wx_gyro"), "unknown variable 'wx_gyro' .*leave it out, or name the variables"),
         (lambda data: data.where(data["t"] != 7, np.inf), "roll infinite at t = 7 s"),
@@ -188,7 +252,7 @@ def test_data_in_another_unit_or_without_samples_are_refused(truth: xr.Dataset, 
 
 
 def test_samples_that_are_not_even_are_refused(truth: xr.Dataset) -> None:
-    with pytest.raises(InputError, match="resample"):
+    with pytest.raises(InputError, match=r"t = '3 at sample 2' .*must be at 0, DT, 2 DT, ..., 4: resample"):
         mehvar.fit("satellite", truth.isel(t=[0, 1, 3, 4]), ["I_x"], "pd")
 
 
@@ -208,3 +272,6 @@ def test_an_interval_needs_a_confidence(truth: xr.Dataset) -> None:
     assert fit.converged
     with pytest.raises(InputError, match="confidence = 95"):
         fit.interval("I_x", 95)
+    for read in (fit.deviation, fit.interval, fit.__getitem__):
+        with pytest.raises(InputError, match="unknown free value 'I_y' of the fit: did you mean I_x"):
+            read("I_y")

@@ -72,7 +72,7 @@ def test_a_run_in_other_units_is_refused(pendulum: runtime.Model) -> None:
     name = "u_cmd_torque" if "u_cmd_torque" in before else "u_torque"
     with pytest.raises(InputError, match=f"unit of {name} = 'mN m' .*must be N m, or left out"):
         run(pendulum, before.assign({name: torque}))
-    with pytest.raises(InputError, match=r"values of t = .*must be numbers in s"):
+    with pytest.raises(InputError, match=r"values of t = .*must be real numbers in s"):
         run(pendulum, before.assign_coords(t=(before["t"].values * 1e9).astype("timedelta64[ns]")))
 
 
@@ -85,9 +85,11 @@ def test_an_input_that_the_model_lacks_is_refused(pendulum: runtime.Model) -> No
 def test_a_run_without_numbers_is_refused(pendulum: runtime.Model) -> None:
     before = runtime.to_dataset(runtime.simulate(pendulum, "p-sum", t_end=1.0))
     words = ("t", ["a"] * before.sizes["t"])
-    for damage in (before.isel(t=slice(0)), before.assign_coords(t=words), before.assign(u_cmd_torque=words)):
-        with pytest.raises(InputError, match=r"inputs = 'a dataset w.*the result of one run"):
-            run(pendulum, damage)
+    with pytest.raises(InputError, match=r"inputs = 'a dataset w.*the result of one run"):
+        run(pendulum, before.isel(t=slice(0)))
+    for damage in (before.assign_coords(t=words), before.assign(u_cmd_torque=words), before * 1j):
+        with pytest.raises(InputError, match=r"values of (t|u_cmd_torque) = .*must be real numbers in"):
+            run(pendulum, damage.assign_attrs(before.attrs))
 
 
 def test_the_inputs_of_a_continuous_run_are_arrays(pendulum: runtime.Model) -> None:
@@ -154,6 +156,7 @@ def test_a_short_pulse_is_not_stepped_over(pendulum: runtime.Model) -> None:
         ({"torque": "much"}, {}, r"inputs\['torque'\] = 'much'.*a number, a pair"),
         ({"torque": True}, {}, r"inputs\['torque'\] = True"),
         ({"torque": np.zeros(3)}, {}, r"inputs\['torque'\] = array.*a pair \(t, values\)"),
+        ({"torque": ([0, 1], [0, 1j])}, {}, r"a pair \(t, values\) of arrays of real numbers"),
         ({"torque": ([0, 1], [0])}, {}, r"of one length, not of shapes \(2,\) and \(1,\)"),
         ({"torque": ([0, 0], [0, 1])}, {}, r"instants of inputs\['torque'\] = 0.0.*must increase"),
         ({"torque": ([0.1, 1], [0, 1])}, {}, "at most 0 for the first"),
