@@ -143,6 +143,9 @@ def test_a_row_of_a_selection_is_not_taken_for_the_run_of_its_number(batch, orde
     with pytest.raises(mehvar.InputError, match=f"^row 1 holds run {order[1]} of the batch, as after isel or sortby"):
         batch.isel(run=order).mehvar.again(1)
     assert batch.isel(run=slice(0, 5)).mehvar.again(1).attrs["reason"]
+    for wrong in ("1", True, 1.0, None):
+        with pytest.raises(InputError, match=r"run = .*must be the number of a run"):
+            batch.mehvar.again(wrong)
 
 
 def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only(monkeypatch):
