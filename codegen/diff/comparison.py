@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 from ..equal.reals import Verdict
@@ -206,14 +206,8 @@ class _Verdicts:
         return (EquationVerdict.UNDECIDED if undecided and whole.equal is None else EquationVerdict.INHERITED), whole
 
     def _same_text(self, old: Item, new: Item) -> bool:
-        versions = self.versions
-        if old.root == new.root:
-            return all(
-                versions.partner[child.key].name == child.name
-                for child in versions.children(new)
-                if child.key in versions.partner
-            ) and not any(child.key not in versions.partner for child in versions.children(new))
-        return False
+        partners = ((child, self.versions.partner.get(child.key)) for child in self.versions.children(new))
+        return old.root == new.root and all(partner and partner.name == child.name for child, partner in partners)
 
     def _equal(self, old: Item, new: Item, verdict: EquationVerdict) -> EquationVerdict:
         return EquationVerdict.RENAMED if old.name != new.name and new.row.named else verdict
@@ -238,17 +232,18 @@ class _Verdicts:
         if self.extension is None:
             return set()
         extended, partner = Extended(self.versions, self.extension), self.versions.partner
-        changed = [item for item in self.versions.news if self.verdict[item.key][0] is EquationVerdict.CHANGED]
-        return {item.key for item in changed if extended(partner[item.key], item)}
+        return {item.key for item in self._changed() if extended(partner[item.key], item)}
+
+    def _changed(self, without: Set[Key] = frozenset()) -> list[Item]:
+        return [
+            item
+            for item in self.versions.news
+            if self.verdict[item.key][0] is EquationVerdict.CHANGED and item.key not in without
+        ]
 
     def _lost(self) -> None:
         """Attribute a change to a removed definition instead of the rows that use it."""
-        changed = [
-            item
-            for item in self.versions.news
-            if self.verdict[item.key][0] is EquationVerdict.CHANGED and item.key not in self._extended
-        ]
-        for lost in lost_definitions(self.versions, changed):
+        for lost in lost_definitions(self.versions, self._changed(self._extended)):
             self.lost[lost.item.key] = lost
             self.names[lost.item.key] = lost.item.name
             for user in lost.users:
@@ -257,11 +252,7 @@ class _Verdicts:
 
     def _causes(self) -> dict[Key, str]:
         """Return for each changed row the name of the row that explains it, if any."""
-        changed = [
-            item
-            for item in self.versions.news
-            if self.verdict[item.key][0] is EquationVerdict.CHANGED and item.key not in self._extended
-        ]
+        changed = self._changed(self._extended)
         solved = solving(self.versions, changed)
         explained: dict[Key, str] = {}
         unsolved = [item for item in changed if item not in solved]

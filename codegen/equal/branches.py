@@ -42,12 +42,7 @@ def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
     numbers = dict(by)
     for node in reached(pool.nodes, [root]):
         if node not in numbers:
-            operation, *operands = pool.nodes[node]
-            numbers[node] = (
-                pool.intern(operation, *(numbers[o] if isinstance(o, int) else o for o in operands))
-                if pool.operands(node)
-                else node
-            )
+            numbers[node] = pool.with_operands(node, numbers.__getitem__)
     return numbers[root]
 
 
@@ -123,11 +118,7 @@ def _fixed(pool: Pool, node: int, taken: Mapping[int, Any], numbers: Mapping[int
     operation, *operands = pool.nodes[node]
     way = taken.get(node)
     if way is None:
-        return (
-            pool.intern(operation, *(numbers[o] if isinstance(o, int) else o for o in operands))
-            if pool.operands(node)
-            else node
-        )
+        return pool.with_operands(node, numbers.__getitem__)
     if operation == "abs":
         return numbers[operands[0]] if way else pool.many("mul", [numbers[operands[0]], pool.number(-1)])
     if operation == "sign":

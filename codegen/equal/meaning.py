@@ -85,9 +85,7 @@ class Flat:
         return [] if target is None else [target]
 
     def _written(self, place: Expression, needed: Sequence[Expression]) -> int:
-        operation, *operands = self.pool.nodes[place[1]]
-        if operation == "sym":
-            return self._memo[needed[0]] if needed else place[1]
-        if not needed:
-            return place[1]
-        return self.pool.intern(operation, *(self._memo[place[0], o] if isinstance(o, int) else o for o in operands))
+        meaning, node = place
+        if self.pool.nodes[node][0] == "sym":
+            return self._memo[needed[0]] if needed else node
+        return self.pool.with_operands(node, lambda operand: self._memo[meaning, operand])

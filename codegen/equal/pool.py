@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -58,6 +58,13 @@ class Pool:
                 numbers.append(self.intern(operation, *(numbers[o] if isinstance(o, int) else o for o in operands)))
         return numbers
 
+    def with_operands(self, node: int, of: Callable[[int], int]) -> int:
+        """Return a node with other operands, each a function of the present one."""
+        operation, *operands = self.nodes[node]
+        if not self.operands(node):
+            return node
+        return self.intern(operation, *(of(o) if isinstance(o, int) else o for o in operands))
+
     def operands(self, node: int) -> tuple[int, ...]:
         """Return the operands of a node."""
         return self._operands[node]
@@ -85,6 +92,10 @@ class Pool:
         if total != neutral or not rest:
             rest.append(self.number(total))
         return rest[0] if len(rest) == 1 else self.intern(operation, *rest)
+
+    def factors(self, node: int) -> tuple[int, ...]:
+        """Return the factors of a product; of another node itself."""
+        return self.operands(node) if self.nodes[node][0] == "mul" else (node,)
 
     def raised(self, node: int) -> tuple[int, Fraction]:
         """Return base and exponent of a power with constant exponent; exponent one for other nodes."""

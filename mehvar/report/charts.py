@@ -45,16 +45,21 @@ def chart(figure: Figure) -> dict[str, Any] | None:
     -------
     dict
         `columns` side by side; `rest`, parts of the picture that are not over time, as shares of it (left, top, width,
-        height); and per panel: `title`, `label` (HTML), `x` and the `y` of each line (see `encode`), initial limits,
-        horizontal `levels`, vertical `marks`.
+        height); and per panel: `title`, `label` and title of its `column` (HTML), `x` and the `y` of each line (see
+        `encode`), initial limits, horizontal `levels`, vertical `marks`.
     """
     shown = [ax for ax in figure.axes if _over_time(ax)]
     if not shown:
         return None
+    places = [spec.colspan.start if (spec := ax.get_subplotspec()) else 0 for ax in shown]
+    titles = {place: _title(ax) for place, ax in zip(reversed(places), reversed(shown), strict=True)}
     return {
-        "columns": len({spec.colspan.start for ax in shown if (spec := ax.get_subplotspec())}) or 1,
+        "columns": len(titles),
         "rest": [_place(ax) for ax in figure.axes if ax not in shown],
-        "panels": [_panel(ax) for ax in shown],
+        "panels": [
+            {**_panel(ax), "column": titles[place] if len(titles) > 1 else ""}
+            for place, ax in zip(places, shown, strict=True)
+        ],
     }
 
 

@@ -79,11 +79,11 @@ def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | No
 def _overview(
     reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
 ) -> Page:
-    verdicts = {claim.verdict for report in reports for claim in report.claims}
+    present = {claim.verdict for report in reports for claim in report.claims}
+    verdicts = [verdict for verdict in ClaimVerdict if verdict in present]
     content = {
         "reports": reports, "pages": pages, "others": others, "facts": facts,
-        "verdicts": [verdict for verdict in ClaimVerdict if verdict in verdicts],
-        "outcomes": sorted(set(map(_outcome, verdicts)), reverse=True),
+        "verdicts": verdicts, "outcomes": list(dict.fromkeys(map(_outcome, verdicts))),
         "counts": tally(claim for report in reports for claim in report.claims),
         "failing": {
             kind: [(report.manifest.model, claim) for report in reports for claim in _failing(report.claims, kind)]
@@ -105,16 +105,12 @@ def _overview(
 
 def _failing(claims: Sequence[Claim], kind: str) -> list[Claim]:
     """Return the claims of a kind that do not hold."""
-    return [claim for claim in claims if claim.kind is kind and claim.verdict not in _HOLDING]
-
-
-_HOLDING = (ClaimVerdict.HOLDS, ClaimVerdict.PART, ClaimVerdict.READING)
+    return [claim for claim in claims if claim.kind is kind and _outcome(claim.verdict) == "does not hold"]
 
 
 def _outcome(verdict: ClaimVerdict) -> str:
     """Return what a verdict says without its reasons."""
-    decided = "holds" if verdict in _HOLDING else "does not hold"
-    return decided if verdict in _HOLDING or verdict.startswith("does not hold") else "undecided"
+    return next((outcome for outcome in ("does not hold", "undecided") if verdict.startswith(outcome)), "holds")
 
 
 def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:

@@ -123,8 +123,11 @@ def _legend(ax: Axes) -> None:
 
     handles, texts = ax.get_legend_handles_labels()
     lines = dict(zip(texts, handles, strict=True))
+    target = lines.pop("target", None)
     if texts.count("target") > 1:
-        lines["target"] = Line2D([], [], color=GREY, ls=_DASHED, lw=0.8)
+        target = Line2D([], [], color=GREY, ls=_DASHED, lw=0.8)
+    if target is not None:
+        lines["target"] = target
     ax.legend(lines.values(), lines, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2, handlelength=1.8)
 
 

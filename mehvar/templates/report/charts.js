@@ -98,6 +98,9 @@
     return low < 0 ? [] : [{ series: [high + 1, low + 1], fill: Report.color(lines[low].color) + "33" }];
   };
 
+  /** The words above a panel; one without a title has that of its column, which is not above it on a phone. */
+  Report.heading = ({ title, column, label }) => [title || column, label].filter(Boolean).join(": ");
+
   /** A chart in words: what it shows, over which time, and the ends of each series. */
   const described = (panel, data) => {
     const lines = panel.lines.map((line, k) => {
@@ -105,7 +108,7 @@
       const least = values.reduce((a, b) => Math.min(a, b), Infinity), most = values.reduce((a, b) => Math.max(a, b), -Infinity);
       return values.length ? `${name} from ${Report.number(least)} to ${Report.number(most)}` : `${name} without values`;
     });
-    const words = Report.words([panel.title, panel.label].filter(Boolean).join(": "));
+    const words = Report.words(Report.heading(panel));
     return `${words || "Chart"} over time: ${lines.join("; ")}`;
   };
 
@@ -241,8 +244,7 @@
       state.groups.clear();
       grid.replaceChildren();
       for (const panel of state.panels) {
-        const title = [panel.title, panel.label].filter(Boolean).join(": ");
-        const box = Report.element("div", { className: "panel" }, Report.element("div", { className: "label", innerHTML: title }));
+        const box = Report.element("div", { className: "panel" }, Report.element("div", { className: "label", innerHTML: Report.heading(panel) }));
         grid.append(box);
         const key = `${name}:${panel.limits}`;
         if (!state.groups.has(key)) state.groups.set(key, Report.group(key));

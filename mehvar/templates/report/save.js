@@ -24,12 +24,11 @@
       piece(part, part.startsWith("<sub>") ? 2 : part.startsWith("<sup>") ? -3 : 0)).join("");
   };
   const text = (x, y, html, extra = "") => `<text x="${round(x)}" y="${round(y)}" ${extra}>${label(html)}</text>`;
-  const heading = ({ title, label: axis }) => [title, axis].filter(Boolean).join(": ");
 
   /** A table: the instants of all charts, and a column for each line that is shown. */
   Report.csv = (charts) => {
     const names = charts.flatMap(({ panel, series }) => series.slice(1).map((one, k) =>
-      Report.words([heading(panel), panel.lines[k].name].filter(Boolean).join(", "))));
+      Report.words([Report.heading(panel), panel.lines[k].name].filter(Boolean).join(", "))));
     const [t, ...columns] = uPlot.join(charts.map((chart) => chart.data));
     const quoted = ["t [s]", ...names].map((name) => `"${name.replaceAll('"', '""')}"`);
     return [quoted, ...Array.from(t, (at, row) => [at, ...columns.map((column) => column[row] ?? "")])]

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import functools
 import shutil
-import subprocess
 from dataclasses import dataclass
 
 from mehvar.base.errors import MissingError, unknown_name
 
-from .toolchains import Toolchain, host_toolchain, toolchain
+from .toolchains import Toolchain, first_line, host_toolchain, toolchain
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,7 @@ def process_toolchain(name: str | None, compiler: str | None = None) -> Toolchai
             command = (*zig.command, *processor.zig, "-static", "-fno-sanitize=all")
             return Toolchain("zig", command, zig.version, (emulator,))
         if processor.gcc and (path := shutil.which(processor.gcc)):
-            return Toolchain("gcc", (path, "-static", _OWN_PRECISION), _version(path), (emulator,))
+            return Toolchain("gcc", (path, "-static", _OWN_PRECISION), first_line(path), (emulator,))
     if processor.gcc is None:
         raise MissingError(f"gcc has no C library for {name}: use --compiler zig")
     raise MissingError(f"{processor.gcc} is not installed: apt-get install gcc-{processor.gcc.removesuffix('-gcc')}")
@@ -100,9 +98,3 @@ def _emulator(processor: Processor) -> str:
         if path := shutil.which(name):
             return path
     raise MissingError(f"{processor.emulator} is not installed: apt-get install qemu-user-static")
-
-
-@functools.cache
-def _version(path: str) -> str:
-    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL)
-    return done.stdout.splitlines()[0]

@@ -171,5 +171,11 @@ def _gcc() -> Toolchain | None:
     path = shutil.which("arm-none-eabi-gcc")
     if path is None:
         return None
-    process = subprocess.run([path, "--version"], capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL)
-    return Toolchain("gcc", (path,), process.stdout.splitlines()[0])
+    return Toolchain("gcc", (path,), first_line(path))
+
+
+@functools.cache
+def first_line(path: str) -> str:
+    """Return the first line that a program prints about its version."""
+    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL)
+    return done.stdout.splitlines()[0]

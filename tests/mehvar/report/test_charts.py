@@ -53,6 +53,21 @@ def test_a_panel_that_is_not_over_time_is_a_part_of_the_picture():
     assert 0.9 < top + height <= 1
 
 
+def test_panels_below_each_other_have_the_title_of_their_column():
+    with style():
+        figure = new_figure(8, 4)
+        axes = figure.subplots(2, 2)
+        for ax in axes.flat:
+            ax.plot([0, 1], [0, 1])
+            ax.set_xlabel(label("$t$", "time", "s"))
+        axes[0, 0].set_title("left")
+        axes[0, 1].set_title("right")
+        found = chart(figure)
+    assert [(panel["title"], panel["column"]) for panel in found["panels"]] == [
+        ("left", "left"), ("right", "right"), ("", "left"), ("", "right"),
+    ]  # fmt: skip
+
+
 def test_a_figure_without_time_has_no_chart():
     with style():
         figure = new_figure(2, 2)
