@@ -160,6 +160,21 @@ def _renumbered(
     return {FILE: text}
 
 
+@contextlib.contextmanager
+def _few_collections() -> Iterator[None]:
+    """Reduce garbage collection, because a derivation creates few reference cycles.
+
+    With the threshold set for a whole process slosh took 9.5 and 8.5 s of a processor, and 10.9 and 11.4 without.
+    """
+    before = gc.get_threshold()
+    gc.set_threshold(max(before[0], 100_000) if before[0] else 0, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
+@_few_collections()
 def derive(
     tree: Tree, model: str, structure: Mapping[str, str] | None = None, casadi: bool = False, whole: bool = True
 ) -> dict[str, str]:
@@ -179,28 +194,8 @@ def derive(
     VerificationError
         If the efficient form differs from the derived equations.
     """
-    with _few_collections():
-        return _derived(tree, model, structure or {}, casadi, whole)
-
-
-@contextlib.contextmanager
-def _few_collections() -> Iterator[None]:
-    """Reduce garbage collection, because a derivation creates few reference cycles.
-
-    With the threshold set for a whole process slosh took 9.5 and 8.5 s of a processor, and 10.9 and 11.4 without.
-    """
-    before = gc.get_threshold()
-    gc.set_threshold(max(before[0], 100_000) if before[0] else 0, *before[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
-
-
-def _derived(tree: Tree, model: str, structure: Mapping[str, str], casadi: bool, whole: bool) -> dict[str, str]:
-    """Derive a model; see `derive`."""
     with tracing(tree.root, package_name(tree, model)) as loading:
-        system = system_of(tree, model, structure)
+        system = system_of(tree, model, structure or {})
         loaded = {name: sha256(path) for name, path in loading.files().items()}
         libraries, answers = loading.libraries(), loading.answers()
     sources = {**answers, **loaded, **(_plant_inputs(tree, model) or {}), **tree.sources(model)}

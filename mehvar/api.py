@@ -31,7 +31,7 @@ from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
 from mehvar.runtime.run.user.choice import law_of
 from mehvar.runtime.units import distribution, setting_units
-from mehvar.terminal import BatchMeter, cell_progress, working
+from mehvar.terminal import BatchMeter, cell_progress, progress
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,7 +68,7 @@ def build(system: System | Spacecraft | Callable[[], System], backend: BackendNa
 
     if not (isinstance(backend, str) and backend == "python"):
         begin_native()  # seconds of a first start, beside those of the derivation
-    with working(f"deriving {getattr(system, 'name', 'a system')}"):
+    with progress(f"deriving {getattr(system, 'name', 'a system')}"):
         folder = built_folder(system)
     return load(folder, backend)
 

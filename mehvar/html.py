@@ -7,6 +7,7 @@ import base64
 import functools
 import html
 import io
+import json
 import re
 import unicodedata
 from collections.abc import Callable, Mapping
@@ -75,6 +76,16 @@ def page(template: str, filters: Mapping[str, Callable[..., Any]] = MappingProxy
     """
     text = _environment(frozenset(filters.items())).get_template(template).render(content)
     return text.replace(_FONT_PLACE, _formula_font(text), 1)
+
+
+def asset(name: str) -> Markup:
+    """Return a style sheet or a script below `mehvar/templates` as page content."""
+    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
+
+
+def script_data(data: object) -> Markup:
+    """Return plain data as JSON that is safe in a script element."""
+    return Markup(json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 @functools.lru_cache(maxsize=8)

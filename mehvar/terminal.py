@@ -227,13 +227,6 @@ def progress(title: str) -> Iterator[Advance]:
         yield advance
 
 
-@contextmanager
-def working(what: str) -> Iterator[None]:
-    """Show the bar of `progress` during work of unknown length."""
-    with progress(what):
-        yield
-
-
 class _Screen(io.StringIO):
     """Output stream that keeps colours like a terminal."""
 

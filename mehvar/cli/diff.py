@@ -20,7 +20,7 @@ from mehvar.comparison.sources import names_model
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import check_file, write_atomic
-from mehvar.terminal import pages, plain_text, print_lines, working
+from mehvar.terminal import pages, plain_text, print_lines, progress
 
 if TYPE_CHECKING:
     from mehvar.reproduction.ledgers import Ledger
@@ -112,7 +112,7 @@ def _papers(model: str | None, form: str, out: Path | None) -> int:
     from mehvar.reproduction.ledger_text import counted, holds, lines
     from mehvar.reproduction.ledgers import paper_ledgers
 
-    with working("checking the printed equations"):
+    with progress("checking the printed equations"):
         ledgers = paper_ledgers(find_tree(Path.cwd()) or installed_tree(), model)
     if form == "text" and out is None:
         with pages():

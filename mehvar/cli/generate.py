@@ -15,7 +15,7 @@ from mehvar.codegen import generate as generation
 from mehvar.codegen.generate import Report, Tree, find_tree, installed_tree
 from mehvar.runtime.files import check_folder
 from mehvar.settings import read_settings
-from mehvar.terminal import working
+from mehvar.terminal import progress
 
 
 def command(
@@ -77,7 +77,7 @@ def generate_models(models: Sequence[str], structure: Mapping[str, str], out: Pa
         check_folder(out)
         _check_own(out, names[0])
     for model in names:
-        with working(f"deriving {model}"):
+        with progress(f"deriving {model}"):
             report = generation.generate(tree, model, out, structure, emit == "casadi")
         where = out or Path("generated") / model
         typer.echo(f"{model}: {'wrote ' + str(where) if report.written else 'up to date'}")

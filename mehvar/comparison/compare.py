@@ -21,7 +21,7 @@ from mehvar.codegen.diff.report import Comparison, EquationChange, EquationVerdi
 from mehvar.codegen.equations.formula import Printer
 from mehvar.codegen.processes import in_processes
 from mehvar.runtime.model.generated import check_unedited
-from mehvar.terminal import working
+from mehvar.terminal import progress
 
 from .consequences import consequences
 from .result import Diff, ModelDiff
@@ -126,7 +126,7 @@ def compare_folders(old: Path, new: Path) -> ModelDiff:
 def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
     if not model.differs:
         return model
-    with working(f"running {model.name}"):
+    with progress(f"running {model.name}"):
         follows, overlay = consequences(old, new)
     return replace(model, consequences=follows, overlay=overlay)
 
@@ -205,7 +205,7 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
     parts, known = [], _edits(model)
     named: dict[str, list[str]] = {}
     pairs = [(v.old, v.new) for v in variants if isinstance(v.old, Path) and isinstance(v.new, Path)]
-    with working(f"comparing {len(pairs)} structures of {model.name}"):
+    with progress(f"comparing {len(pairs)} structures of {model.name}"):
         compared = iter(in_processes(lambda pair, processes: processes.submit(_cached, *pair).result(), pairs))
     for variant in variants:
         if isinstance(variant.old, str) or isinstance(variant.new, str):

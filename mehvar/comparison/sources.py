@@ -21,7 +21,7 @@ from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree, outdated
 from mehvar.runtime.model.derived import last_line, run_python
 from mehvar.runtime.model.generated import check_unedited
-from mehvar.terminal import working
+from mehvar.terminal import progress
 
 from .git import Revision, find_revision, in_repository
 
@@ -120,7 +120,7 @@ class Sources:
             if revision is None or found is None:
                 raise InputError(f"{text!r} is no Python file: give one, or one of a git revision, as in HEAD:craft.py")
             path, label = found, f"{revision.label}:{file}"
-        with working(f"deriving {label}"):
+        with progress(f"deriving {label}"):
             built = file_folder(path)
         return self._of_folders({_model_of(built): built}, label, single=True)
 
@@ -213,7 +213,7 @@ def derive(tree: Tree, models: list[str], label: str) -> dict[str, Path]:
     """
     if not models:
         return {}
-    with working(f"deriving {', '.join(models)} of {label}"), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with progress(f"deriving {', '.join(models)} of {label}"), ThreadPoolExecutor(os.cpu_count()) as pool:
         folders = list(pool.map(lambda name: derived(tree, name, label), models))
     return dict(zip(models, folders, strict=True))
 

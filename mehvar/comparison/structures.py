@@ -19,7 +19,7 @@ from mehvar.codegen.generate import Tree, own_inputs
 from mehvar.codegen.structures import all_structures
 from mehvar.runtime.model.derived import run_python
 from mehvar.settings import read_settings
-from mehvar.terminal import working
+from mehvar.terminal import progress
 
 from .sources import Version, derived
 
@@ -148,7 +148,7 @@ def selection(model: str, old: Version, new: Version, texts: Sequence[str]) -> S
     every, complete = all_structures(choices)
     chosen = [structure for text in texts for structure in (every if text == ALL else [_read(text, choices)])]
     unique = list({_name(structure): structure for structure in chosen}.values())
-    with working(f"deriving {len(unique)} structures of {model}"), ThreadPoolExecutor(os.cpu_count()) as pool:
+    with progress(f"deriving {len(unique)} structures of {model}"), ThreadPoolExecutor(os.cpu_count()) as pool:
         variants = pool.map(lambda structure: _variant(model, old, new, structure), unique)
         several = {variant.name: variant for variant in variants}.values()
     return Selection(

@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 
@@ -21,9 +19,9 @@ from mehvar.runtime.files import write_atomic
 
 from .content import Picture, scene_data
 
-_TEMPLATES = Path(__file__).parents[1] / "templates" / "report"
 _SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "save.js", "charts.js", "view.js", "player.js")
 _STYLES = ("uplot/uPlot.min.css", "charts.css", "report.css")
+"""Files of `mehvar/templates/report`."""
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
 
 
@@ -147,17 +145,16 @@ def geometry_script() -> str:
 
 
 def _asset(name: str) -> Markup:
-    """Return a style sheet or a script as page content."""
-    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
+    return html.asset(f"report/{name}")
 
 
 def _data(pictures: Sequence[Picture], stages: Sequence[Stage]) -> Markup:
-    """Return data of charts and animations as JSON that is safe in a script element."""
-    data: dict[str, Any] = {
+    """Return the data of charts and animations."""
+    data = {
         "charts": {p.name: p.chart for p in pictures if p.chart},
         "scenes": {stage.name: scene_data(stage.drawn_by, stage.scene) for stage in stages},
     }
-    return Markup(json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
+    return html.script_data(data)
 
 
 def uri(picture: Picture) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -13,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from mehvar import html
 from mehvar.base.capabilities import Operation, refuse
@@ -31,7 +29,6 @@ from .cases import Case, cases_of
 from .failure import Failure, criterion_of, failure_of
 from .module import compiled_module, zig_toolchain
 
-_TEMPLATES = Path(html.__file__).parent / "templates"
 _UPLOT = "report/uplot"
 
 
@@ -105,9 +102,9 @@ def web_page(
         "web/live.html.j2",
         title=f"{manifest.model}: {manifest.title}",
         styles=[
-            _asset(name) for name in (f"{_UPLOT}/uPlot.min.css", "palette.css", "report/charts.css", "web/live.css")
+            html.asset(name) for name in (f"{_UPLOT}/uPlot.min.css", "palette.css", "report/charts.css", "web/live.css")
         ],
-        scripts=[_asset(name) for name in names],
+        scripts=[html.asset(name) for name in names],
         runs=[{"law": case.run.controller.name, "scenario": case.run.scenario.name} for case in cases],
         moves=bool(manifest.geometry),
         judged=criterion is not None,
@@ -115,10 +112,8 @@ def web_page(
         first=cases[0].run.scenario.name,
         failure=failure,
         own_law=own_law or "\n".join(f"{q.name} = 0" for q in manifest.inputs),
-        licence=_asset(f"{_UPLOT}/LICENSE"),
-        data=Markup(
-            json.dumps(page_data(manifest, cases, criterion, failure), separators=(",", ":")).replace("<", "\\u003c")
-        ),
+        licence=html.asset(f"{_UPLOT}/LICENSE"),
+        data=html.script_data(page_data(manifest, cases, criterion, failure)),
     )
 
 
@@ -209,10 +204,6 @@ def _parameters(parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
         }
         for q in parameters
     ]
-
-
-def _asset(name: str) -> Markup:
-    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
 
 
 def _packed(content: bytes) -> str:

@@ -17,8 +17,10 @@ from mehvar.base.errors import InputError, bad_value, origin_text
 
 from ..model.functions import FloatArray
 
-_MULTIPLE = 1e-9
-"""Relative tolerance of integer multiples. It only matters for numbers with nine or more digits."""
+MULTIPLE = 1e-9
+"""Relative tolerance of integer multiples. It only matters for numbers with nine or more digits: sums of 1e6 doubles
+and stamps of any clock are closer.
+"""
 _DENOMINATOR = 10**6
 """Largest denominator of a simple fraction, for microseconds and steps such as 1/3, 1/60 and 1/44100 s. Such
 fractions differ by at least 1e-12, so that rounding cannot confuse them below some thousand seconds; with twice the
@@ -55,7 +57,7 @@ def multiples(step: Fraction, count: int) -> FloatArray:
 def times_in(longer: float, shorter: float) -> int | None:
     """Return the ratio of two time spans; None if it is not a positive whole number."""
     ratio = longer / shorter
-    if not 0.5 < ratio < _EXACT or abs(ratio - round(ratio)) > _MULTIPLE * ratio:
+    if not 0.5 < ratio < _EXACT or abs(ratio - round(ratio)) > MULTIPLE * ratio:
         return None
     return round(ratio)
 
@@ -66,9 +68,9 @@ def grid(end: float, step: Fraction) -> FloatArray:
     A multiple that equals the end up to rounding becomes the end.
     """
     last = fraction(end)
-    count = math.floor(last / step + Fraction(_MULTIPLE))
+    count = math.floor(last / step + Fraction(MULTIPLE))
     instants = multiples(step, count + 1)
-    if count and last - count * step < _MULTIPLE * step:
+    if count and last - count * step < MULTIPLE * step:
         instants[-1] = float(last)
     return instants
 
@@ -76,7 +78,7 @@ def grid(end: float, step: Fraction) -> FloatArray:
 def rows_of(every: float, end: float, dt: float, origin: str) -> FloatArray:
     """Return the instants of a series with this time between rows."""
     steps = times_in(every, dt)
-    if steps is None or every > end * (1 + _MULTIPLE):
+    if steps is None or every > end * (1 + MULTIPLE):
         allowed = f"a multiple of the sampling step {dt:g} s, at most the end time {end:g} s"
         raise bad_value("save", every, allowed, origin)
     return grid(end, fraction(dt) * steps)
@@ -97,7 +99,7 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
         )
     tick = fraction(dt) / record_every
     ticks, last = grid(end, tick), fraction(end)
-    if len(ticks) == 1 or last - (len(ticks) - 1) * tick > _MULTIPLE * tick:
+    if len(ticks) == 1 or last - (len(ticks) - 1) * tick > MULTIPLE * tick:
         ticks = np.append(ticks, float(last))
     # Beyond the end a step is as good as any other, and C counts ticks in 64 bits.
     record_every = min(record_every, len(ticks))
@@ -106,7 +108,7 @@ def ticks_of(end: float, dt: float, hold: float | None, origin: str) -> tuple[Fl
 
 
 def common_step(dt: float, instants: FloatArray, origin: str) -> float:
-    """Return the longest span that divides the sampling step and all instants.
+    """Return the longest span that divides the sampling step and all instants, those on its grid up to rounding.
 
     Raises
     ------
@@ -115,6 +117,8 @@ def common_step(dt: float, instants: FloatArray, origin: str) -> float:
     """
     step = fraction(dt)
     for instant in instants:
+        if times_in(float(instant), dt):
+            continue
         other = fraction(float(instant))
         shared = math.lcm(step.denominator, other.denominator)
         step = Fraction(math.gcd(int(step * shared), int(other * shared)), shared)

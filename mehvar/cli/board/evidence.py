@@ -19,7 +19,7 @@ from mehvar.runtime.board.evidence.misra import findings
 from mehvar.runtime.files import check_folder
 from mehvar.runtime.model.model import load
 from mehvar.settings import ModelName, whole_number
-from mehvar.terminal import working
+from mehvar.terminal import progress
 
 
 def command(
@@ -54,7 +54,7 @@ def command(
     if disturbed < 0:
         raise bad_value("disturbed", disturbed, "a whole number >= 0", "--disturbed")
     loaded = compiled(model)
-    with working(f"{controller} of {model}: evidence"):
+    with progress(f"{controller} of {model}: evidence"):
         evidence = collect(loaded, controller, board, compiler, samples, disturbed)
         misra = findings(evidence.run.image)
     write_evidence(evidence, misra, out, maker)

@@ -16,7 +16,7 @@ from mehvar.runtime.board.run import BoardRequest, BoardRun, run_on_board
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.options import split_settings
 from mehvar.settings import complete_controllers, read_values, whole_number
-from mehvar.terminal import working
+from mehvar.terminal import progress
 
 _BOARDS = f"{', '.join(BOARDS)}; default: the first. With --target sil also {', '.join(PROCESSORS)} under QEMU."
 Law = Annotated[
@@ -77,7 +77,7 @@ def outcome_of(model: Model, request: BoardRequest) -> BoardRun:
     LinkError
         If the board does not answer.
     """
-    with working(f"{request.controller} of {model.name} on {request.target}"):
+    with progress(f"{request.controller} of {model.name} on {request.target}"):
         return run_on_board(model, request)
 
 

@@ -9,7 +9,7 @@ import typer
 
 from mehvar.formats.conversion import ENDINGS, convert, format_of
 from mehvar.settings import read_settings
-from mehvar.terminal import working
+from mehvar.terminal import progress
 
 
 def command(
@@ -29,7 +29,7 @@ def command(
     ] = None,
 ) -> None:
     """Write a table of the selected values, or the complete contents."""
-    with working(f"converting {source}"):
+    with progress(f"converting {source}"):
         conversion = convert(source, format_of(out) if to is None else to, out, read_settings(about, "--about"))
     for path in conversion.paths:
         typer.echo(f"saved {path}")

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from mehvar.settings import ModelName
-from mehvar.terminal import working
+from mehvar.terminal import progress
 from mehvar.web.export import export_web
 
 
@@ -25,6 +25,6 @@ def command(
     ] = None,
 ) -> None:
     """Compile the generated C to WebAssembly and write it with sliders and plots into one page."""
-    with working(f"running and compiling {model}"):
+    with progress(f"running and compiling {model}"):
         page = export_web(model, out, success=success)
     typer.echo(f"saved {page}, {page.stat().st_size / 1024:.0f} KiB")

@@ -10,7 +10,7 @@ import typer
 
 from mehvar.runtime.batch.store.verification import Verification, verify
 from mehvar.settings import AsJson
-from mehvar.terminal import print_json, working
+from mehvar.terminal import print_json, progress
 
 _SHOWN = 20
 """Largest number of lines about damage on a terminal; --json has all."""
@@ -29,7 +29,7 @@ def command(
     InputError
         If the folder is not a store.
     """
-    with working(f"verifying {path}"):
+    with progress(f"verifying {path}"):
         verification = verify(path)
     if as_json:
         print_json(verification.facts())

@@ -19,7 +19,7 @@ from ...arguments import check_arguments, check_units
 from ...interrupts import is_of_handler
 from ...model.functions import FloatArray, unmasked
 from ...model.parameters import number
-from ..ticks import fraction
+from ..ticks import MULTIPLE
 from .identity import identify
 from .law import LawError, PythonLaw, describe
 
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 Interpolation = Literal["hold", "linear"]
 
-_ROUNDING = 1e-9
-"""Tolerance of instants, in samples: instants are rounded multiples of a sample."""
 _ALLOWED = "a number, a pair (t, values) of arrays, or a function of t"
 
 
@@ -108,7 +106,7 @@ def open_loop(
     if interpolation is not None and not any(len(signal.instants) for signal in signals):
         raise bad_value("interpolation", interpolation, "left out unless an input is an array over time", origin)
     for name, signal in zip(names, signals, strict=True):
-        if signal.last < end:
+        if signal.last < end * (1 - MULTIPLE):
             allowed = f"known until the end of the run, {end:g} s; they end at {signal.last:g} s"
             raise InputError(f"inputs[{name!r}] (from {origin}): must be {allowed}")
     texts = [signal.text for signal in signals]
@@ -164,9 +162,12 @@ def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
     if linear:
         last = float(t[-1])
         return Signal(lambda now: float(np.interp(now, t, values)), held=False, instants=t, last=last, text=text)
-    return Signal(
-        lambda now: float(values[np.searchsorted(t, now, side="right") - 1]), held=True, instants=t, text=text
-    )
+
+    def held(now: float) -> float:
+        """Return the value that starts at an instant, also if the instant is rounded below its stamp."""
+        return float(values[np.searchsorted(t, now * (1 + MULTIPLE), side="right") - 1])
+
+    return Signal(held, held=True, instants=t, text=text)
 
 
 def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, FloatArray]:
@@ -188,7 +189,7 @@ def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, Fl
         raise bad_value(
             f"instants of {name}", float(t[0]), "at most 0 for the first instant: the run begins at 0", origin
         )
-    return np.array([float(fraction(instant)) for instant in t]), values
+    return t, values
 
 
 def _recorded(
@@ -203,15 +204,17 @@ def _recorded(
         raise bad_value("inputs", "a dataset without samples", "the result of one run", origin)
     if t[0] != 0:
         raise bad_value("inputs", f"a run whose first sample is at {t[0]:g} s", "one from its start, 0 s", origin)
-    if t[-1] < end:
+    if t[-1] < end * (1 - MULTIPLE):
         raise InputError(f"inputs (from {origin}): the given run ends at {t[-1]:g} s: set t_end to at most that")
     _check_inputs(run, manifest, origin)
+    kinds = ("u_cmd_", "u_") if _replays_commands(run, manifest) else ("u_", "u_cmd_")
     columns = {}
     for q in manifest.inputs:
-        name = next((name for name in (f"u_cmd_{q.name}", f"u_{q.name}") if name in run), None)
+        name = next((name for kind in kinds if (name := f"{kind}{q.name}") in run), None)
         if name is None:
-            raise bad_value(
-                "inputs", f"a dataset without u_{q.name}", f"the result of a run of {manifest.model}", origin
+            raise InputError(
+                f"the dataset of inputs (from {origin}) has no u_{q.name}: add this input of {manifest.model}, zero "
+                "where it does not act, or give a controller"
             )
         check_units(run, {name: q.unit}, origin)
         columns[q.name] = _numbers(run, name, origin)
@@ -219,7 +222,7 @@ def _recorded(
     shift = 0
     if hold is not None and len(t) > 1:
         samples = hold / t[1]
-        if samples < 1 - _ROUNDING:
+        if samples < 1 - MULTIPLE:
             allowed = f"with a sample at every change of its inputs: repeat the run with dt_out={hold:g}"
             raise bad_value("inputs", f"a run with samples every {t[1]:g} s", allowed, origin)
         shift = min(delay * round(samples), len(t))
@@ -235,6 +238,11 @@ def _check_inputs(run: Any, manifest: Manifest, origin: str) -> None:
     for variable in map(str, run.data_vars):
         if variable.startswith("u_") and variable not in usual:
             raise unknown_name(f"input of {manifest.model}", variable, inputs, f"inputs, {origin}")
+
+
+def _replays_commands(run: Any, manifest: Manifest) -> bool:
+    """Return True if commands give the run again: its delay is known, or its plant has delays or an actuator."""
+    return "options" in run.attrs or bool(manifest.delays) or "actuate" in manifest.functions
 
 
 def _numbers(run: Any, name: str, origin: str) -> FloatArray:

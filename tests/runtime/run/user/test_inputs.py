@@ -31,6 +31,15 @@ def test_a_sampled_run_from_its_own_inputs_is_the_same_to_the_bit(pendulum: runt
         equal(run(pendulum, runtime.to_dataset(before), **options), before)
 
 
+def test_a_record_without_the_attributes_of_a_run_gives_the_inputs_that_acted(pendulum: runtime.Model) -> None:
+    before = runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.05, delay=2)
+    record = runtime.to_dataset(before)
+    record.attrs = {}
+    np.testing.assert_array_equal(run(pendulum, record, dt_out=0.05).u[:-1], before.u[:-1])
+    with pytest.raises(InputError, match=r"has no u_torque: add this input of pendulum.*or give a controller"):
+        run(pendulum, record[["angle"]])
+
+
 def test_a_run_that_does_not_hold_all_its_inputs_is_refused(pendulum: runtime.Model) -> None:
     coarse = runtime.simulate(pendulum, "p-sum", t_end=1.0, parameters={"Ts": 0.05}, dt_out=0.1)
     with pytest.raises(InputError, match=r"samples every 0.1 s.*repeat the run with dt_out=0.05"):
@@ -102,11 +111,21 @@ def test_numbers_arrays_and_functions_say_the_same(pendulum: runtime.Model) -> N
     assert run(pendulum, {"torque": ([0, 0.005], [0, 1])}).hold == 0.005  # between two samples of the result
 
 
-def test_instants_that_are_rounded_are_those_that_were_meant(pendulum: runtime.Model) -> None:
-    t = np.arange(0.0, 1.0, 0.1)  # 0.30000000000000004 among them
-    staircase = run(pendulum, {"torque": (t, np.arange(10.0) / 10)})
-    np.testing.assert_array_equal(staircase.u[30, 0], 0.3)
-    assert staircase.hold == 0.01
+@pytest.mark.parametrize("period", [None, 0.1])
+@pytest.mark.parametrize(
+    "t",
+    [
+        np.arange(0.0, 1.0, 0.1),  # 0.30000000000000004 among them
+        np.cumsum(np.full(10, 0.1)) - 0.1,
+        np.linspace(0.0, 0.9, 10) + 1e-12 * np.array([0, 1, -1, 1, -1, 1, -1, 1, -1, 1]),
+    ],
+)
+def test_instants_that_are_rounded_are_those_that_were_meant(
+    pendulum: runtime.Model, t: np.ndarray, period: float | None
+) -> None:
+    staircase = run(pendulum, {"torque": (t, np.arange(10.0) / 10)}, period=period)
+    np.testing.assert_array_equal(staircase.u[:-1, 0], np.repeat(np.arange(10.0) / 10, 10))
+    assert staircase.hold == (period or 0.01)
 
 
 def test_a_line_is_integrated_from_break_to_break(pendulum: runtime.Model) -> None:
