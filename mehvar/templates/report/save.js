@@ -136,7 +136,7 @@
     [part.width, part.height] = [width * naturalWidth, height * naturalHeight].map(Math.round);
     part.getContext("2d").drawImage(image, left * naturalWidth, top * naturalHeight, part.width, part.height, 0, 0, part.width, part.height);
     const up = (whole * part.height) / part.width;
-    return [`<image x="0" y="${round(at)}" width="${round(whole)}" height="${round(up)}" href="${part.toDataURL()}"/>`, up];
+    return [`<image x="0" y="${round(at)}" width="${round(whole)}" height="${round(up)}" href=${JSON.stringify(part.toDataURL())}/>`, up];
   };
 
   /** A drawing of the charts for a paper, with what is zoomed and hidden, `columns` side by side, above other parts. */
