@@ -68,12 +68,13 @@
 
   const path = (chart, k, x, y) => {
     const [t, values] = [chart.data[0], chart.data[k]], stepped = chart.panel.lines[k - 1].step;
-    let pen = "M", before = 0;
+    let pen = "M", before = 0, last = null;
     return Array.from(t, (at, row) => {
       if (values[row] === null || values[row] === undefined) return "";
+      if (Report.turns(chart.panel, last, values[row])) pen = "M";
       const across = round(x(at)), up = round(y(values[row]));
       const point = `${stepped && pen === "L" ? `L${across},${before}` : ""}${pen}${across},${up}`;
-      [pen, before] = ["L", up];
+      [pen, before, last] = ["L", up, values[row]];
       return point;
     }).join("");
   };
