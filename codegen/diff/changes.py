@@ -90,8 +90,7 @@ def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]
 
 def coefficient_of(pool: Pool, node: int) -> Fraction:
     """Return the numeric factor of a product."""
-    parts = pool.operands(node) if pool.nodes[node][0] == "mul" else (node,)
-    return next((c for c in map(pool.constant, parts) if c is not None), Fraction(1))
+    return next((c for c in map(pool.constant, pool.factors(node)) if c is not None), Fraction(1))
 
 
 def replaced(pool: Pool, root: int, changes: Sequence[Change]) -> int:

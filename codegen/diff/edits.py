@@ -207,7 +207,8 @@ class Edits:
         times = (
             "" if number == 1 else " and the sign flipped" if number == -1 else f" and the coefficient times {number}"
         )
-        before = self._exponent_of(node, atom)
+        powers = map(self.pool.raised, self.pool.factors(node))
+        before = next((power for base, power in powers if base == atom), None)
         if before is None:
             return Change(Kind.FACTOR, path, node, new, new, f"factor {{{factor}}} gained{times}", costs.FACTOR + extra)
         after = before + exponent
@@ -220,20 +221,10 @@ class Edits:
 
     def _times(self, node: int, atom: int, exponent: int, number: Fraction) -> int:
         """Return a term times number * atom^exponent, with powers of the atom combined."""
-        parts = list(self.pool.operands(node)) if self.pool.nodes[node][0] == "mul" else [node]
-        total = Fraction(exponent)
-        rest = []
-        for part in parts:
-            base, power = self.pool.raised(part)
-            if base == atom:
-                total += power
-            else:
-                rest.append(part)
+        powers = [(part, *self.pool.raised(part)) for part in self.pool.factors(node)]
+        rest = [part for part, base, _ in powers if base != atom]
+        total = sum((power for _, base, power in powers if base == atom), Fraction(exponent))
         return self.pool.many("mul", [*rest, self.pool.power(atom, total), self.pool.number(number)])
-
-    def _exponent_of(self, node: int, atom: int) -> Fraction | None:
-        parts = self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
-        return next((power for base, power in map(self.pool.raised, parts) if base == atom), None)
 
     def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
         operation = self.pool.nodes[node][0]

@@ -120,7 +120,7 @@ class Domains:
         """Return c^2 Q of c sqrt(Q) with c > 0; None for other terms."""
         squares = list[int]()
         rooted = False
-        for factor in self.pool.operands(term) if self.pool.nodes[term][0] == "mul" else (term,):
+        for factor in self.pool.factors(term):
             inner, exponent = self.pool.raised(factor)
             if exponent == Fraction(1, 2):
                 rooted = True

@@ -93,6 +93,10 @@ class Pool:
             rest.append(self.number(total))
         return rest[0] if len(rest) == 1 else self.intern(operation, *rest)
 
+    def factors(self, node: int) -> tuple[int, ...]:
+        """Return the factors of a product; of another node itself."""
+        return self.operands(node) if self.nodes[node][0] == "mul" else (node,)
+
     def raised(self, node: int) -> tuple[int, Fraction]:
         """Return base and exponent of a power with constant exponent; exponent one for other nodes."""
         operation, *operands = self.nodes[node]

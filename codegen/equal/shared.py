@@ -86,7 +86,7 @@ class Shared:
     def _logarithm(self, of: int) -> int:
         """Return a logarithm as a sum of logarithms of positive factors, with exponents as coefficients."""
         pool = self.pool
-        factors = pool.operands(of) if pool.nodes[of][0] == "mul" else (of,)
+        factors = pool.factors(of)
         apart = [k for k in factors if pool.nodes[k][0] == "exp" or (pool.constant(k) or 0) > 0]
         rest = pool.many("mul", [k for k in factors if k not in apart]) if len(apart) < len(factors) else None
         terms = [pool.operands(k)[0] if pool.nodes[k][0] == "exp" else pool.intern("log", k) for k in apart]

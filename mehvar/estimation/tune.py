@@ -146,6 +146,10 @@ def tune(
         trials += store.n
         return store
 
+    if listed := [name for name, values in (vary or {}).items() if not isinstance(values, str)]:
+        raise bad_value(
+            f"vary[{listed[0]!r}]", (vary or {})[listed[0]], "a distribution: listed values allow no verdict"
+        )
     if not vary and not loaded.manifest.random(True):
         raise bad_value("vary", vary, "given: without dispersions or noise all runs are the same")
     store = runs({}, seed)
@@ -163,18 +167,21 @@ def tune(
     if not np.isfinite(before).all():
         bad = int(np.argmax(~np.isfinite(before)))
         raise InputError(f"cost = {cost!r}: with the first gains, run {bad} ended early or lacks a number of the cost")
+    unit = float(np.abs(before).mean()) or 1.0  # SciPy's tolerance of a gradient is absolute
     scale, low, high = _scales(loaded, controller, free, start)
-    worst = 10 * float(np.abs(before).max()) + 1  # exceeds every cost that the search accepts
+    worst = 10 * float(np.abs(before).max()) + unit  # exceeds every cost that the search accepts
 
     def mean_cost(point: FloatArray, n: int) -> float:
+        if not np.isfinite(scale.gains(point)).all():
+            raise InputError(f"cost = {cost!r}: has no minimum: it falls until {', '.join(free)} are infinite")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # advice about gains that are only tried; the last runs give it
             costs = _costs(runs(dict(zip(free, map(float, scale.gains(point)), strict=True)), seed, n), number)
-        return float(np.where(np.isfinite(costs), costs, worst).mean())
+        return float(np.where(np.isfinite(costs), costs, worst).mean()) / unit
 
     from scipy.stats import t
 
-    solution = _minimum(mean_cost, n, float(before.mean()), low, high)
+    solution = _minimum(mean_cost, n, float(before.mean()) / unit, low, high)
     gains = dict(zip(free, map(float, scale.gains(solution.x)), strict=True))
     took = trials
     old, new = (_costs(runs(values, seed ^ 1), number) for values in ({}, gains))
@@ -186,7 +193,7 @@ def tune(
     return Tuning(
         dict(zip(free, map(float, start), strict=True)),
         gains,
-        (float(before.mean()), float(solution.fun)),
+        (float(before.mean()), float(solution.fun) * unit),
         (float(old.mean()), float(new.mean())),
         mean,
         mean - half,

@@ -54,7 +54,7 @@ def read_message(path: Path) -> xarray.Dataset:
     xarray.Dataset
         Over `t` in s since the first line: `x`, `y`, `z`, m, and `vx`, `vy`, `vz`, m/s, of an orbit; `q0` to `q3`,
         scalar first, and where the message has them `wx`, `wy`, `wz`, rad/s, of an attitude. The attributes have the
-        epoch of the first line, frames and time system.
+        epoch of the first line, frames and time system. Accelerations and covariances are not read.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def _numbers(path: Path, segment: _Segment, counts: Sequence[int]) -> FloatArray
     table = np.empty((len(segment.rows), width))
     for row, (number, words) in enumerate(segment.rows):
         if len(words) - 1 != width or width not in counts:
-            allowed = either(list(map(str, counts)))
+            allowed = either(list(map(str, counts))) if width not in counts else f"{width} as in the first line"
             raise InputError(f"{path}, line {number}: {len(words) - 1} numbers after the epoch; must be {allowed}")
         try:
             table[row] = [float(word) for word in words[1:]]

@@ -42,6 +42,9 @@ def check_named(to: str, about: Mapping[str, str], needed: Mapping[str, str], op
     for name in about:
         if name not in (*needed, *optional):
             raise unknown_name(f"name of {to}", name, [*needed, *optional], ORIGIN)
+    for name, text in about.items():
+        if not text.isprintable():
+            raise bad_value(name, text, "a text in one line", ORIGIN)
     if missing := [f"{name} ({text})" for name, text in needed.items() if not about.get(name)]:
         raise InputError(f"{to} needs {'; '.join(missing)}: give {ORIGIN} NAME=VALUE")
     if not _EPOCH.fullmatch(about["epoch"]):

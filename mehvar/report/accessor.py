@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -240,6 +241,8 @@ class Results:
 
         if not self._is_batch:
             raise bad_value("run", run, "left out: this result is a single run", "the call")
+        if isinstance(run, bool) or not isinstance(run, Integral):
+            raise bad_value("run", run, "the number of a run", "the call")
         batch = DatasetBatch(self._dataset)
         plan = plan_of(batch, model, controller=controller, inputs=inputs, interpolation=interpolation)
         check_row(plan, batch, run)

@@ -45,7 +45,8 @@ class ExtendedFilter:
         for q in states:
             mean, deviation = start[q.name]
             mean = self.number(f"{q.name}_est_0", mean, q.unit, f"estimate of {q.description} at the start")
-            deviation = self.number(f"{q.name}_dev_0", deviation, q.unit, f"deviation of {q.name} at the start")
+            text = f"deviation of {q.name} at the start"
+            deviation = self.number(f"{q.name}_dev_0", deviation, q.unit, text, "[0, inf)")
             self.prior.append(self.keep(f"{q.name}_est", q.unit, f"estimate of {q.description}", mean))
             squares.append(deviation**2)
         units = [dimension(q.unit) for q in states]
@@ -73,11 +74,11 @@ class ExtendedFilter:
         self.memory[quantity] = begin, quantity.symbol
         return quantity.symbol
 
-    def number(self, name: str, value: Expr | float, unit: str, meaning: str) -> Expr:
+    def number(self, name: str, value: Expr | float, unit: str, meaning: str, bounds: str = "(-inf, inf)") -> Expr:
         """Return an expression unchanged, or a new law parameter with a number as its default."""
         if isinstance(value, sp.Expr) and not value.is_number:
             return value
-        self.parameters.append(Parameter(name, unit, meaning, default=float(value)))
+        self.parameters.append(Parameter(name, unit, meaning, default=float(value), bounds=bounds))
         return self.parameters[-1].symbol
 
     def stage(self, prefix: str) -> Define:
@@ -197,7 +198,7 @@ class ExtendedFilter:
         for k, q in enumerate(self.of.states):
             if q.name in self.noise:
                 unit, meaning = product(dimension(q.unit), {"s": Fraction(1, 2)}, -1), f"density of noise of {q.name}"
-                density = self.number(f"{q.name}_noise", self.noise[q.name], unit, meaning)
+                density = self.number(f"{q.name}_noise", self.noise[q.name], unit, meaning, "[0, inf)")
                 columns.append((sp.eye(size)[:, k], density**2 * t))
         if self.of.diffusion:
             wiener = self.of.diffusion.wiener

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import warnings
 from collections.abc import Mapping
 from typing import Any, Literal, cast
 
@@ -92,7 +93,12 @@ def _csv(path: str | os.PathLike[str]) -> Any:
     import pandas as pd
 
     try:
-        return pd.read_csv(path, skipinitialspace=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # rows longer than the first line lose their ends
+            return pd.read_csv(path, skipinitialspace=True, index_col=False)
+    except pd.errors.ParserWarning:
+        allowed = "a CSV file whose rows have as many cells as its first line has names"
+        raise bad_value("points", os.fspath(path), allowed) from None
     except (OSError, ValueError) as error:  # pandas' errors of parsing are ValueErrors
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"points = {os.fspath(path)!r} cannot be read as CSV: {reason}") from error

@@ -123,6 +123,6 @@ def common_step(dt: float, instants: FloatArray, origin: str) -> float:
         shared = math.lcm(step.denominator, other.denominator)
         step = Fraction(math.gcd(int(step * shared), int(other * shared)), shared)
     if step * _FINEST < fraction(dt):
-        allowed = f"multiples of a step that divides dt_out = {dt:g} s: resample them, or give a period that samples the inputs"
+        allowed = f"multiples of a step that divides dt_out = {dt:g} s: resample them, or give a period to sample at"
         raise InputError(f"the instants of inputs (from {origin}): must be {allowed}")
     return float(step)

@@ -98,7 +98,7 @@ class Signs:
                 values = [*operands, self._times(operands[0], Fraction(-1))] if operation == "abs" else operands
                 parts = [self.pool.many("add", [self._times(value, factor), others]) for value in values]
                 return self._of_extremum(parts, (operation != "min") == (factor > 0), sign)
-            if any(self.pool.raised(part)[1] == Fraction(1, 2) for part in self._factors(rest)):
+            if any(self.pool.raised(part)[1] == Fraction(1, 2) for part in self.pool.factors(rest)):
                 return self._of_root(rest, factor, others, sign)
             if operation in _INVERSE:
                 limit = self._limit(operation, self._times(others, -1 / factor))
@@ -134,17 +134,14 @@ class Signs:
     def _powers(self, term: int) -> dict[int, Fraction]:
         """Return a product's exponents by base."""
         powers: dict[int, Fraction] = {}
-        for base, exponent in map(self.pool.raised, self._factors(term)):
+        for base, exponent in map(self.pool.raised, self.pool.factors(term)):
             powers[base] = powers.get(base, Fraction(0)) + exponent
         return powers
 
-    def _factors(self, node: int) -> Sequence[int]:
-        return self.pool.operands(node) if self.pool.nodes[node][0] == "mul" else (node,)
-
     def _of_root(self, term: int, number: Fraction, rest: int, sign: int) -> list[tuple[Atom, ...]] | None:
         """Split the sign of P + c f sqrt(Q); if P and c f differ in sign, the larger magnitude decides."""
-        roots = [part for part in self._factors(term) if self.pool.raised(part)[1] == Fraction(1, 2)]
-        others = [part for part in self._factors(term) if part not in roots]
+        roots = [part for part in self.pool.factors(term) if self.pool.raised(part)[1] == Fraction(1, 2)]
+        others = [part for part in self.pool.factors(term) if part not in roots]
         factor = self.pool.many("mul", [*others, self.pool.number(number)])
         squares = self._times(self._square(term), number**2), self._times(self._square(rest), Fraction(-1))
         margin = self.pool.many("add", squares)
@@ -185,7 +182,7 @@ class Signs:
         value = self.pool.constant(term)
         if value is not None:
             return value, self.pool.number(1)
-        factors = self._factors(term)
+        factors = self.pool.factors(term)
         number = next((value for value in map(self.pool.constant, factors) if value is not None), Fraction(1))
         return number, self.pool.many("mul", [factor for factor in factors if self.pool.constant(factor) is None])
 
@@ -197,7 +194,7 @@ class Signs:
         return self.pool.many("mul", [node, self.pool.number(factor)])
 
     def _square(self, node: int) -> int:
-        return self.pool.many("mul", [*map(self._squared, self._factors(node))])
+        return self.pool.many("mul", [*map(self._squared, self.pool.factors(node))])
 
     def _squared(self, node: int) -> int:
         value = self.pool.constant(node)

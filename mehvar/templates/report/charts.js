@@ -51,11 +51,23 @@
     return dash.length ? `repeating-linear-gradient(90deg, ${shown} 0 ${on}px, transparent ${on}px ${on + off}px)` : shown;
   };
 
-  const series = (of) => (line) => ({
+  /** Tell if an angle jumps by a turn between two values; a line is interrupted there. */
+  Report.turns = (panel, before, value) => {
+    const turn = { "°": 360, "\u202f°": 360, "\u202fdeg": 360, "\u202frad": 2 * Math.PI }[unit(panel)];
+    return turn !== undefined && typeof before === "number" && typeof value === "number" && Math.abs(value - before) > 0.9 * turn;
+  };
+  const gaps = (panel, spanned) => (u, k, first, last, empty) => {
+    const [x, y] = [u.data[0], u.data[k]], at = (row) => Math.round(u.valToPos(x[row], "x", true));
+    const turns = Array.from({ length: last - first }, (_, n) => first + n).filter((row) => Report.turns(panel, y[row], y[row + 1]));
+    return [...(spanned ? [] : empty), ...turns.map((row) => [at(row), at(row + 1)])].sort(([a], [b]) => a - b);
+  };
+
+  const series = (panel) => (line) => ({
     label: line.name ? Report.element("span", { innerHTML: line.name }) : "value",
     stroke: Report.color(line.color), width: Math.max(1.25, line.width || 1.5), dash: line.dash || [],
     paths: line.step ? uPlot.paths.stepped({ align: 1 }) : undefined,
-    points: { show: false }, spanGaps: line.spanGaps ?? true, pxAlign: 0, value: (_, v) => `${Report.number(v)}${v === null ? "" : of}`,
+    points: { show: false }, spanGaps: false, gaps: gaps(panel, line.spanGaps ?? true), pxAlign: 0,
+    value: (_, v) => `${Report.number(v)}${v === null ? "" : unit(panel)}`,
   });
 
   /** Entries of a legend for named levels and marks; several of one name have one, grey if their colours differ. */
@@ -118,7 +130,7 @@
     const fit = (u) => { u.whole = panel.limits; u.setScale("x", { min: panel.limits[0], max: panel.limits[1] }); };
     const options = {
       width: host.clientWidth || 300, height, series: [
-        { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series(unit(panel)))],
+        { label: "t", value: (_, v) => (v === null ? "–" : `${Report.number(v)} s`) }, ...panel.lines.map(series(panel))],
       scales: { x: { time: false, distr: logarithmic[0] ? 3 : 1 }, y: logarithmic[1] ? { distr: 3 } : { distr: 1, range } },
       axes: [axis({ label: "time t [s]", labelFont: FONT, labelSize: 20, size: 32, values: (_, at) => at.map(Report.tick) }), axis({ size: 58, space: 24, values: (_, at) => at.map(Report.tick), ...(logarithmic[1] ? {} : { splits }) })],
       cursor: { sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, bind: {

@@ -68,12 +68,13 @@
 
   const path = (chart, k, x, y) => {
     const [t, values] = [chart.data[0], chart.data[k]], stepped = chart.panel.lines[k - 1].step;
-    let pen = "M", before = 0;
+    let pen = "M", before = 0, last = null;
     return Array.from(t, (at, row) => {
       if (values[row] === null || values[row] === undefined) return "";
+      if (Report.turns(chart.panel, last, values[row])) pen = "M";
       const across = round(x(at)), up = round(y(values[row]));
       const point = `${stepped && pen === "L" ? `L${across},${before}` : ""}${pen}${across},${up}`;
-      [pen, before] = ["L", up];
+      [pen, before, last] = ["L", up, values[row]];
       return point;
     }).join("");
   };
@@ -136,7 +137,7 @@
     [part.width, part.height] = [width * naturalWidth, height * naturalHeight].map(Math.round);
     part.getContext("2d").drawImage(image, left * naturalWidth, top * naturalHeight, part.width, part.height, 0, 0, part.width, part.height);
     const up = (whole * part.height) / part.width;
-    return [`<image x="0" y="${round(at)}" width="${round(whole)}" height="${round(up)}" href="${part.toDataURL()}"/>`, up];
+    return [`<image x="0" y="${round(at)}" width="${round(whole)}" height="${round(up)}" href=${JSON.stringify(part.toDataURL())}/>`, up];
   };
 
   /** A drawing of the charts for a paper, with what is zoomed and hidden, `columns` side by side, above other parts. */

@@ -22,7 +22,7 @@ from ..sampling import FloatArray, stream
 from ..store.layout import STATUS, array_of
 from .conditions import Criterion, Number
 from .requirements import RareEvidence, Requirement, Verdict, checked_confidence, read_requirements
-from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, pilot
+from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, most_levels, pilot
 
 Progress = Callable[[int, int], None]
 """Function that receives the number of runs so far and the largest possible number."""
@@ -116,11 +116,13 @@ class _Seeker:
     def verdict(self, confidence: float) -> Verdict:
         """Return the verdict on the requirement."""
         requirement, plan = self._requirement, self._blocks.plan
+        if self._n < _enough(0):
+            return Verdict(requirement, "undecided", None, f"undecided: {self._too_few()}", ())
         rng = np.random.Generator(stream(plan.campaign.seed, f"failures of {requirement.text}"))
         dimensions, score = len(plan.names), self._score
         stages = pilot(score, dimensions, max(FEWEST, self._n // _PILOT), 1 - requirement.share, rng)
         size = (self._n - self._runs) // (REPETITIONS * (1 + len(stages.levels)))
-        problem = stages.problem or self._too_few(stages, size)
+        problem = stages.problem or (self._too_few() if size < FEWEST else "")
         if problem:
             return Verdict(requirement, "undecided", None, f"undecided after {self._runs} runs: {problem}", ())
         return self._decided(stages, estimate(score, dimensions, size, stages, rng), confidence)
@@ -136,11 +138,8 @@ class _Seeker:
         failures = self._values(result.failed)
         return Verdict(requirement, facts.answer(requirement.share), facts, reason, (), failures)
 
-    def _too_few(self, stages: Levels, size: int) -> str:
-        if size >= FEWEST:
-            return ""
-        needed = self._runs + FEWEST * REPETITIONS * (1 + len(stages.levels))
-        return f"n = {self._n} is too small for {len(stages.levels)} levels, which need {needed} runs or more"
+    def _too_few(self) -> str:
+        return f"n = {self._n} is too small: {_enough(most_levels(1 - self._requirement.share))} runs are enough"
 
     def _score(self, points: FloatArray) -> FloatArray:
         """Return the distance of each run's number from the limit, which is zero or positive for failures."""
@@ -174,6 +173,12 @@ class _Seeker:
         """Return the drawn values of points by name."""
         drawn = self._blocks.plan.draw(0, len(points), _cube(points)).values
         return dict(zip(self._blocks.plan.names, drawn.T, strict=True))
+
+
+def _enough(levels: int) -> int:
+    """Return a sufficient number of runs for a pilot and all repetitions."""
+    pilot_alone, search = FEWEST * (1 + levels), FEWEST * REPETITIONS * (1 + levels)
+    return math.ceil(max(pilot_alone + search, search / (1 - (1 + levels) / _PILOT)))
 
 
 def _cube(points: FloatArray) -> FloatArray:

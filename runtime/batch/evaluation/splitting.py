@@ -10,6 +10,7 @@ that the scatter of independent repetitions gives the error.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -108,6 +109,11 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
             return Levels(tuple(levels), tuple(widths), 0.0, _stuck(accepted))
         width = float(np.clip(width * np.exp(accepted - _ACCEPTED), 0.05, 1.0))
     return Levels(tuple(levels), tuple(widths), 0.0)
+
+
+def most_levels(least: float) -> int:
+    """Return the largest number of levels of a pilot."""
+    return math.ceil(math.log(least / _BEYOND) / math.log(_SHARE)) - 1
 
 
 def _level(scores: FloatArray) -> float:

@@ -56,6 +56,11 @@ def test_the_gain_is_the_first_factor_that_makes_the_loop_unstable(seed, period)
         assert margin.gain == pytest.approx(expected, rel=0.01)
     else:
         assert not 1.1e-4 < margin.gain < 0.9e4
+    clock, odometer = np.zeros(n), generator.normal(size=n)
+    for row in (clock, odometer):
+        A_more = np.block([[A, np.zeros((n, 1))], [row, np.full(1, 0.0 if period is None else 1.0)]])
+        (more,) = linear_margins(loop(A_more, [*b, row.any()], [*c, 0.0], period))
+        assert (more.gain, more.phase) == (pytest.approx(margin.gain, rel=1e-6), pytest.approx(margin.phase, abs=1e-6))
 
 
 @pytest.mark.parametrize("J", [0.25, 2.0, 40.0])

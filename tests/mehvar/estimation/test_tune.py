@@ -70,6 +70,19 @@ def test_the_interval_is_students_and_a_bound_is_told(n: int, least: str) -> Non
     np.testing.assert_allclose([tuning.low, tuning.high], interval, rtol=1e-9)
 
 
+@pytest.mark.parametrize("unit", ["1e-9", "1e9"])
+def test_the_unit_of_a_cost_does_not_matter(unit: str) -> None:
+    cost, runs = f"{unit} * final(y) * final(y)", {"vary": {"y_0": "uniform(0.5, 1.5)"}, "n": 2}
+    assert mehvar.tune(decay("[0, 0.8]"), "pull", ["k"], cost, **runs).bounded == ("k",)
+
+
+def test_a_cost_without_a_minimum_is_refused() -> None:
+    with pytest.raises(InputError, match="has no minimum: it falls until k are infinite"):
+        mehvar.tune(
+            decay("(-inf, inf)"), "pull", ["k"], "-1 * final(y) * final(y)", vary={"y_0": "uniform(0.5, 1.5)"}, n=2
+        )
+
+
 @pytest.mark.parametrize(
     ("free", "cost", "part"),
     [
@@ -88,7 +101,7 @@ def test_what_cannot_be_tuned_is_refused(free: list[str], cost: str, part: str) 
 @pytest.mark.parametrize(
     ("change", "part"),
     [
-        ({"vary": {"theta_0": [0.9, 1.1]}, "n": 2}, "listed design"),
+        ({"vary": {"theta_0": [0.9, 1.1]}, "n": 2}, "theta_0.*listed values allow no verdict"),
         ({"sampling": "sobol"}, "sobol design"),
         ({"success": "T_length < 1"}, "success = .*left out"),
         ({"until": "ci(success) < 0.1"}, "until = .*left out"),

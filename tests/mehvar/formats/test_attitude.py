@@ -109,6 +109,7 @@ def test_a_message_has_the_quaternions_and_rates_of_the_run(turning):
         ({"quaternion": "q1,q2,q3,q3"}, "of norm one; it is 0"),
         ({"quaternion": "q1,q2,q3,q4"}, "unknown variable 'q4'"),
         ({"frame_b": ""}, r"needs frame_b \(the frame of the body\)"),
+        ({"object": "DEMO\nMETA_STOP"}, "object = .*must be a text in one line"),
         ({"frame": "J2000"}, "unknown name 'frame' of aem"),
     ],
 )

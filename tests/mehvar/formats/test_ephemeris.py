@@ -92,6 +92,12 @@ def test_an_attitude_that_was_written_is_read(turning: tuple[Path, xarray.Datase
         ("a.oem", "REF_FRAME = EME2000\n", "", "lacks REF_FRAME between META_START and META_STOP"),
         ("a.oem", "ORIGINATOR = ME", "ORIGINATOR", "line 3: 'ORIGINATOR' must be KEYWORD = VALUE"),
         ("a.oem", "6900.0 1.0", "6900.0", "line 14: 5 numbers after the epoch; must be 6 or 9"),
+        (
+            "a.oem",
+            "75.1 -2.5 -0.08 7.6 0.0",
+            "75.1 -2.5 -0.08 7.6 0.0 0 0 0",
+            "line 15: 9 .*; must be 6 as in the first",
+        ),
         ("a.oem", "6900.0", "far", "line 14: could not convert string to float: 'far'"),
         ("a.oem", "6900.0", "nan", "line 14: must have finite numbers"),
         ("a.oem", "2026-03-22T00:00:09.25 6", "2026-03-20T00:00:00 6", "line 15: epochs must increase"),

@@ -143,6 +143,9 @@ def test_a_row_of_a_selection_is_not_taken_for_the_run_of_its_number(batch, orde
     with pytest.raises(mehvar.InputError, match=f"^row 1 holds run {order[1]} of the batch, as after isel or sortby"):
         batch.isel(run=order).mehvar.again(1)
     assert batch.isel(run=slice(0, 5)).mehvar.again(1).attrs["reason"]
+    for wrong in ("1", True, 1.0, None):
+        with pytest.raises(InputError, match=r"run = .*must be the number of a run"):
+            batch.mehvar.again(wrong)
 
 
 def test_a_run_under_a_law_in_python_is_repeated_with_that_law_only(monkeypatch):
@@ -209,7 +212,7 @@ def test_pages_of_run_and_batch_stand_alone(run, batch, tmp_path):
     ):
         page = dataset.mehvar.report(tmp_path / "page.html").read_text(encoding="utf-8")
         assert re.findall(r'<section id="(\w+)"', page) == list(sections)
-        assert not re.search(r'(src|href)="(?!#|data:)', page)
+        assert not re.search(r'(src|href)="(?!#|data:|\$)', page)
         assert len(math(page)) > 50
     assert not [fault for formula in math(page)[:60] for fault in faults(formula)]
     assert run.attrs["model_hash"] in (tmp_path / "page.html").read_text(encoding="utf-8")

@@ -300,3 +300,31 @@ def test_firefox_shows_the_same(look, tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert picture.is_file(), done.stderr
     assert difference(picture.read_bytes(), APPROVED / "1440-light.png") < OTHER_ENGINE
+
+
+ANGLE = """
+const host = document.createElement("div"), done = arguments[1];
+host.style.width = "420px";
+document.body.append(host);
+const lines = [{ name: "phi", color: "blue", y: [2, 3, -3, -2] }];
+const panel = { label: `phi [${arguments[0]}]`, x: [0, 1, 2, 3], lines, limits: [0, 3] };
+const chart = Report.panel(host, panel, Report.group("angle"));
+setTimeout(() => {
+  const { left, top, width, height } = chart.bbox;
+  const dots = chart.ctx.getImageData(left + width / 2 - 3, top, 6, height).data;
+  const inked = dots.filter((v, k) => k % 4 === 2 && v > dots[k - 2] + 60).length;
+  done([inked, Report.svg([chart])]);
+  host.remove();
+});
+"""
+
+
+@pytest.mark.parametrize(("unit", "pieces"), [("rad", 2), ("m", 1)])
+def test_a_line_is_interrupted_where_an_angle_jumps_by_a_turn(browser, page, unit, pieces):
+    opened(browser, page)
+    inked, drawing = browser.execute_async_script(ANGLE, unit)
+    (line,) = [
+        d for d in (p.get("d") for p in ElementTree.fromstring(drawing).findall(".//{*}path")) if d.count(",") == 4
+    ]
+    assert line.count("M") == pieces
+    assert (inked == 0) == (pieces == 2)

@@ -121,13 +121,21 @@ def test_errors_and_innovations_are_as_large_as_it_says(model):
             lambda: estimated(swing(sensor=Sensor(E, (X.angle + E.e_s, X.rate + E.e_s), Y)), "pd", START),
             "measurements sine and gyro share a noise",
         ),
+        (
+            lambda: estimated(swing(), "pd", START | {"rate": (0.0, -1.0)}),
+            r"'rate_dev_0': default = -1 is outside its bounds",
+        ),
+        (
+            lambda: estimated(swing(), "pd", START, {"rate": -0.1}),
+            r"'rate_noise': default = -0.1 is outside its bounds",
+        ),
         (lambda: estimated("swing", "pd", START), "system = 'swing': must be a System"),
         (lambda: estimated(swing(delays={"torque": "kp"}), "pd", START), "law 'pd': has inputs with delays"),
     ],
 )
 def test_wrong_filters_are_refused(make, words):
     with pytest.raises(MehvarError, match=words):
-        make()
+        mehvar.build(make())
 
 
 def test_a_delay_of_two_samples_is_refused(model):

@@ -79,6 +79,7 @@ def test_what_is_no_design_is_refused(points, why):
         ("", "cannot be read as CSV: No columns"),
         ("theta_0\n", "at least one row"),
         ("theta_0\n0.5\nfar\n", r"theta_0 = 'far' \(from .*points.csv, row 2\): must be a number"),
+        ("theta_0,l1_0\n0.5,0.6,7\n", "must be a CSV file whose rows have as many cells as its first line has names"),
         ("theta_0,l1_0\n0.5,\n", r"l1_0 = nan \(from .*points.csv, row 1\): must be a finite number"),
     ],
 )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,16 @@ def test_a_number_that_never_reaches_its_limit_holds() -> None:
 def test_too_few_runs_leave_it_undecided() -> None:
     (verdict,) = required({"r": "quantile(0.999999, theta_0) < 1.5"}, n=5000)
     assert (verdict.answer, verdict.evidence) == ("undecided", None)
-    assert "n = 5000 is too small" in verdict.reason
+    assert verdict.reason == "undecided: n = 5000 is too small: 43479 runs are enough"
+
+
+def test_so_many_runs_as_are_called_enough_decide() -> None:
+    (verdict,) = required({"r": "quantile(0.9999, theta_0) < 1.5"}, n=5250)
+    few = re.search(r"(\d+) runs are enough", verdict.reason)
+    assert few
+    (verdict,) = required({"r": "quantile(0.9999, theta_0) < 1.5"}, n=int(few[1]))
+    assert verdict.answer != "undecided"
+    assert verdict.evidence.runs <= int(few[1])
 
 
 def test_noise_that_decides_more_than_what_varies_leaves_it_undecided() -> None:

@@ -162,7 +162,7 @@ def test_a_short_pulse_is_not_stepped_over(pendulum: runtime.Model) -> None:
         ({"torque": ([0.1, 1], [0, 1])}, {}, "at most 0 for the first"),
         ({"torque": ([0, 1], [0, np.inf])}, {}, r"values of inputs\['torque'\] = inf.*finite"),
         ({"torque": ([0, 0.5], [0, 1])}, {"interpolation": "linear"}, "known until the end of the run, 1 s.*0.5 s"),
-        ({"torque": ([0, 0.123456789], [0, 1])}, {}, "the instants of inputs.*or give a period"),
+        ({"torque": ([0, 0.123456789], [0, 1])}, {}, "the instants of inputs.*: resample them, or give a period"),
         ({"torque": 1.0}, {"memory": [0.0]}, "memory = .*left out without a law"),
         ([1.0], {}, "inputs = .*a mapping of names"),
     ],
