@@ -71,11 +71,15 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
     Raises
     ------
     InputError
-        If pint does not know a unit, or its dimension is wrong.
+        If pint does not know a unit, its dimension is wrong, or the distribution takes no units.
     """
     targets = {units.get(name.strip()) for name in names.split(",")}
     kind = text.partition("(")[0].strip()
     if len(targets) > 1 or kind not in _LOCATIONS or (kind == "normal" and "," in names):
+        if kind in (*_LOCATIONS, "lognormal") and _ARGUMENT.search(text):
+            reason = "logarithms, covariances and names of different units take none"
+            allowed = f"a distribution of numbers without units: {reason}"
+            raise bad_value(names, text, allowed, origin)
         return text
     (unit,) = targets
     return _ARGUMENT.sub(lambda match: str(read_value(match[1], unit, names, origin)), text)
