@@ -90,7 +90,8 @@ def walk(programs: Path, place: Path, further: Sequence[tuple[str, int]] = FURTH
     alone = [done(command.split()) for command, _ in ALONE]
     here = (*STEPS, *further)
     steps = [*((command, folder) for command, _ in here), *((command, folder / "wheel") for command, _ in OWN)]
-    status, text = done(["python", "-c", PROGRAM], json.dumps([(words.split(), str(at)) for words, at in steps]))
+    program = ["python", "-W", "ignore:This process:DeprecationWarning", "-c", PROGRAM]  # of forks, from Python 3.12 on
+    status, text = done(program, json.dumps([(words.split(), str(at)) for words, at in steps]))
     if status:
         return [text]
     return [
