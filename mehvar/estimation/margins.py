@@ -31,6 +31,8 @@ rounding (1e-8 for a double one). Ten times the tolerance hides slow instabiliti
 _LIMIT = 0.01
 """Largest relative change of a response that has a limit, from 1/1000 to 1/10 000 of the slowest natural frequency: by
 a first-order lag it is 0.001, by an integrator that acts on the output 10. Other integrators cancel."""
+_BEYOND = (1.01, 1.1)
+"""Steps beyond a factor at which instability is looked for: with the second, slow growth is above its tolerance."""
 _POINTS = 1000
 """Number of frequencies in the grid that finds crossings, besides those of the eigenvalues, where responses are
 steepest. Half or twice this number changes no margin of the three shipped models.
@@ -182,17 +184,18 @@ def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
         As `mehvar.runtime.model.linear.ClosedLoop.cut` returns it.
     """
     closed = cut.A + cut.B @ cut.C
-    if not (np.all(np.isfinite(closed)) and _is_stable(closed, cut.period)):
+    if not (np.all(np.isfinite(closed)) and _growth(closed, cut.period) <= _MARGINAL):
         return ()
     loops = ((name, _Loop(cut, closed, number)) for number, name in enumerate(cut.inputs))
     return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
 
 
-def _is_stable(closed: FloatArray, period: FloatArray | None) -> bool:
+def _growth(closed: FloatArray, period: FloatArray | float | None) -> float:
+    """Return the growth of the fastest growing mode, per sample or relative to the largest eigenvalue."""
     eigenvalues = np.linalg.eigvals(closed)
     if period is None:
-        return bool(np.all(eigenvalues.real <= _MARGINAL * np.max(np.abs(eigenvalues))))
-    return bool(np.all(np.abs(eigenvalues) <= 1 + _MARGINAL))
+        return float(np.max(eigenvalues.real) / (np.max(np.abs(eigenvalues)) or 1.0))
+    return float(np.max(np.abs(eigenvalues))) - 1
 
 
 class _Response(ABC):
@@ -218,12 +221,16 @@ class _Response(ABC):
     def _ends(self) -> Iterator[complex]:
         """Yield the response at frequencies where it is real: zero and, for a sampled loop, the Nyquist frequency."""
 
+    def loses(self, factor: float) -> bool:  # noqa: ARG002
+        """Return False if stability is known to last beyond a factor."""
+        return True
+
     def gain(self) -> float:
         """Return the gain factor nearest to one at which the response passes through -1."""
         crossings = [self.at(w) for w in self._crossings(lambda value: value.imag / abs(value) if value else math.inf)]
         factors = [-1 / value.real for value in (*crossings, *self._ends()) if -math.inf < value.real < 0]
-        known = [factor for factor in factors if abs(math.log(factor)) <= math.log(self.largest)]
-        return min(known, key=lambda factor: abs(math.log(factor)), default=math.inf)
+        known = (factor for factor in factors if abs(math.log(factor)) <= math.log(self.largest))
+        return next(filter(self.loses, sorted(known, key=lambda factor: abs(math.log(factor)))), math.inf)
 
     def phase(self) -> float:
         """Return the smallest angle between the response and -1 at gain one."""
@@ -271,6 +278,13 @@ class _Loop(_Response):
             before, value = map(self.at, pair)
             if abs(value - before) <= _LIMIT * abs(value):
                 yield complex(value.real)
+
+    def loses(self, factor: float) -> bool:
+        """Return True if the closed loop is unstable beyond a factor; rounding of integrators feigns other limits."""
+        feedback = np.outer(self._b, self._c)
+        rounding = max(_MARGINAL, 10 * _growth(self._A + feedback, self._period))
+        factors = (factor * (step if factor > 1 else 1 / step) for step in _BEYOND)
+        return any(_growth(self._A + beyond * feedback, self._period) > rounding for beyond in factors)
 
     def _grid(self, closed: FloatArray) -> FloatArray:
         both = np.concatenate([np.linalg.eigvals(self._A), np.linalg.eigvals(closed)])

@@ -56,11 +56,20 @@ def test_the_gain_is_the_first_factor_that_makes_the_loop_unstable(seed, period)
         assert margin.gain == pytest.approx(expected, rel=0.01)
     else:
         assert not 1.1e-4 < margin.gain < 0.9e4
+    one = 0.0 if period is None else 1.0
     clock, odometer = np.zeros(n), generator.normal(size=n)
     for row in (clock, odometer):
-        A_more = np.block([[A, np.zeros((n, 1))], [row, np.full(1, 0.0 if period is None else 1.0)]])
-        (more,) = linear_margins(loop(A_more, [*b, row.any()], [*c, 0.0], period))
-        assert (more.gain, more.phase) == (pytest.approx(margin.gain, rel=1e-6), pytest.approx(margin.phase, abs=1e-6))
+        more = loop(np.block([[A, np.zeros((n, 1))], [row, one]]), [*b, row.any()], [*c, 0.0], period)
+        (with_more,) = linear_margins(more)
+        assert with_more.gain == pytest.approx(margin.gain, rel=1e-5)
+        assert with_more.phase == pytest.approx(margin.phase, abs=1e-5)
+    turn = np.linalg.qr(generator.normal(size=(n + 2, n + 2)))[0]  # rounding splits two integrators
+    chain = np.eye(2, k=-1) + one * np.eye(2)
+    more = turn @ np.block([[A, np.zeros((n, 2))], [np.outer([1, 0], odometer), chain]]) @ turn.T
+    for split in linear_margins(loop(more, turn @ [*b, 0, 0], turn @ [*c, 0, 0], period)):
+        if math.isfinite(split.gain):
+            step = 1.05 if split.gain > 1 else 1 / 1.05
+            assert worst(A, b, c, split.gain * step, period) > 0
 
 
 @pytest.mark.parametrize("J", [0.25, 2.0, 40.0])
