@@ -22,6 +22,7 @@ from ..model.model import Model
 from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_option, number_option, read_options, rows, word_option
 from ..run.problem import (
+    actuator_period,
     check_sampled_parts,
     initial_corrections,
     is_consistent,
@@ -230,7 +231,9 @@ class Plan:
             allowed = "left out: hold applies to laws of the model; use period for other laws"
             raise bad_value("hold", campaign.options["hold"], allowed, self.origin)
         dt = OPTIONS["dt_out"].check(campaign.options.get("dt_out") or self.scenario.step, self.origin)
-        hold, _ = own.hold(dt, self.origin)
+        manifest = self.model.manifest
+        values = {q.name: float(campaign.parameters.get(q.name, q.default or 0)) for q in manifest.parameters}
+        hold, _ = own.hold(dt, self.origin, actuator_period(manifest, values, self.scenario))
         if hold is None:
             raise bad_value(
                 "period",

@@ -198,7 +198,11 @@ def problem_of(
     period = None if law.period is None else resolved.values[law.period]
     check_hold(options.hold, law, period, origin)
     hold = options.hold or period
-    hold, step = (hold, hold) if own is None else own.hold(dt, origin)
+    hold, step = (
+        (hold, hold)
+        if own is None
+        else own.hold(dt, origin, actuator_period(model.manifest, resolved.values, scenario))
+    )
     check_sampled_parts(model.manifest, resolved.values, hold, origin)
     check_effects(given, options.method, hold is not None, model.manifest.random(hold is not None), origin)
     check_loop(model.manifest, law, options.method, options.hold, hold is not None, origin)
@@ -282,6 +286,12 @@ def check_sampled_parts(manifest: Manifest, values: Mapping[str, float], hold: f
         if not math.isclose(values[name], hold, rel_tol=1e-12):
             allowed = f"{hold:g} s, the period of the loop: {at_samples} of {manifest.model} compute with it"
             raise bad_value(name, values[name], allowed, f"{origin}, or the default")
+
+
+def actuator_period(manifest: Manifest, values: Mapping[str, float], scenario: Scenario) -> float | None:
+    """Return the period of actuators that compute at samples: that of the laws, or the scenario's step without laws."""
+    periods = [values[law.period] for law in manifest.controllers.values() if law.period]
+    return min(periods, default=scenario.step) if "actuate" in manifest.functions else None
 
 
 def sampled_parameters(manifest: Manifest) -> dict[str, str]:

@@ -74,15 +74,18 @@ class PythonLaw:
     text: str = ""
     unidentified: str = ""
 
-    def hold(self, dt: float, origin: str) -> tuple[float | None, float]:
+    def hold(self, dt: float, origin: str, actuators: float | None = None) -> tuple[float | None, float]:
         """Return the hold time of an input (None in a continuous loop), and the step at which the loop stops.
+
+        Limits of actuators act at the samples of inputs: these come at least once in the actuators' period.
 
         Raises
         ------
         InputError
             If the instants of the inputs have no common grid.
         """
-        step = self.period or common_step(dt, self.instants, origin)
+        instants = self.instants if actuators is None or not self.held else np.append(self.instants, actuators)
+        step = self.period or common_step(dt, instants, origin)
         return (step if self.period or self.held else None), step
 
     def among(self, runs: int, places: Sequence[int] | NDArray[np.intp]) -> PythonLaw:

@@ -152,3 +152,18 @@ def test_a_craft_without_inputs_has_derivatives_and_a_linear_system():
     assert loop.B.shape == (14, 0)
     shown = [loop.states.index(f"gyro_{a}_shown") for a in "xyz"]
     np.testing.assert_array_equal(loop.A[shown][:, [loop.states.index(f"w{a}") for a in "xyz"]], np.eye(3))
+
+
+def test_limits_act_once_a_period_whatever_the_step_of_the_result() -> None:
+    """A wheel under a constant command stops at its limit, also where results are far apart and in a batch."""
+    craft = Spacecraft("craft", period=0.1)
+    craft.add(Hub("hub", mass=4.0, inertia=(0.1, 0.12, 0.08)))
+    craft.add(Wheel("wheel", axis=(0, 0, 1), inertia=1e-3, speed_limit=20.0))
+    model, push = mehvar.build(craft), {"wheel_torque": 0.02}
+    fine, coarse = (mehvar.simulate(model, None, inputs=push, t_end=5.0, dt_out=dt) for dt in (0.1, 2.5))
+    assert float(fine["wheel_speed"][-1]) < 22
+    assert float(coarse["wheel_speed"][-1]) == float(fine["wheel_speed"][-1])
+    runs = mehvar.batch(
+        model, inputs={"wheel_torque": 0.02}, t_end=5.0, dt_out=2.5, n=2, vary={"hub_m": "uniform(4, 5)"}
+    )
+    assert float(runs["maximum"].sel(variable="wheel_speed").max()) < 22
