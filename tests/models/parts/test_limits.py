@@ -164,6 +164,6 @@ def test_limits_act_once_a_period_whatever_the_step_of_the_result() -> None:
     assert float(fine["wheel_speed"][-1]) < 22
     assert float(coarse["wheel_speed"][-1]) == float(fine["wheel_speed"][-1])
     runs = mehvar.batch(
-        model, inputs={"wheel_torque": 0.02}, t_end=5.0, dt_out=2.5, n=2, vary={"hub_m": "uniform(4, 5)"}
+        model, inputs={"wheel_torque": 0.02}, t_end=5.0, dt_out=2.5, n=2, vary={"hub_Jxx": "uniform(0.1, 0.11)"}
     )
     assert float(runs["maximum"].sel(variable="wheel_speed").max()) < 22
