@@ -21,6 +21,9 @@ _STEPS = 20
 """Number of Gauss-Newton steps; near an equilibrium each step doubles the number of correct digits."""
 _AT_REST = 1e-6
 """Largest rate at an equilibrium, relative to the start. A search without an equilibrium stops far above it."""
+_FAR = 10.0
+"""Largest distance of an equilibrium from the start, relative to the start: farther away from a planet, gravity merely
+vanishes."""
 _ROUNDING = 1e-9
 """Bound relative to a state, below which values print as zero."""
 _EIGENVALUE_ROUNDING = 1e-5
@@ -42,12 +45,15 @@ class Loop:
         Linearisation point of the old loop: the first scenario's start with the law's initial memory, without zeros.
     eigenvalues : tuple of (complex, complex)
         Pairs of old and new eigenvalues, without conjugates.
+    old_period : float or None
+        Sampling period of the old law.
     """
 
     law: str
     period: float | None
     point: tuple[tuple[str, float], ...]
     eigenvalues: Pairs
+    old_period: float | None = None
 
 
 def start(model: Model) -> FloatArray:
@@ -76,7 +82,8 @@ def rest(
         if not np.linalg.norm(rate(following)) < np.linalg.norm(rate(x)):
             break
         x = following
-    return x if np.max(np.abs(rate(x)), initial=0.0) <= _AT_REST * np.max(np.abs(rate(first)), initial=0.0) else first
+    slow = np.max(np.abs(rate(x)), initial=0.0) <= _AT_REST * np.max(np.abs(rate(first)), initial=0.0)
+    return x if slow and np.linalg.norm(x - first) <= _FAR * (1 + np.linalg.norm(first)) else first
 
 
 def named(names: Iterable[str], x: FloatArray) -> tuple[tuple[str, float], ...]:
@@ -116,10 +123,15 @@ def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...
             continue
         pairs = moved(old, new) if old.shape == new.shape else ()
         if pairs:
-            places = [q.name for q in after.manifest.parameters]
-            period = float(after.parameters()[places.index(law.period)]) if law.period else None
-            changed.append(Loop(name, period, named(before.state_names, start(before)), pairs))
+            point = named(before.state_names, start(before))
+            changed.append(Loop(name, _period(after, law), point, pairs, _period(before, former)))
     return tuple(changed), tuple(refused)
+
+
+def _period(model: Model, law: Controller) -> float | None:
+    """Return the default period of a law, s; None in continuous time."""
+    places = [q.name for q in model.manifest.parameters]
+    return float(model.parameters()[places.index(law.period)]) if law.period else None
 
 
 def undifferentiated(models: Sequence[Model]) -> bool:

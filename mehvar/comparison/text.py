@@ -411,7 +411,10 @@ def margin_text(margin: Margin | None) -> str:
 
 def unit(loop: Loop) -> str:
     """Return the unit of a loop's eigenvalues."""
-    return "1/s" if loop.period is None else f"a period of {loop.period:g} s"
+    if loop.period is None:
+        return "1/s"
+    change = f"{loop.old_period:g} s -> " if loop.old_period not in (None, loop.period) else ""
+    return f"a period of {change}{loop.period:g} s"
 
 
 def point(follows: Consequences) -> str:
