@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Annotated
@@ -12,6 +13,7 @@ import sympy as sp
 
 from ..quantities import ModelError, Quantity
 from ..system import Condition
+from .hub import Hub
 from .part import Aggregates, Coordinate, Mounted, Part
 from .values import Number, Parameters, Vector, conditions, kinds, scalar, vector
 
@@ -67,7 +69,24 @@ class Modes(Part):
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         modes = enumerate(zip(self.modes, at.values.modes, strict=True), 1)
-        return tuple(c for k, (mode, v) in modes for c in conditions(f"{self.name}_{k}", v, kinds(mode)))
+        each = (c for k, (mode, v) in modes for c in conditions(f"{self.name}_{k}", v, kinds(mode)))
+        return (*each, *self._of_the_hub(at))
+
+    def _of_the_hub(self, at: Mounted) -> Iterator[Condition]:
+        """Yield the conditions that the hub without all modal masses has a positive mass and inertia."""
+        flexible = [(part.name, its.values.modes) for part, its in at.craft.parts if isinstance(part, Modes)]
+        if flexible[0][0] != self.name:
+            return
+        hubs = [(part.aggregates(its), part.name) for part, its in at.craft.parts if isinstance(part, Hub)]
+        for (hub, name), what in itertools.product(hubs, ("linear", "angular")):
+            columns = [getattr(mode, what) for _, modes in flexible for mode in modes]
+            whole = hub.mass * sp.eye(3) if what == "linear" else hub.inertia
+            parts = ", ".join(part for part, _ in flexible)
+            rest = whole - sum((v * v.T for v in columns), sp.zeros(3))
+            message = f"{what} participations of {parts} exceed {name}, which includes the modes"
+            for size in (1, 2, 3):
+                if rest != whole and not (margin := rest[:size, :size].det()).is_positive:
+                    yield Condition(margin, message)
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         return tuple(

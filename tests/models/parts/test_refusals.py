@@ -19,6 +19,7 @@ from mehvar.models.parts import (
     Instrument,
     Joint,
     Link,
+    Mode,
     Modes,
     Part,
     Pendulum,
@@ -44,6 +45,12 @@ def assembled(*parts, **options):
     for part in parts:
         craft.add(part)
     return craft.system()
+
+
+def flexible(linear, angular=(0, 0, 0)):
+    """A hub of 10 kg with two equal panels."""
+    modes = [Mode(2.0, 0.01, linear, angular)]
+    return assembled(Hub("hub", mass=10.0, inertia=BALL), Modes("left", modes), Modes("right", modes))
 
 
 def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
@@ -91,6 +98,8 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         (lambda: Link(1.0, BALL, joint="screw", axis=(1, 0, 0)), "joint = 'screw': must be one of hinge"),
         (lambda: Chain("arm"), "arm.links: must have at least one link"),
         (lambda: Modes("boom"), "boom.modes: must have at least one mode"),
+        (lambda: flexible((2.5, 2.5, 0)), "linear participations of left, right exceed hub, which includes the modes"),
+        (lambda: flexible((0, 0, 0), (0, 0, 0.8)), "angular participations of left, right exceed hub"),
         (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(0, 0, 1), angles=3), "p.angles = 3: must be 1 or 2"),
         (lambda: assembled(Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(2, 0, 0))), "p.rest = .*: must not be along"),
         (lambda: assembled(ControlMomentGyro("g", (1, 0, 0), (1, 0, 0), 1.0, 1.0)), "g.spin = .*: must not be along"),
