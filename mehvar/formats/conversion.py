@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS
 from mehvar.runtime.files import check_file, write_atomic
-from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.run.formats import checked_format, columnar, matlab5, matlab_values, open_result, save
 
 from .attitude import attitude, kernel, message
@@ -209,17 +208,9 @@ def _column(array: xarray.DataArray) -> Column:
 
 
 def _units(dataset: xarray.Dataset) -> dict[str, str]:
-    """Return the unit of each summarised variable; empty if the model is not available."""
-    name = dataset.attrs["model"]
-    if name not in known_models():
-        return {}
-    manifest = find_model(name)
-    if manifest.hash != dataset.attrs["model_hash"]:
-        return {}
-    laws = manifest.controllers.values()
-    named = [*manifest.states, *manifest.outputs, *(q for law in laws for q in (*law.memory, *law.outputs))]
-    inputs = {f"{prefix}{q.name}": q.unit for q in manifest.inputs for prefix in ("u_", "u_cmd_")}
-    return {q.name: q.unit for q in named} | inputs
+    """Return the unit of each summarised variable."""
+    variables = dataset["variable"]
+    return dict(zip(variables.values.tolist(), variables.attrs["units"], strict=True))
 
 
 def _write_table(path: Path, columns: Mapping[str, Column], dataset: xarray.Dataset) -> None:

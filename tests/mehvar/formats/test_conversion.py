@@ -16,6 +16,7 @@ from scipy.io import loadmat
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.base.units import UNITS
+from mehvar.formats import conversion
 from mehvar.formats.conversion import ENDINGS, convert, flat_name, format_of
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
@@ -72,6 +73,13 @@ def test_a_batch_as_two_tables(batch, to, tmp_path):
     np.testing.assert_array_equal(runs["theta_0_rad"], dataset["theta_0"])
     np.testing.assert_array_equal(runs["final_theta_rad"], dataset["final"].sel(state="theta"))
     np.testing.assert_array_equal(samples.query("run == 3")["theta_rad"], dataset["theta"][3])
+
+
+def test_units_of_a_batch_need_no_installed_model(batch):
+    """As of a craft that `mehvar.build` made."""
+    _, dataset = batch
+    columns = conversion._row_per_run(dataset.assign_attrs(model="elsewhere"))
+    assert columns["final_theta"].unit == "rad"
 
 
 class StopError(Exception):
