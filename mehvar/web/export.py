@@ -30,6 +30,8 @@ from .failure import Failure, criterion_of, failure_of
 from .module import compiled_module, zig_toolchain
 
 _UPLOT = "report/uplot"
+_FLAT = 20
+"""Ratio of the largest values of two quantities at which the smaller one is flat in a chart of both: a few pixels."""
 
 
 def export_web(
@@ -125,8 +127,8 @@ def page_data(
     ticks = list({case.t.tobytes(): case.t for case in cases}.values())
     return {
         "name": manifest.model,
-        "states": _quantities(manifest.states),
-        "inputs": _quantities(manifest.inputs),
+        "states": _by_size(manifest.states, [case.run.x for case in cases]),
+        "inputs": _by_size(manifest.inputs, [case.run.u for case in cases]),
         "outputs": _quantities(manifest.outputs),
         "seen": [q.name for q in manifest.seen],
         "references": [q.name for q in manifest.references],
@@ -187,6 +189,18 @@ def _law(law: Controller) -> dict[str, Any]:
 
 def _quantities(quantities: Sequence[Quantity]) -> list[dict[str, str]]:
     return [{"name": q.name, "unit": q.unit, "description": q.description} for q in quantities]
+
+
+def _by_size(quantities: Sequence[Quantity], series: Sequence[FloatArray]) -> list[dict[str, Any]]:
+    """Return quantities with the number of their chart among those of their unit, by the largest value of all runs."""
+    largest = np.nanmax(np.abs(np.concatenate(series)), axis=0, initial=0.0)
+    charts, first, last = np.zeros(len(quantities), np.int64), dict[str, float](), dict[str, int]()
+    for k in np.argsort(largest, kind="stable"):
+        unit = quantities[k].unit
+        if largest[k] > _FLAT * first.setdefault(unit, largest[k]) > 0:
+            first[unit], last[unit] = largest[k], last.get(unit, 0) + 1
+        charts[k], first[unit] = last.get(unit, 0), first[unit] or largest[k]
+    return [q | {"chart": chart} for q, chart in zip(_quantities(quantities), charts.tolist(), strict=True)]
 
 
 def _parameters(parameters: Sequence[Parameter]) -> list[dict[str, Any]]:

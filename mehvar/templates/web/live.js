@@ -22,8 +22,9 @@
   const panels = (() => {
     const kinds = [["x", "states", data.states], ["u", "inputs", data.inputs], ["y", "outputs", data.outputs]];
     const made = [];
-    for (const [series, kind, quantities] of kinds) for (const unit of new Set(quantities.map((q) => q.unit))) {
-      const members = quantities.map((q, k) => [q, k]).filter(([q]) => q.unit === unit);
+    const chart = ({ unit, chart: number = 0 }) => `${unit} ${number}`;
+    for (const [series, kind, quantities] of kinds) for (const shared of new Set(quantities.map(chart))) {
+      const members = quantities.map((q, k) => [q, k]).filter(([q]) => chart(q) === shared), [[{ unit }]] = members;
       const drawn = [[], ...members.map(() => [])];
       made.push({ series, title: unit === "1" ? kind : `${kind} [${pretty(unit)}]`, members, width: quantities.length, drawn, kept: null });
     }

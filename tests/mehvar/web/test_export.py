@@ -15,12 +15,13 @@ import pytest
 
 from mehvar.base.errors import InputError, MissingError
 from mehvar.cli.new import scaffold
+from mehvar.models.quantities import Quantity
 from mehvar.runtime.batch.evaluation.conditions import Criterion
 from mehvar.runtime.board.image import toolchains
 from mehvar.runtime.model.catalogue import shipped_models
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.simulate import simulate
-from mehvar.web import module
+from mehvar.web import export, module
 from mehvar.web.export import export_web
 from tests.mehvar.browser import chromium, eventually, prefer, requests
 from tests.mehvar.pages import resize, shift, violations
@@ -153,6 +154,13 @@ def test_own_values_have_the_bits_of_this_machine_or_are_refused_there_too(model
     own += [{q["name"]: q["upper"] + 1.0} for _, names in groups for q in names if q["upper"] is not None][:1]
     results = in_node(node, page(model), [{"case": 0, "own": values} for values in own])
     assert [result.get("checksum") for result in results] == [checksum_here(model, case, values) for values in own]
+
+
+def test_a_chart_holds_quantities_of_one_unit_and_size():
+    quantities = [Quantity(name, unit, name) for name, unit in zip("abcdef", "mmmsms", strict=True)]
+    runs = [np.array([[0.0, 30.0, 2.0, 5.0, -900.0, 0.0]]), np.array([[0.0, -39.0, np.nan, -1.0, 3.0, 0.0]])]
+    charts = [q["chart"] for q in export._by_size(quantities, runs)]
+    assert charts == [0, 0, 0, 0, 1, 0]
 
 
 @pytest.mark.share(4)
