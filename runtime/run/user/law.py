@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mehvar.base.errors import MehvarError, bad_value, value_text
+from mehvar.base.errors import InputError, MehvarError, bad_value, value_text
 from mehvar.base.manifest import Controller, Manifest, Quantity
 
 from ...interrupts import is_of_handler
@@ -84,8 +84,13 @@ class PythonLaw:
         InputError
             If the instants of the inputs have no common grid.
         """
-        instants = self.instants if actuators is None or not self.held else np.append(self.instants, actuators)
-        step = self.period or common_step(dt, instants, origin)
+        step = self.period or common_step(dt, self.instants, origin)
+        if actuators is not None and self.held and not self.period:
+            try:
+                step = common_step(step, np.array([actuators]), origin)
+            except InputError as error:
+                allowed = f"a multiple of a part of the actuators' period of {actuators:g} s, unless you give a period"
+                raise bad_value("dt_out", dt, allowed, origin) from error
         return (step if self.period or self.held else None), step
 
     def among(self, runs: int, places: Sequence[int] | NDArray[np.intp]) -> PythonLaw:

@@ -167,3 +167,6 @@ def test_limits_act_once_a_period_whatever_the_step_of_the_result() -> None:
         model, inputs={"wheel_torque": 0.02}, t_end=5.0, dt_out=2.5, n=2, vary={"hub_Jxx": "uniform(0.1, 0.11)"}
     )
     assert float(runs["maximum"].sel(variable="wheel_speed").max()) < 22
+    words = "dt_out = 3.14159 .*must be a multiple of a part of the actuators' period of 0.1 s"
+    with pytest.raises(mehvar.InputError, match=words):
+        mehvar.simulate(model, None, inputs=push, t_end=31.4159, dt_out=3.14159)
