@@ -145,7 +145,8 @@ class Model:
         p = self.parameters()
         start = self.functions["initial"](p, vector(self.manifest.scenario_parameters, {}))
         with np.errstate(all="ignore"):
-            x = np.where(np.isnan(displacement(self.manifest, self.functions, x, p)), start, x)
+            if (impossible := np.isnan(displacement(self.manifest, self.functions, x, p))).any():
+                x = np.where(impossible, start, x)
             if not np.isfinite(self.rhs(x, np.zeros(len(self.input_names)), p)).all():
                 x = np.array([numbers.get(name, value) for name, value in zip(self.state_names, start, strict=True)])
         return named(x, self.state_names)
