@@ -16,6 +16,7 @@ from .grouping.extension import Extended, extension
 from .grouping.groups import groups
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
+from .names import renaming
 from .parameters import parameter_changes
 from .points.allowed import CONDITIONS, Allowed
 from .points.modes import Modes
@@ -52,12 +53,14 @@ def compare(old: Document, new: Document) -> Comparison:
     Comparison
         A verdict on every definition, shown equation and result.
     """
-    verdicts = _Verdicts(Versions(old, new))
+    names = renaming(old, new)
+    former = names.document(old, new)
+    verdicts = _Verdicts(Versions(former, new))
     structure = sorted({*old.structure, *new.structure})
     return Comparison(
         new.model,
         verdicts.equations(),
-        parameter_changes(old, new, verdicts.versions.renamed),
+        parameter_changes(former, new, names),
         groups(verdicts.versions, verdicts.equations(), verdicts.extension, verdicts.stories),
         tuple(
             (name, old.structure.get(name, "default"), new.structure.get(name, "default"))
@@ -68,6 +71,7 @@ def compare(old: Document, new: Document) -> Comparison:
         new.nodes,
         tuple(old.latex.items()),
         tuple(new.latex.items()),
+        tuple({**names.names, **names.laws, **names.parts}.items()),
     )
 
 

@@ -22,6 +22,7 @@ from mehvar.base.manifest import (
 from mehvar.base.schema import key_of
 
 from ..equations.document import Document, Symbol
+from .names import Renaming
 from .report import ParameterChange
 
 _QUIET = frozenset(("rate", "shown", "time", "argument"))
@@ -66,26 +67,36 @@ _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
 )
 """Reported names of groups of parameter fields."""
+_CONDITIONS = ("constraints", "limits")
+"""Fields with conditions in words."""
 _TIMES = {"duration": "s", "step": "s"}
 """Units of a scenario's own numbers."""
+PARTS = "parts"
+"""Name of the order of parts, which stands for the orders of vectors that follow from it."""
 Place = tuple[str, str, str]
 """Role, name and field of a value."""
 
 
-def parameter_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> tuple[ParameterChange, ...]:
+def parameter_changes(old: Document, new: Document, renaming: Renaming) -> tuple[ParameterChange, ...]:
     """Compare names and numbers of two documents and manifests.
 
     Parameters
     ----------
     old, new : Document
-        With their manifests, if there are any.
-    renamed : mapping
-        Old names by new ones.
+        With their manifests, if there are any; both with the new names.
+    renaming : Renaming
+        Names that the old version had; a renamed part stands for its quantities.
     """
-    symbols = (*_symbol_changes(old, new, renamed), *_event_changes(old, new))
+    symbols = (*_symbol_changes(old, new, renaming), *_event_changes(old, new))
     known = {(change.role, change.name, change.what) for change in symbols}
-    values = _value_changes(old.manifest, new.manifest, renamed)
-    others = (change for change in values if (change.role, change.name, change.what) not in known)
+    values = _value_changes(old.manifest, new.manifest)
+    rows = " ".join(row.name for side in (old, new) for row in side.results if row.kind in ("constraint", "limit"))
+    others = (
+        change
+        for change in values
+        if (change.role, change.name, change.what) not in known
+        and not (change.name in _CONDITIONS and (change.old or change.new) in rows)  # those are told as equations
+    )
     return tuple(_by_array(_with_units((*symbols, *others), (old, new)), (old, new)))
 
 
@@ -121,15 +132,17 @@ def _together(values: list[tuple[str, str]]) -> str:
     return ", ".join(f"{name} = {text}" for name, text in values) if len(texts) > 1 else texts.pop()
 
 
-def _symbol_changes(old: Document, new: Document, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
+def _symbol_changes(old: Document, new: Document, renaming: Renaming) -> Iterator[ParameterChange]:
+    yield from (ParameterChange(law, "law", "renamed", former, law) for former, law in renaming.laws.items())
+    renamed = {name: former for former, name in renaming.quantities.items()}
     before, after = (_by_role(document) for document in (old, new))
     for (role, name), symbol in after.items():
-        origin = before.pop((role, renamed.get(name, name)), None)
+        origin = before.pop((role, name), None)
         if origin is None:
             yield ParameterChange(name, role, "added", "", symbol.description)
             continue
         if name in renamed:
-            yield ParameterChange(name, role, "renamed", origin.name, name)
+            yield ParameterChange(name, role, "renamed", renamed[name], name)
         for what in ("unit", "bounds", "source", "sign"):
             if getattr(origin, what) != getattr(symbol, what):
                 yield ParameterChange(name, role, what, getattr(origin, what), getattr(symbol, what))
@@ -158,7 +171,7 @@ def _by_role(document: Document) -> dict[tuple[str, str], Symbol]:
     return {(symbol.role, symbol.name): symbol for symbol in document.symbols if symbol.role not in _QUIET}
 
 
-def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[str, str]) -> Iterator[ParameterChange]:
+def _value_changes(old: Manifest | None, new: Manifest | None) -> Iterator[ParameterChange]:
     """Compare all fields that both manifests have, except exempt ones."""
     if old is None or new is None:
         return
@@ -170,22 +183,25 @@ def _value_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[
             for other in [other for other in side if other[0].endswith(f" {place[1]}")]:
                 del side[other]
     for (role, name, what), value in after.items():
-        origin = before.pop((role, renamed.get(name, name), what), None)
+        origin = before.pop((role, name, what), None)
         if origin is None:
             yield ParameterChange(name, role, "added", "", value)
         elif origin != value:
             yield ParameterChange(name, role, what, origin, value)
     for (role, name, _), value in before.items():
         yield ParameterChange(name, role, "removed", value, "")
-    yield from _order_changes(dict(_orders(old)), dict(_orders(new)), renamed)
+    orders = list(_order_changes(dict(_orders(old)), dict(_orders(new))))
+    parts = any(change.name == PARTS for change in orders)
+    yield from (change for change in orders if change.name == PARTS or not (parts and change.only_names))
 
 
 def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
     """Yield the names whose order matters, by kind.
 
     Order matters for elements of vectors (positions in C and in arrays), for scenarios (the first is the default of a
-    run) and for simultaneous events (each acts on the result of the previous one).
+    run) and for simultaneous events (each acts on the result of the previous one). The order of parts is that of all.
     """
+    yield PARTS, [*manifest.parts]
     yield "events", [event.name for event in manifest.events if event.resets or event.ends]
     yield "scenarios", list(manifest.scenarios)
     vectors = ("states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise")
@@ -197,14 +213,10 @@ def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
             yield f"{owner}{key}", [q.name for q in getattr(record, key)]
 
 
-def _order_changes(
-    old: Mapping[str, list[str]], new: Mapping[str, list[str]], renamed: Mapping[str, str]
-) -> Iterator[ParameterChange]:
+def _order_changes(old: Mapping[str, list[str]], new: Mapping[str, list[str]]) -> Iterator[ParameterChange]:
     """Compare the order of names that both sides have."""
     for what in [what for what in new if what in old]:
-        before = old[what]
-        origin = {renamed.get(name, name): name for name in new[what]}
-        order, common = [name for name in before if name in origin], [name for name in origin if name in before]
+        order, common = [name for name in old[what] if name in new[what]], [n for n in new[what] if n in old[what]]
         if order != common:
             yield ParameterChange(what, "model", "order", ", ".join(order), ", ".join(common))
 
@@ -230,7 +242,7 @@ def _entries(manifest: Manifest, skipped: Collection[str]) -> Iterator[tuple[Pla
                 else:
                     yield from _record(record, role, name, skipped)
         elif role == "model":
-            yield (role, key, "value"), _text(value)
+            yield from _whole(role, key, value)
         else:
             yield from _rows(value, role, skipped)
 
@@ -245,7 +257,15 @@ def _record(record: object, role: str, name: str, skipped: Collection[str]) -> I
         elif isinstance(value, tuple) and value and isinstance(value[0], Event):
             yield from _rows(value, f"law event {name}", skipped)
         elif key not in _OWN:
-            yield (f"{role} {name}", key, "value"), _text(value)
+            yield from _whole(f"{role} {name}", key, value)
+
+
+def _whole(role: str, key: str, value: object) -> Iterator[tuple[Place, str]]:
+    """Yield a value without parts; the order of conditions has no meaning."""
+    if key in _CONDITIONS and isinstance(value, tuple):
+        yield from (((role, key, message), message) for message in value)
+    else:
+        yield (role, key, "value"), _text(value)
 
 
 def _rows(rows: Iterable[Any], role: str, skipped: Collection[str]) -> Iterator[tuple[Place, str]]:

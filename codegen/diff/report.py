@@ -27,6 +27,7 @@ class ModelStatus(StrEnum):
     """State of a model in two versions, in one word."""
 
     SAME = "same"
+    NAMES = "names changed"
     PARAMETERS = "parameters changed"
     PICTURE = "picture changed"
     UNDECIDED = "undecided"
@@ -234,6 +235,11 @@ class ParameterChange:
     new: str
     unit: str = ""
 
+    @property
+    def only_names(self) -> bool:
+        """True for a new name, and for a new order of vectors; the order of scenarios and events affects runs."""
+        return self.what == "renamed" or (self.what == "order" and self.name not in ("scenarios", "events"))
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -255,6 +261,8 @@ class Comparison:
         Expression graphs that the nodes of `equations` refer to, as in equations.json.
     old_latex, new_latex : tuple of (str, str)
         LaTeX names of the symbols of either side.
+    renamed : tuple of (str, str)
+        Old and new names of parts, laws, symbols and definitions that were renamed; everything else has the new names.
     """
 
     model: str
@@ -266,6 +274,7 @@ class Comparison:
     new_nodes: tuple[tuple[Any, ...], ...] = ()
     old_latex: tuple[tuple[str, str], ...] = ()
     new_latex: tuple[tuple[str, str], ...] = ()
+    renamed: tuple[tuple[str, str], ...] = ()
 
     def extended(self) -> frozenset[str]:
         """Return the names of the equal parts that one side lacks."""
@@ -299,7 +308,9 @@ class Comparison:
     @property
     def differs(self) -> bool:
         """True if the physics differs or is undecided, including parameters and structural choices."""
-        return bool(self.parameters or self.structure) or any(equation.matters for equation in self.equations)
+        return bool(self.parameters or self.structure or self.renamed) or any(
+            equation.matters for equation in self.equations
+        )
 
     @property
     def pictured(self) -> tuple[EquationChange, ...]:

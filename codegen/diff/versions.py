@@ -44,7 +44,7 @@ class Versions:
     Attributes
     ----------
     olds, news : tuple of Item
-        Rows in order; names of the new side are the old ones where a quantity was renamed.
+        Rows in order.
     before, after : Meaning
         Meanings of names on the old and on the new side.
     across : Meaning
@@ -56,9 +56,8 @@ class Versions:
     def __init__(self, old: Document, new: Document) -> None:
         self.old, self.new = old, new
         self.pool = Pool()
-        self.renamed = renamed_symbols(old, new)
         self.olds = _items(old, self.pool.copy(old.nodes))
-        self.news = _items(new, self.pool.copy(new.nodes, self.renamed))
+        self.news = _items(new, self.pool.copy(new.nodes))
         self._old_named = {item.name: item for item in self.olds if item.row.named}
         self._new_named = {item.name: item for item in self.news if item.row.named}
         self.partner: dict[Key, Item] = {}
@@ -69,11 +68,9 @@ class Versions:
         self.free_old = Meaning(self.pool, lambda _: None)
         self.free_new = Meaning(self.pool, self._free)
         self.declared: dict[str, list[Symbol]] = defaultdict(list)
-        """Declarations of both sides by old name; a name that two laws declare has several."""
-        for symbol in old.symbols:
+        """Declarations of both sides; a name that two laws declare has several."""
+        for symbol in (*old.symbols, *new.symbols):
             self.declared[symbol.name].append(symbol)
-        for symbol in new.symbols:
-            self.declared[self.renamed.get(symbol.name, symbol.name)].append(symbol)
         self.equality = EqualityTest(self.pool, self._positive, self._sampler())
         self._match()
 
@@ -90,8 +87,7 @@ class Versions:
 
     def _sampler(self) -> PointSampler:
         """Return a sampler that respects every declaration's bounds and units."""
-        new = {self.renamed.get(name, name): value for name, value in _defaults(self.new.manifest).items()}
-        defaults = _defaults(self.old.manifest) | new
+        defaults = _defaults(self.old.manifest) | _defaults(self.new.manifest)
         return PointSampler(
             {name: (*_hull(map(_bounds, every)), defaults.get(name)) for name, every in self.declared.items()},
             frozenset(name for name, every in self.declared.items() if all(symbol.unit == "rad" for symbol in every)),
@@ -247,29 +243,6 @@ def _label(row: Row) -> str:
     if row.kind == "equation":
         return f"{row.name} {row.number} {row.title}"
     return event_of(row.name)[0] if row.kind == "guard" else row.name
-
-
-def renamed_symbols(old: Document, new: Document) -> dict[str, str]:
-    """Return old names by new ones, for quantities that were only renamed.
-
-    A removed and an added quantity count as the same if role, unit and sign agree, and LaTeX or description agrees or
-    no other pair fits.
-    """
-    removed = [s for s in old.declared.values() if s.name not in new.declared and s.name not in new.named]
-    come = [s for s in new.declared.values() if s.name not in old.declared and s.name not in old.named]
-    pairs = {}
-    for symbol in come:
-        fitting = [s for s in removed if (s.role, s.unit, s.sign) == (symbol.role, symbol.unit, symbol.sign)]
-        alike = [s for s in fitting if _alike(s, symbol)] or (fitting if len(fitting) == 1 else [])
-        rivals = [s for s in come if (s.role, s.unit, s.sign) == (symbol.role, symbol.unit, symbol.sign)]
-        if len(alike) == 1 and (_alike(alike[0], symbol) or len(rivals) == 1):
-            pairs[symbol.name] = alike[0].name
-            removed.remove(alike[0])
-    return pairs
-
-
-def _alike(old: Symbol, new: Symbol) -> bool:
-    return bool((old.latex and old.latex == new.latex) or (old.description and old.description == new.description))
 
 
 def _hull(limits: Iterable[Limits]) -> Limits:

@@ -12,9 +12,30 @@ Parts = Mapping[str, Mapping[str, str]]
 """Fields of each part as texts, by its name; the field "" is its class, and the part "" the whole assembly."""
 
 
-_TEXT = r"""(?:'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")"""
-_VALUE = re.compile(rf"Value\(default=([^,()]+), bounds={_TEXT}, source={_TEXT}\)")
-"""A number with bounds and source, which the equations have with its parameter."""
+_QUOTED = re.compile(r"(?<=')\w+(?=')")
+"""A name of a part inside of another's field, such as the wheel of a tachometer."""
+
+
+def renamed_parts(old: Parts, new: Parts) -> dict[str, str]:
+    """Return new names by old ones: of parts of one class whose fields agree, or at least half of them.
+
+    Parameters
+    ----------
+    old, new : Parts
+        The assemblies.
+    """
+    pairs = []
+    for i, gone in enumerate(name for name in old if name not in new):
+        for k, come in enumerate(name for name in new if name not in old):
+            a, b = old[gone], new[come]
+            equal, every = sum(b.get(field) == text for field, text in a.items() if field), len({*a, *b}) - 1
+            if a.get("") == b.get("") and 2 * equal >= every:
+                pairs.append((equal - every, -abs(i - k), -i, gone, come))
+    names: dict[str, str] = {}
+    for *_, gone, come in sorted(pairs, reverse=True):
+        if gone not in names and come not in names.values():
+            names[gone] = come
+    return names
 
 
 def part_changes(old: Parts, new: Parts, unit_of: Callable[[str, str], str]) -> tuple[str, ...]:
@@ -27,7 +48,18 @@ def part_changes(old: Parts, new: Parts, unit_of: Callable[[str, str], str]) -> 
     unit_of : callable
         Unit of a field, by class and name; empty for a field without unit.
     """
-    lines = [f"{name}: removed" for name in old if name not in new]
+    names = renamed_parts(old, new)
+    lines = [f"{name}: renamed to {other}" for name, other in names.items()]
+    old = {
+        names.get(name, name): {
+            field: _QUOTED.sub(lambda word: names.get(word[0], word[0]), text) for field, text in part.items()
+        }
+        for name, part in old.items()
+    }
+    lines += [f"{name}: removed" for name in old if name not in new]
+    shared = [[name for name in one if name and name in other] for one, other in ((old, new), (new, old))]
+    if shared[0] != shared[1]:
+        lines.append(f"order of parts, and so of arrays: {' -> '.join(', '.join(order) for order in shared)}")
     for name, part in new.items():
         before = old.get(name)
         head = f"{name}: " if name else ""
@@ -38,7 +70,7 @@ def part_changes(old: Parts, new: Parts, unit_of: Callable[[str, str], str]) -> 
         else:
             separator = ":" if not name else ""
             for field in {**before, **part}:
-                a, b = (_VALUE.sub(r"\1", side.get(field, "none")) for side in (before, part))
+                a, b = (side.get(field, "none") for side in (before, part))
                 unit = unit_of(part[""], field) if name else ""
                 sides = (text if text == "None" else f"{text} {unit}".strip() for text in map(shortened, (a, b)))
                 lines += [f"{head}{field}{separator} {' -> '.join(sides)}"] * (a != b)

@@ -127,7 +127,7 @@ def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
     if not model.differs:
         return model
     with progress(f"running {model.name}"):
-        follows, overlay = consequences(old, new)
+        follows, overlay = consequences(old, new, dict(model.comparison.renamed))
     return replace(model, consequences=follows, overlay=overlay)
 
 
@@ -291,6 +291,9 @@ def _status(comparison: Comparison) -> ModelStatus:
         return ModelStatus.CHANGED
     if material:
         return ModelStatus.UNDECIDED
-    if comparison.structure or any(change.role != _SHAPE for change in comparison.parameters):
+    others = [change for change in comparison.parameters if not change.only_names]
+    if comparison.structure or any(change.role != _SHAPE for change in others):
         return ModelStatus.PARAMETERS
-    return ModelStatus.PICTURE if comparison.parameters or comparison.pictured else ModelStatus.SAME
+    if others or comparison.pictured:
+        return ModelStatus.PICTURE
+    return ModelStatus.NAMES if comparison.parameters or comparison.renamed else ModelStatus.SAME

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -83,37 +84,34 @@ class Consequences:
     note: str = ""
 
 
-def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
+def consequences(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Consequences, Overlay | None]:
     """Run both versions; return the effects and the run that differs most.
 
     Parameters
     ----------
     old, new : Path
         Generated folders of one model.
+    names : mapping of str to str
+        New names by old ones.
     """
     try:
         before, after = _loaded(old), _loaded(new)
     except (InputError, OSError, SyntaxError) as error:
         return Consequences(note=f"not computed: {error}"), None
     operations = _operations(before, after)
-    if (before.state_names, before.input_names) != (after.state_names, after.input_names):
-        missing = "rates, eigenvalues and runs not compared: states or inputs differ"
-        return Consequences(operations=operations, note=missing), None
-    if before.manifest.algebraic or after.manifest.algebraic:
-        return Consequences(
-            operations=operations, note="rates, eigenvalues and runs not compared: algebraic states"
-        ), None
+    if missing := _unshared(before, after, names):
+        return Consequences(operations=operations, note=f"rates, eigenvalues and runs not compared: {missing}"), None
     with np.errstate(all="ignore"):  # results without bounds are reported as such
-        rates, samples = _rates(before, after)
+        rates, samples = _rates(before, after, names)
         old_point, new_point = _rest(before), _rest(after)
         pairs = moved(_slope(before, old_point), _slope(after, new_point))
-        closed, missing = _loops(before, after)
+        closed, missing = _loops(before, after, names)
         residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
-        closed_runs, overlay = runs(old, new)
+        closed_runs, overlay = runs(old, new, names)
     follows = Consequences(
         rates,
         samples,
-        named(before.state_names, old_point),
+        named(_new(before.state_names, names), old_point),
         residual,
         pairs,
         closed,
@@ -124,9 +122,29 @@ def consequences(old: Path, new: Path) -> tuple[Consequences, Overlay | None]:
     return follows, overlay
 
 
-def _loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], str]:
+def _unshared(before: Model, after: Model, names: Mapping[str, str]) -> str:
+    """Return the reason why the motions of both versions cannot be compared; empty if they can."""
+    if before.manifest.algebraic or after.manifest.algebraic:
+        return "algebraic states"
+    alone = []
+    for what, old, new in (
+        ("state", before.state_names, after.state_names),
+        ("input", before.input_names, after.input_names),
+    ):
+        former = _new(old, names)
+        for side, mine, other in (("old", former, new), ("new", new, former)):
+            if own := [name for name in mine if name not in other]:
+                alone.append(f"only the {side} version has the {what}{'s' * (len(own) > 1)} {', '.join(own)}")
+    return "; ".join(alone)
+
+
+def _new(old: Iterable[str], names: Mapping[str, str]) -> list[str]:
+    return [names.get(name, name) for name in old]
+
+
+def _loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[Loop, ...], str]:
     """Return the closed loops whose eigenvalues differ, and reasons why others could not be compared."""
-    closed, refused = loops(before, after)
+    closed, refused = loops(before, after, names)
     if undifferentiated((before, after)):
         refused = ("one of the versions has no derivatives of its laws", *refused)
     return closed, f"loops and margins not compared: {'; '.join(refused)}" if refused else ""
@@ -149,28 +167,38 @@ def _rhs(model: Model, x: FloatArray, u: FloatArray) -> FloatArray:
     return model.rhs(x, u, model.parameters())
 
 
-def _rates(before: Model, after: Model) -> tuple[tuple[Rate, ...], int]:
+def _rates(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[Rate, ...], int]:
     """Compare rates at random states around the first scenario's start, within the limits of both models."""
     random = np.random.default_rng(_SEED)
     size = np.maximum(np.abs(start(before)), _SMALL)
     x = random.uniform(-size, size, (SAMPLES, len(size)))
     u = random.uniform(-1.0, 1.0, (SAMPLES, len(before.input_names)))
+    states, inputs = (
+        [new.index(name) for name in _new(old, names)]
+        for old, new in ((before.state_names, after.state_names), (before.input_names, after.input_names))
+    )
     valid = np.ones(SAMPLES, dtype=bool)
-    for model in (before, after):
-        valid &= np.all(np.isfinite(_rhs(model, x, u)), axis=-1)
+    values = []
+    for model, a, b in ((before, x, u), (after, x[:, np.argsort(states)], u[:, np.argsort(inputs)])):
+        values.append(_rhs(model, a, b))
+        valid &= np.all(np.isfinite(values[-1]), axis=-1)
         if model.manifest.limits:
-            valid &= np.all(model.functions["limits"](x, u, model.parameters()) > 0, axis=-1)
-    x, u = x[valid], u[valid]
-    if not len(x):
+            valid &= np.all(model.functions["limits"](a, b, model.parameters()) > 0, axis=-1)
+    if not np.any(valid):
         return (), 0
-    old, new = _rhs(before, x, u), _rhs(after, x, u)
+    old, new = values[0][valid], values[1][valid][:, states]
     largest, typical = np.max(np.abs(new - old), axis=0), np.sqrt(np.mean(old**2, axis=0))
     rates = [
-        Rate(q.name, f"{q.unit[:-2]}/s^2" if q.unit.endswith("/s") else f"{q.unit}/s", float(a), float(b))
+        Rate(
+            names.get(q.name, q.name),
+            f"{q.unit[:-2]}/s^2" if q.unit.endswith("/s") else f"{q.unit}/s",
+            float(a),
+            float(b),
+        )
         for q, a, b in zip(before.manifest.states, largest, typical, strict=True)
         if a > _ROUNDING * max(b, 1e-300)
     ]
-    return tuple(rates), len(x)
+    return tuple(rates), len(old)
 
 
 def _rest(model: Model) -> FloatArray:

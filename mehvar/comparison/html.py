@@ -146,7 +146,8 @@ _LONG, _SHORT = 3500, 700
 """Characters of MathML of a formula that is shown whole, some 25 factors, and of terms that dots would not shorten."""
 _DOTS = element("<mo>+</mo><mo>⋯</mo>")
 _MARK = MATHML.mark("").partition(">")[0]
-_KINDS = {ModelStatus.SAME: "same", ModelStatus.PICTURE: "same", ModelStatus.UNDECIDED: "maybe"}
+_KINDS = dict.fromkeys((ModelStatus.SAME, ModelStatus.NAMES, ModelStatus.PICTURE), "same")
+_KINDS[ModelStatus.UNDECIDED] = "maybe"
 _ORDER = {"changed": 0, "maybe": 1, "same": 2}
 
 
@@ -187,6 +188,7 @@ class _Sheet:
     @cached_property
     def _alignment(self) -> Alignment:
         renamed = {e.old_name: e.name for e in self._comparison.of(EquationVerdict.RENAMED)}
+        renamed |= dict(self._comparison.renamed)
         return Alignment(self._comparison.old_nodes, self._comparison.new_nodes, renamed)
 
     def section(self) -> _Section:

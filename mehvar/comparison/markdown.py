@@ -126,7 +126,7 @@ def _runs(changed: Sequence[RunChange]) -> Iterator[str]:
 def _margins(changed: Sequence[MarginChange]) -> Iterator[str]:
     for change in changed:
         yield from ("", f"Margins under {change.law} where {change.scenario} ends:")
-        yield from _table(("input", "old (gain, phase)", "new"), list(margin_rows(change)))
+        yield from _table(("input", "old", "new"), list(margin_rows(change)))
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:

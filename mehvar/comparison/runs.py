@@ -6,8 +6,8 @@ from __future__ import annotations
 import importlib.util
 import math
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 _STEPS = 1e-6
 """Relative tolerance of a metric. Two forms of a loop round differently, so runs with tolerance 1e-9 end 1e-8 apart. A
 tenth of this value would report rearranged equations; ten times the value would miss changes below 1e-5."""
+_STILL = 1e-12
+"""Change of a state, beside its size and one unit, that counts as rest. Rounding at rest moves a state by about 1e-16 a
+step, and a metric that a larger motion changes is compared."""
 _VISIBLE = 1e-3
 """Relative difference of margins above which they are shown; three digits are printed."""
 
@@ -112,6 +115,8 @@ class Overlay:
     old: Run
     new: Run
     size: float
+    names: Mapping[str, str]
+    """New names by old ones."""
 
     def picture(self, model: str) -> Figure | None:
         """Return both runs in one picture; None where matplotlib is not installed."""
@@ -123,7 +128,9 @@ class Overlay:
 
         with style(), np.errstate(all="ignore"):  # a run may go beyond all bounds
             title = f"{model}: {self.scenario} under {self.law}"
-            return overlay_picture(to_dataset(self.old), to_dataset(self.new), title)
+            old = to_dataset(self.old)
+            old = old.rename({name: other for name, other in self.names.items() if name in old.data_vars})
+            return overlay_picture(old, to_dataset(self.new), title)
 
 
 @dataclass(frozen=True)
@@ -146,6 +153,8 @@ class Runs:
         Largest relative difference of a metric of the runs in `same`.
     zero : tuple of str
         Parameters that are zero in every run of both versions; a term with such a factor has no effect.
+    resting : tuple of (str, str)
+        Law and scenario of runs in `same` in which no state moves, so that they show nothing.
     """
 
     changed: tuple[RunChange, ...] = ()
@@ -155,51 +164,63 @@ class Runs:
     note: str = ""
     largest: float = 0.0
     zero: tuple[str, ...] = ()
+    resting: tuple[tuple[str, str], ...] = ()
 
 
-def runs(old: Path, new: Path) -> tuple[Runs, Overlay | None]:
+def runs(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Runs, Overlay | None]:
     """Run every scenario under every law with the compiled code of two folders.
 
     Parameters
     ----------
     old, new : Path
         Generated folders of one model.
+    names : mapping of str to str
+        New names by old ones.
     """
     try:
         before, after = _loaded(old), _loaded(new)
     except MehvarError as error:
         return Runs(note=f"laws not run: {error}"), None
-    changed, same, moved, refused = [], [], [], []
+    changed, same, moved, refused, resting = [], [], [], [], []
     overlay, largest, rest = None, 0.0, 0.0
     done: list[Run] = []
-    for law, scenario in _cases(before, after):
-        first, second = _run(before, law, scenario), _run(after, law, scenario)
-        change, part = _change(law, scenario, first, second)
+    for former, law, scenario in _cases(before, after, names):
+        first, second = _run(before, former, scenario), _run(after, law, scenario)
+        change, part = _change(law, scenario, first, second, names)
         done += [run for run in (first, second) if isinstance(run, Run)]
         if isinstance(first, str) and first == second:
             refused.append((law, scenario, first))
         elif change is None:
             same.append((law, scenario))
             rest = max(rest, part)
+            if not any(isinstance(run, str) or moves(run) for run in (first, second)):
+                resting.append((law, scenario))
         else:
             changed.append(change)
         if isinstance(first, str) or isinstance(second, str):
             continue
         if change is not None and change.size > largest:
-            overlay, largest = Overlay(law, scenario, first, second, change.size), change.size
+            overlay, largest = Overlay(law, scenario, first, second, change.size, names), change.size
         try:
-            edges = _margins(before, first), _margins(after, second)
+            edges = _margins(before, first, names), _margins(after, second, {})
         except InputError:  # a copied folder without derivatives of its laws: the note on loops says so
             continue
         if _differ(*edges):
             moved.append(MarginChange(law, scenario, edges[0], edges[1]))
-    return Runs(tuple(changed), tuple(same), tuple(moved), tuple(refused), "", rest, _zero(done)), overlay
+    groups = (tuple(changed), tuple(same), tuple(moved), tuple(refused))
+    return Runs(*groups, "", rest, _zero(done, names), tuple(resting)), overlay
 
 
-def _zero(runs: Sequence[Run]) -> tuple[str, ...]:
+def moves(run: Run) -> bool:
+    """Return True if a state changes during a run by more than rounding."""
+    return bool(np.any(np.ptp(run.x, axis=0) > _STILL * (1.0 + np.max(np.abs(run.x), axis=0))))
+
+
+def _zero(runs: Sequence[Run], names: Mapping[str, str]) -> tuple[str, ...]:
     """Return the parameters that are zero in every run that has them."""
-    names = dict.fromkeys(name for run in runs for name in run.parameters.values)
-    return tuple(name for name in names if not any(run.parameters.values.get(name, 0.0) for run in runs))
+    values = [{names.get(name, name): value for name, value in run.parameters.values.items()} for run in runs]
+    every = dict.fromkeys(name for own in values for name in own)
+    return tuple(name for name in every if not any(own.get(name, 0.0) for own in values))
 
 
 def _loaded(folder: Path) -> Model:
@@ -209,12 +230,13 @@ def _loaded(folder: Path) -> Model:
     return Model(manifest, CBackend(manifest))
 
 
-def _cases(before: Model, after: Model) -> Iterator[tuple[str, str]]:
-    known = before.manifest.scenarios
+def _cases(before: Model, after: Model, names: Mapping[str, str]) -> Iterator[tuple[str, str, str]]:
+    """Yield old law, new law and scenario of the runs that both versions have."""
+    formers = {names.get(name, name): name for name in before.manifest.controllers}
     for law in after.manifest.controllers:
         for scenario in after.manifest.scenarios:
-            if law in before.manifest.controllers and scenario in known:
-                yield law, scenario
+            if law in formers and scenario in before.manifest.scenarios:
+                yield formers[law], law, scenario
 
 
 def _run(model: Model, law: str, scenario: str) -> Run | str:
@@ -227,9 +249,11 @@ def _run(model: Model, law: str, scenario: str) -> Run | str:
             return str(error)
 
 
-def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> tuple[RunChange | None, float]:
+def _change(
+    law: str, scenario: str, old: Run | str, new: Run | str, names: Mapping[str, str]
+) -> tuple[RunChange | None, float]:
     """Return the change of a run, or None, and the largest relative difference of a metric that counts as equal."""
-    before, after = _metrics(old), _metrics(new)
+    before, after = _metrics(old, names), _metrics(new, {})
     shared = [name for name in after if name in before]
     moved = tuple(
         MetricChange(name, after[name][1], before[name][0], after[name][0])
@@ -242,16 +266,16 @@ def _change(law: str, scenario: str, old: Run | str, new: Run | str) -> tuple[Ru
     return (RunChange(law, scenario, *ends, moved, len(shared)) if moved or ends[0] != ends[1] else None), part
 
 
-def _metrics(run: Run | str) -> dict[str, tuple[float, str]]:
+def _metrics(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float, str]]:
     """Return the metrics of a run with units; without metrics, the extremes and final values of its states."""
     if isinstance(run, str):
         return {}
     known = run.manifest.metrics
     if known:
         return {name: (float(value), known[name].unit) for name, value in metrics(run, run.manifest).items()}
-    states = list(enumerate(run.manifest.states))
-    reached = {f"largest |{q.name}|": (float(np.max(np.abs(run.x[:, k]))), q.unit) for k, q in states}
-    return reached | {f"last {q.name}": (float(run.x[-1, k]), q.unit) for k, q in states}
+    states = [(k, names.get(q.name, q.name), q.unit) for k, q in enumerate(run.manifest.states)]
+    reached = {f"largest |{name}|": (float(np.max(np.abs(run.x[:, k]))), unit) for k, name, unit in states}
+    return reached | {f"last {name}": (float(run.x[-1, k]), unit) for k, name, unit in states}
 
 
 def equal_numbers(old: float, new: float, part: float = _STEPS) -> bool:
@@ -267,20 +291,22 @@ def _end(run: Run | str) -> str:
     return "" if run.status.complete else f"ended early: {run.reason}"
 
 
-def _margins(model: Model, run: Run) -> tuple[Margin, ...]:
+def _margins(model: Model, run: Run, names: Mapping[str, str]) -> tuple[Margin, ...]:
     """Return the margins at the end of a run, linearised with the state held fixed; empty if they are undefined."""
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
     try:
-        return linear_margins(linear_loop(model, run))
+        margins = linear_margins(linear_loop(model, run))
     except InputError:  # which the comparison of the loops reports
         return ()
+    return tuple(replace(margin, input=names.get(margin.input, margin.input)) for margin in margins)
 
 
 def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:
-    if [margin.input for margin in old] != [margin.input for margin in new]:
+    one, other = ({margin.input: margin for margin in side} for side in (old, new))
+    if one.keys() != other.keys():
         return True
-    pairs = zip(old, new, strict=True)
+    pairs = ((one[name], other[name]) for name in one)
     return not all(
         equal_numbers(a.gain, b.gain, _VISIBLE) and equal_numbers(a.phase, b.phase, _VISIBLE) for a, b in pairs
     )

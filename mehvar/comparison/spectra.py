@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,15 +105,16 @@ def moved(old: FloatArray, new: FloatArray) -> Pairs:
     return tuple(pair for pair in pairs if max(value.imag for value in pair) >= 0)
 
 
-def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
+def loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
     """Return the loops whose eigenvalues differ, and the reasons why others could not be compared.
 
-    Loops are compared for laws that both versions have with the same number of states.
+    Loops are compared for laws that both versions have with the same number of states; `names` has new names by old.
     """
     changed: list[Loop] = []
     refused: list[str] = []
+    formers = {names.get(name, name): law for name, law in before.manifest.controllers.items()}
     for name, law in after.manifest.controllers.items():
-        former = before.manifest.controllers.get(name)
+        former = formers.get(name)
         if former is None or not (differentiable(before, former) and differentiable(after, law)):
             continue
         try:
@@ -123,7 +124,7 @@ def loops(before: Model, after: Model) -> tuple[tuple[Loop, ...], tuple[str, ...
             continue
         pairs = moved(old, new) if old.shape == new.shape else ()
         if pairs:
-            point = named(before.state_names, start(before))
+            point = named((names.get(state, state) for state in before.state_names), start(before))
             changed.append(Loop(name, _period(after, law), point, pairs, _period(before, former)))
     return tuple(changed), tuple(refused)
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from rich.text import Text
 
+from mehvar.codegen.diff.parameters import PARTS
 from mehvar.codegen.diff.report import (
     PICTURE,
     Comparison,
@@ -31,6 +32,10 @@ from .spectra import Loop
 
 _ZERO = 1e-9
 """Bound on rounding errors, of a rate at an equilibrium and of the smaller part of an eigenvalue."""
+_CONDITIONS = ("constraint", "limit", "warning")
+"""Kinds of rows whose name is a message."""
+_PLACE = re.compile(r"(?:\b(\w+) = )?\{(\w*)(?::[^{}]*)?\}")
+"""Place of a number in a message, as in "m = {m:g} kg"."""
 _ALIKE = ("family", "symmetric")
 """Kinds of groups that are reported once, by their first member."""
 _CAUSAL = ("follows", "solved")
@@ -41,6 +46,7 @@ _NAMED = 12
 """Number of equations that a shared report names: two lines of a terminal. A page lists all."""
 _STYLES = {
     ModelStatus.SAME: "bold green",
+    ModelStatus.NAMES: "bold green",
     ModelStatus.PICTURE: "bold green",
     ModelStatus.UNDECIDED: "bold yellow",
 }
@@ -52,6 +58,7 @@ _RUNS, _METRICS = 4, 5
 """Numbers of listed runs, most changed first, and of metrics per run; a page has all."""
 HEADLINES = {
     ModelStatus.SAME: "physics the SAME",
+    ModelStatus.NAMES: "physics the SAME, names or order CHANGED",
     ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
     ModelStatus.PICTURE: "physics the SAME, picture CHANGED",
     ModelStatus.UNDECIDED: "physics UNDECIDED",
@@ -103,6 +110,8 @@ def title(equation: EquationChange, names: Sequence[str] = ()) -> str:
     about = " ".join(part for part in (equation.number, equation.title) if part)
     if equation.kind == "equation" and about:  # its name is a left side, often just zero
         return about
+    if equation.kind in _CONDITIONS:
+        return f"{equation.kind}: {_PLACE.sub(lambda place: place[1] or place[2], equation.title)}"
     was = f" (was {equation.old_name})" if equation.old_name not in ("", equation.name) else ""
     return "  ".join(part for part in (", ".join(names or [equation.name + was]), about) if part)
 
@@ -120,11 +129,15 @@ def stories(comparison: Comparison) -> list[str]:
 def one_by_one(comparison: Comparison) -> Iterator[tuple[EquationChange, EquationGroup | None]]:
     """Yield the equations with separate reports; the first stands for all equal parts."""
     family = families(comparison)
+    told: set[tuple[str, str]] = set()
     for equation in (e for fate in _TOLD for e in comparison.of(fate)):
         group = family.get(equation.name)
         untold = not (is_quiet(equation) or equation.extended or equation.cause)
         if untold and (group is None or group.names[0] == equation.name):
-            yield equation, group
+            message = (equation.verdict.value, equation.title)
+            if equation.kind not in _CONDITIONS or equation.edits or message not in told:
+                yield equation, group
+            told.add(message)
 
 
 def following(comparison: Comparison, equation: EquationChange | None = None) -> str:
@@ -178,9 +191,9 @@ def is_complete(edit: Edit) -> bool:
 
 
 def listed_parameters(comparison: Comparison) -> list[ParameterChange]:
-    """Return the reported names and numbers, with the first of equal parts for all."""
-    extended = comparison.extended()
-    return [change for change in comparison.parameters if change.name.split(".")[-1] not in extended]
+    """Return the reported names and numbers, with the first of equal parts for all; parts are told by themselves."""
+    untold = {*comparison.extended(), PARTS}
+    return [change for change in comparison.parameters if change.name.split(".")[-1] not in untold]
 
 
 def labels(comparison: Comparison, names: Sequence[str]) -> str:
@@ -327,7 +340,7 @@ def run_lines(runs: Runs, comparison: Comparison) -> Iterator[str]:
     yield from same_runs(runs, comparison)
     yield from refused_runs(runs)
     for change in runs.margins:
-        yield f"margins under {change.law} where {change.scenario} ends (gain, phase):"
+        yield f"margins under {change.law} where {change.scenario} ends:"
         for name, old, new in margin_rows(change):
             yield f"  {name}  {old} -> {new}"
     if runs.note:
@@ -353,20 +366,27 @@ def joined(runs: Sequence[RunChange]) -> list[tuple[RunChange, list[str]]]:
 
 def same_runs(runs: Runs, comparison: Comparison) -> list[str]:
     """Return the runs whose metrics are all equal, law by law, and why a changed equation has no effect in any run."""
-    laws = dict.fromkeys(law for law, _ in runs.same)
-    scenarios = {law: ", ".join(scenario for other, scenario in runs.same if other == law) for law in laws}
-    where = "; ".join(f"{names} under {law}" for law, names in scenarios.items())
-    if not runs.same:
-        return []
+    still = [f"no state moves, so that the run shows nothing: {_cases(runs.resting)}"] if runs.resting else []
+    moving = [run for run in runs.same if run not in runs.resting]
+    if not moving:
+        return still
     if runs.changed:
-        return [f"equal in all metrics: {where}"]
-    count = f"{len(runs.same)} run{'s' * (len(runs.same) > 1)}"
-    lines = [f"no difference in {count}, largest relative difference of a metric {runs.largest:.2g}: {where}"]
+        return [f"equal in all metrics: {_cases(moving)}", *still]
+    count = f"{len(moving)} run{'s' * (len(moving) > 1)}"
+    equal = f"no difference in {count}, largest relative difference of a metric {runs.largest:.2g}: {_cases(moving)}"
+    lines = [equal, *still]
     parts = [part.text for e in comparison.changed for edit in e.edits for part in (edit.old, edit.new) if part]
     edited = set(re.findall(r"\w+", " ".join(parts)))
     if names := [name for name in runs.zero if name in edited]:
         lines.append(f"the changed terms have {', '.join(f'{name} = 0' for name in names)} in all of these runs")
     return lines
+
+
+def _cases(runs: Sequence[tuple[str, str]]) -> str:
+    """Return pairs of law and scenario as text, law by law."""
+    laws = dict.fromkeys(law for law, _ in runs)
+    scenarios = {law: ", ".join(scenario for other, scenario in runs if other == law) for law in laws}
+    return "; ".join(f"{names} under {law}" for law, names in scenarios.items())
 
 
 def refused_runs(runs: Runs) -> list[str]:
@@ -399,14 +419,14 @@ def margin_rows(change: MarginChange) -> Iterator[tuple[str, str, str]]:
     """Yield input, old and new margins."""
     old, new = ({margin.input: margin for margin in side} for side in (change.old, change.new))
     for name in dict.fromkeys((*old, *new)):
-        yield name, margin_text(old.get(name)), margin_text(new.get(name))
+        before, after = (margin_text(side.get(name)) for side in (old, new))
+        if before != after:
+            yield name, before, after
 
 
 def margin_text(margin: Margin | None) -> str:
-    """Return a margin as text; "undefined" for an unstable loop or an unused input."""
-    if margin is None:
-        return "not defined"
-    return f"x{margin.gain:.3g}, {math.degrees(margin.phase):.3g} deg"
+    """Return a margin as text; "not defined" for an unstable loop or an unused input."""
+    return "not defined" if margin is None else margin.text
 
 
 def unit(loop: Loop) -> str:

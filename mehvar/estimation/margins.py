@@ -76,6 +76,14 @@ class Margin:
     gain: float
     phase: float
 
+    @property
+    def text(self) -> str:
+        """Both margins in words, the phase in degrees."""
+        return f"gain margin {self.gain:.3g} (factor), phase margin {math.degrees(self.phase):.3g} deg"
+
+    def __str__(self) -> str:
+        return f"{self.input}: {self.text}"
+
 
 def margins(
     model: Model | str | os.PathLike[str],

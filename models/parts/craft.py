@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
+from numbers import Real
 from typing import TypeVar
 
 import sympy as sp
@@ -146,9 +147,7 @@ class Spacecraft:
         laws = ", ".join(self._laws) or "none"
         described = {"": {"attitude": self.chart.name, "motion": self.motion, "laws": laws}}
         for part in self.parts:
-            texts = {
-                f.name: re.sub(r" at 0x\w+", "", repr(getattr(part, f.name))) for f in fields(part) if f.name != "name"
-            }
+            texts = {f.name: _text(getattr(part, f.name)) for f in fields(part) if f.name != "name"}
             described[part.name] = {"": type(part).__name__, **texts}
         return described
 
@@ -334,6 +333,25 @@ class Spacecraft:
         for part in self.parts:
             placed |= part.projection()
         return tuple(placed.get(s.quantity.symbol, s.quantity.symbol) for s in states) if placed else ()
+
+
+def _text(value: object) -> str:
+    """Return a field of a part as text: equal numbers alike, whatever their types, and another part by its name."""
+    if isinstance(value, Value):
+        return _text(value.default)
+    if isinstance(value, Part):
+        return repr(value.name)
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return repr(float(value)).removesuffix(".0")
+    if hasattr(value, "tolist"):  # of NumPy
+        return _text(value.tolist())
+    if isinstance(value, tuple | list):
+        return f"({', '.join(map(_text, value))})"
+    if is_dataclass(value) and not isinstance(value, type):
+        return (
+            f"{type(value).__name__}({', '.join(f'{f.name}={_text(getattr(value, f.name))}' for f in fields(value))})"
+        )
+    return re.sub(r" at 0x\w+", "", repr(value))
 
 
 def expressions(value: object) -> Iterator[Expr]:

@@ -53,8 +53,8 @@ class Modes:
         self._free = Meaning(self._pool, lambda _: None)
         self._symbols = versions.declared
         self._may_be = versions.may_be
-        new = {versions.renamed.get(name, name) for name in _constant(versions.new)}
-        self._values: dict[str, set[Fraction]] = {name: set() for name in _constant(versions.old) & new}
+        constant = _constant(versions.old) & _constant(versions.new)
+        self._values: dict[str, set[Fraction]] = {name: set() for name in constant}
         self._open: set[str] = set()
         """Modes that a reset sets to an expression, such as 1 - mode."""
         self._starts: dict[str, set[Fraction]] = {}
@@ -62,7 +62,7 @@ class Modes:
         for item in (*versions.olds, *versions.news):
             if item.row.kind not in ("initial", "reset"):
                 continue
-            name = versions.renamed.get(_state(item), _state(item))
+            name = _state(item)
             value = versions.pool.constant(item.root)
             if name not in self._values:
                 self._starts.setdefault(name, set()).update(self._default(item.root) if value is None else {value})
@@ -113,30 +113,24 @@ class Modes:
         usual = {name: Fraction(row[2]) for name, row in names.items() if row[2] is not None and row[2] == row[2]}
         base = {**self._equality.sampler.point(0), **usual} | dict.fromkeys({"t", "clock"} & names.keys(), Fraction(0))
         points: list[tuple[dict[str, Fraction], str]] = []
-        for items, meaning, renamed in (
-            (versions.olds, versions.before, {}),
-            (versions.news, versions.after, versions.renamed),
-        ):
+        for items, meaning in ((versions.olds, versions.before), (versions.news, versions.after)):
             rows = {kind: [item for item in items if item.row.kind == kind] for kind in ("initial", "reset")}
-            start = self._set(base, rows["initial"], meaning, renamed)
+            start = self._set(base, rows["initial"], meaning)
             points.append((start, ""))
             resets: dict[str, list[Item]] = {}
             for item in rows["reset"]:
                 resets.setdefault(item.name.rpartition(": ")[0], []).append(item)
-            points += [(self._set(start, resets[event], meaning, renamed), event) for event in resets]
+            points += [(self._set(start, resets[event], meaning), event) for event in resets]
         return [point for number, point in enumerate(points) if point not in points[:number]]
 
-    def _set(
-        self, point: dict[str, Fraction], items: list[Item], meaning: Meaning, renamed: Mapping[str, str]
-    ) -> dict[str, Fraction]:
+    def _set(self, point: dict[str, Fraction], items: list[Item], meaning: Meaning) -> dict[str, Fraction]:
         """Return a point whose states have the values of starts or resets."""
         world = self._equality.stepped(dict(point))[self._free]
         values = {}
         for item in items:
             value = world.defined(self._equality.written_out((meaning, item.root)))
             if value is not None:
-                name = _state(item)
-                values[renamed.get(name, name)] = Fraction(str(value))
+                values[_state(item)] = Fraction(str(value))
         return {**point, **values}
 
     def at_thresholds(self, old: Expression, new: Expression) -> Verdict | None:

@@ -5,13 +5,15 @@ import re
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import mehvar
 from mehvar.base.errors import MehvarError
+from mehvar.base.manifest import Scenario
 from mehvar.cli.app import app
-from mehvar.parts import Hinge, Hub, PointMass, Spacecraft, Torquer, Wheel
+from mehvar.parts import Hinge, Hub, PointMass, Spacecraft, Tachometer, Torquer, Wheel
 
 
 def craft_of(axis=(0, 1, 0), *more, mass=100.0):
@@ -42,7 +44,7 @@ def test_a_mass_that_only_the_picture_shows_is_told_so():
     """Of a craft without translation the hub's mass sets the size of its box, and no rate."""
     found = mehvar.diff(craft_of(), craft_of(mass=120.0))
     assert found.status == "picture changed"
-    assert found.parts == ("hub: mass 100.0 kg -> 120.0 kg",)
+    assert found.parts == ("hub: mass 100 kg -> 120 kg",)
     assert "survey: physics the SAME, picture CHANGED" in str(found)
     assert "compensate" not in str(found)
     assert found.changed == ()
@@ -72,7 +74,7 @@ def craft():
     page = Path("page.html").read_text(encoding="utf-8")
     assert len(page) < 100_000
     assert "wheel: axis (0, 1, 0) → (0, 0, 1)" in page
-    assert "panel: stiffness 15.0 N m/rad → 20.0 N m/rad" in page
+    assert "panel: stiffness 15 N m/rad → 20 N m/rad" in page
     assert page.count("data:image/png") == 1  # rates and eigenvalues
     assert '<td class="old" data-column="old">15.0</td>' in page
     sides = re.findall(r'<div class="side new">.*?</div>\n</div>', page, re.DOTALL)
@@ -123,3 +125,103 @@ def test_wrong_arguments_are_refused():
         mehvar.diff(craft_of(), "HEAD")
     with pytest.raises(MehvarError, match="must be a System, a Spacecraft, or a function"):
         mehvar.diff(1, 2)
+
+
+AXES = {"wheel1": (1, 0, 0), "wheel2": (0, 1, 0), "wheel3": (0, 0, 1)}
+
+
+def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1, more=()):
+    """Return a craft with three wheels, a panel, a law and a start."""
+    craft = Spacecraft("survey", motion="attitude", period=0.1)
+    wheels = [Wheel((names or {}).get(n, n), axis=a, inertia=0.1, torque_limit=0.5) for n, a in AXES.items()]
+    flap = Hinge(panel, mass=8.0, inertia=(1.0, 0.2, 1.0), axis=(0, 1, 0), centre=(0, 0.9, 0), stiffness=15.0)
+    parts = [Hub((names or {}).get("hub", "hub"), mass=100.0, inertia=(10.0, 12.0, 15.0)), *wheels, flap]
+    for part in (*(parts[k] for k in order), *more):
+        craft.add(part)
+
+    def feedback(text):
+        kp, kd = text.parameter("kp", 0.4, "N m"), text.parameter("kd", 1.2, "N m s")
+        (_, *q), w = text.attitude, text.rates
+        return text.torque([-kp * a - kd * b for a, b in zip(q, w, strict=True)], wheels)
+
+    craft.law(law, feedback, "feedback")
+    moves = Scenario("turn", "a turn", 5.0, 0.1, values={"roll_0": start, "yaw_0": start})
+    return craft.system(scenarios=(moves,))
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"),
+    [
+        ({"names": {"wheel1": "w1"}}, ["wheel1: renamed to w1"]),
+        ({"names": {"hub": "body"}}, ["hub: renamed to body"]),
+        ({"names": {"wheel1": "a", "wheel2": "x", "wheel3": "wx"}, "panel": "m"}, ["wheel2: renamed to x"]),
+        ({"law": "pid"}, ["laws: pd -> pid", "law pid  renamed: pd -> pid"]),
+        (
+            {"order": (0, 4, 3, 1, 2)},
+            ["arrays: hub, wheel1, wheel2, wheel3, panel -> hub, panel, wheel3, wheel1, wheel2"],
+        ),
+        ({"order": (4, 3, 0, 1, 2), "names": {"wheel1": "w1"}, "law": "pid"}, ["wheel1: renamed to w1"]),
+    ],
+    ids=["wheel", "hub", "all", "law", "order", "both"],
+)
+def test_new_names_and_another_order_change_no_physics(edit, says):
+    found = mehvar.diff(three(), three(**edit))
+    text = str(found)
+    assert found.status == "names changed", text
+    assert {e.verdict.value for e in found.comparison} <= {"same", "rearranged", "renamed"}, text
+    assert all(line in text for line in says), text
+    assert "survey: physics the SAME, names or order CHANGED" in text
+    assert "no difference in 1 run" in text
+    assert "rates equal at 512 random states" in text
+    assert "{" not in text  # as in templates of messages
+    assert "order:" not in text.replace("order of parts", "")
+
+
+def test_a_renamed_part_that_was_edited_too_is_told_as_both():
+    found = mehvar.diff(three(), three(names={"wheel2": "w2"}, panel="flap", start=0.2))
+    assert found.status == "parameters changed"
+    assert [change.name for change in found.parameters if change.what == "value"] == ["roll_0", "yaw_0"]
+    before, after = craft_of(), craft_of((0, 1, 0), mass=110.0)
+    after.parts[1] = Wheel("w1", axis=(1, 0, 0), inertia=0.3)
+    found = mehvar.diff(before, after)
+    assert found.parts == (
+        "wheel1: renamed to w1",
+        "hub: mass 100 kg -> 110 kg",
+        "w1: inertia 0.1 kg m^2 -> 0.3 kg m^2",
+    )
+    assert found.status == "parameters changed", str(found)
+    assert before.changes(after) == found.parts
+
+
+def test_another_part_of_the_same_class_is_no_new_name():
+    before, after = (craft_of((0, 1, 0), PointMass(name, mass=m, at=at)) for name, m, at in OTHERS)
+    assert before.changes(after) == ("ballast: removed", "camera: added, a PointMass")
+
+
+OTHERS = (("ballast", 1.0, (1, 0, 0)), ("camera", 2.0, (0, 0, 1)))
+
+
+def test_equal_numbers_of_other_types_are_no_change():
+    numbers = PointMass("m", mass=np.float64(2), at=np.array([0.1, 0, 0]))
+    before, after = craft_of((0.0, 1, np.int64(0)), numbers), craft_of((0, 1, 0), PointMass("m", 2.0, at=(0.1, 0, 0)))
+    assert before.changes(after) == ()
+    heavy = craft_of((0, 1, 0), PointMass("m", mass=np.float32(2.5), at=np.array([0.1, 0, 0.25])))
+    assert before.changes(heavy) == ("m: mass 2 kg -> 2.5 kg", "m: at (0.1, 0, 0) m -> (0.1, 0, 0.25) m")
+    tested = [craft_of((0, 1, 0), Tachometer("tacho", of=Wheel("fine", (1, 0, 0), inertia=j))) for j in (0.1, 0.2)]
+    assert tested[0].changes(tested[1]) == ()
+
+
+def test_a_run_at_rest_is_said_to_show_nothing():
+    text = str(mehvar.diff(three(start=0.0), three(start=0.0, names={"wheel1": "w1"})))
+    assert "no state moves, so that the run shows nothing: turn under pd" in text
+    assert "no difference" not in text
+
+
+def test_states_of_one_side_are_named():
+    more = Hinge("flap", mass=1.0, inertia=(1.0, 1.0, 1.0), axis=(1, 0, 0))
+    before, after = three(), three(more=(more, Wheel("spare", axis=(1, 0, 0), inertia=0.1)))
+    text = str(mehvar.diff(before, after))
+    why = "only the new version has the states flap_angle, flap_rate, spare_speed; only the new version has the input"
+    assert f"runs not compared: {why} spare_torque" in text
+    assert text.count("is the inertia of no body") == 1
+    assert "constraint: flap.inertia, with flap_Jxx, flap_Jyy, flap_Jzz, is the inertia of no body" in text

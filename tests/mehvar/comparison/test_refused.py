@@ -20,7 +20,7 @@ def test_what_both_versions_refuse_is_told_as_not_run(tmp_path: Path) -> None:
     shutil.copytree(PENDULUM, folder)
     text = (folder / FILE).read_text().replace('"angle_0": 0.8', '"angle_0": 3.5')
     (folder / FILE).write_text(with_digest(text))
-    result, overlay = runs(folder, folder)
+    result, overlay = runs(folder, folder, {})
     assert overlay is None
     assert {(law, scenario) for law, scenario, _ in result.refused} == {("pd", "stiff"), ("p-sum", "stiff")}
     assert not {(law, scenario) for law, scenario, _ in result.refused} & set(result.same)
