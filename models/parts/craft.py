@@ -301,10 +301,10 @@ class Spacecraft:
     def _check_defaults(self, constraints: Iterable[Condition]) -> None:
         """Refuse defaults that violate a constraint."""
         names = {q.name: float(q.default) for q in self._plant.quantities.values()}
-        symbols = {q.symbol: names[q.name] for q in self._plant.quantities.values()}
+        symbols = {q.symbol: sp.Float(names[q.name]) for q in self._plant.quantities.values()}
         for condition in constraints:
-            if condition.margin.free_symbols <= symbols.keys() and not condition.margin.subs(symbols) > 0:
-                shown = [float(value.subs(symbols)) for value in condition.shown]
+            if condition.margin.free_symbols <= symbols.keys() and not condition.margin.xreplace(symbols) > 0:
+                shown = [float(value.xreplace(symbols)) for value in condition.shown]
                 raise ModelError(f"{self.name}: {condition.message.format(*shown, **names)}")
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
