@@ -147,15 +147,16 @@ def test_a_metric_of_an_unknown_variable_is_refused():
 
 
 def test_a_reference_stands_in_a_metric_and_is_recorded():
-    x, r = Group("x", (Quantity("a", "m", "place"),)), Group("r", (Quantity("goal", "m", "wanted place"),))
-    error = Metric("worst", "max_abs", ("a - goal",), "m", "largest error")
+    x = Group("x", (Quantity("a", "m", "place"), Quantity("v", "m/s", "speed")))
+    r, s = Group("r", (Quantity("goal", "m", "goal"),)), Group("s", (Parameter("far", "m", "goal", default=3.0),))
+    metric = Metric("worst", "max_abs", ("a - goal",), "m", "largest error")
     system = System(
-        name="goal", states=x, references=r, reference=(TIME.symbol / 4,), rhs=(1 - x.a,), metrics=(error,),
-        scenarios=(Scenario("s", "", 1.0, 0.1),),
+        name="goal", states=x, references=r, scenario_parameters=s, reference=(s.far,), rhs=(x.v, 0),
+        metrics=(metric,), scenarios=(Scenario("s", "", 1.0, 0.1),),
     )  # fmt: skip
-    run = mehvar.simulate(mehvar.build(system), None, inputs={})
-    np.testing.assert_allclose(run["goal"], run["t"] / 4, rtol=1e-15)
-    assert float(run["worst"]) == float(abs(run["a"] - run["t"] / 4).max()) > 0.3
+    run = mehvar.simulate(mehvar.build(system), None, inputs={}, initial={"v": -0.5})
+    np.testing.assert_array_equal(run["goal"], 3.0)
+    assert float(run["worst"]) == float(abs(run["a"] - 3.0).max()) == 3.5
 
 
 def test_a_function_that_makes_a_system_branches_on_no_symbol():
