@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import cmath
 import itertools
 import math
 import os
@@ -24,15 +25,14 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
-_MARGINAL = 1e-6
-"""Tolerance relative to the largest eigenvalue, for integrators outside the law, whose eigenvalues are zero up to
-rounding (1e-8 for a double one). Ten times the tolerance hides slow instabilities; a tenth misses triple integrators.
-"""
+_ENTRIES = 1e-13
+"""Relative error of the matrices: some hundred roundings. It decides which eigenvalues may be those of integrators."""
 _LIMIT = 0.01
 """Largest relative change of a response that has a limit, from 1/1000 to 1/10 000 of the slowest natural frequency: by
 a first-order lag it is 0.001, by an integrator that acts on the output 10. Other integrators cancel."""
-_BEYOND = (1.01, 1.1)
-"""Steps beyond a factor at which instability is looked for: with the second, slow growth is above its tolerance."""
+_BEYOND = (0.01, 0.1)
+"""Steps of the logarithm beyond a factor at which instability is looked for: with the second, slow growth is above its
+error."""
 _POINTS = 1000
 """Number of frequencies in the grid that finds crossings, besides those of the eigenvalues, where responses are
 steepest. Half or twice this number changes no margin of the three shipped models.
@@ -192,18 +192,31 @@ def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
         As `mehvar.runtime.model.linear.ClosedLoop.cut` returns it.
     """
     closed = cut.A + cut.B @ cut.C
-    if not (np.all(np.isfinite(closed)) and _growth(closed, cut.period) <= _MARGINAL):
+    if not np.all(np.isfinite(closed)) or _is_unstable(closed, cut.period):
         return ()
     loops = ((name, _Loop(cut, closed, number)) for number, name in enumerate(cut.inputs))
     return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
 
 
-def _growth(closed: FloatArray, period: FloatArray | float | None) -> float:
-    """Return the growth of the fastest growing mode, per sample or relative to the largest eigenvalue."""
-    eigenvalues = np.linalg.eigvals(closed)
-    if period is None:
-        return float(np.max(eigenvalues.real) / (np.max(np.abs(eigenvalues)) or 1.0))
-    return float(np.max(np.abs(eigenvalues))) - 1
+def _modes(matrix: NDArray[Any]) -> tuple[NDArray[Any], FloatArray]:
+    """Return the eigenvalues and their errors to first order: that of the matrix times the condition of each.
+
+    Source: Golub, Van Loan: Matrix Computations, 4th ed., section 7.2.2.
+    """
+    from scipy.linalg import eig, matrix_balance  # takes a tenth of a second, which an unchanged model does not need
+
+    balanced, _ = matrix_balance(matrix)
+    eigenvalues, left, right = eig(balanced, left=True, right=True)
+    with np.errstate(divide="ignore"):
+        conditions = 1 / np.abs(np.sum(left.conj() * right, axis=0))
+    return eigenvalues, _ENTRIES * np.linalg.norm(balanced) * conditions
+
+
+def _is_unstable(matrix: NDArray[Any], period: FloatArray | float | None) -> bool:
+    """Return True if a mode grows; the eigenvalues of integrators are on the limit up to their errors."""
+    eigenvalues, errors = _modes(matrix)
+    growth = eigenvalues.real if period is None else np.abs(eigenvalues) - 1
+    return bool(np.any(growth > errors))
 
 
 class _Response(ABC):
@@ -229,7 +242,7 @@ class _Response(ABC):
     def _ends(self) -> Iterator[complex]:
         """Yield the response at frequencies where it is real: zero and, for a sampled loop, the Nyquist frequency."""
 
-    def loses(self, factor: float) -> bool:  # noqa: ARG002
+    def loses(self, factor: complex) -> bool:  # noqa: ARG002
         """Return False if stability is known to last beyond a factor."""
         return True
 
@@ -243,7 +256,8 @@ class _Response(ABC):
     def phase(self) -> float:
         """Return the smallest angle between the response and -1 at gain one."""
         crossings = [self.at(w) for w in self._crossings(lambda value: math.log(abs(value)) if value else -math.inf)]
-        return min((abs(float(np.angle(-value))) for value in crossings), default=math.inf)
+        angles = sorted((float(np.angle(-1 / value)) for value in crossings), key=abs)
+        return next((abs(angle) for angle in angles if self.loses(cmath.exp(1j * angle))), math.inf)
 
     def _crossings(self, what: Callable[[complex], float]) -> Iterator[float]:
         """Yield the frequencies at which a quantity of the response changes sign; ignore rounding."""
@@ -287,28 +301,28 @@ class _Loop(_Response):
             if abs(value - before) <= _LIMIT * abs(value):
                 yield complex(value.real)
 
-    def loses(self, factor: float) -> bool:
+    def loses(self, factor: complex) -> bool:
         """Return True if the closed loop is unstable beyond a factor; rounding of integrators feigns other limits."""
-        feedback = np.outer(self._b, self._c)
-        rounding = max(_MARGINAL, 10 * _growth(self._A + feedback, self._period))
-        factors = (factor * (step if factor > 1 else 1 / step) for step in _BEYOND)
-        return any(_growth(self._A + beyond * feedback, self._period) > rounding for beyond in factors)
+        feedback, log = np.outer(self._b, self._c), cmath.log(factor)
+        way = log / abs(log) if log else 1.0
+        beyond = (cmath.exp(log + step * way) for step in _BEYOND)
+        return any(_is_unstable(self._A + each * feedback, self._period) for each in beyond)
 
     def _grid(self, closed: FloatArray) -> FloatArray:
-        both = np.concatenate([np.linalg.eigvals(self._A), np.linalg.eigvals(closed)])
-        sizes = _natural(both, self._period)
+        sizes = np.concatenate([_natural(matrix, self._period) for matrix in (self._A, closed)])
         low, high = (np.min(sizes), np.max(sizes)) if sizes.size else (1.0, 1.0)
         highest = 10**_DECADES * high if self._period is None else math.pi / self._period
         grid = np.geomspace(min(low / 10**_DECADES, highest / 2), highest, _POINTS)
         return np.unique(np.concatenate([grid, sizes[sizes < highest]]))
 
 
-def _natural(eigenvalues: NDArray[Any], period: float | None) -> FloatArray:
+def _natural(matrix: FloatArray, period: float | None) -> FloatArray:
     """Return the natural frequencies of modes, without those of integrators."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        sizes = np.abs(eigenvalues if period is None else np.log(eigenvalues) / period)
-    finite: FloatArray = sizes[np.isfinite(sizes)]
-    return finite[finite > _MARGINAL * np.max(finite, initial=0.0)]
+    eigenvalues, errors = _modes(matrix)
+    kept = eigenvalues[np.abs(eigenvalues - (0 if period is None else 1)) > errors]
+    with np.errstate(divide="ignore"):
+        sizes: FloatArray = np.abs(kept if period is None else np.log(kept) / period)
+    return sizes[np.isfinite(sizes)]
 
 
 @dataclass
@@ -357,7 +371,7 @@ class _Sweep(_Response):
         except InputError:  # of a loop with delays, or of a model without derivatives
             return grid
         opened = cut.A + cut.B @ cut.C - np.outer(cut.B[:, self._number], cut.C[self._number])
-        modes = _natural(np.linalg.eigvals(opened), self._period)
+        modes = _natural(opened, self._period)
         return np.unique(np.concatenate([grid, modes[(modes > grid[0]) & (modes < self._highest)]]))
 
     def _given(self, frequencies: Sequence[float]) -> FloatArray:

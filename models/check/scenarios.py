@@ -59,8 +59,10 @@ def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
 
 def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
     """Refuse unused inputs, references and noise."""
-    # A function that only passes a group on, such as an identity chart, does not read it; a rate that is an input does.
-    reading = [v for v in vectors if v.what == "rhs" or not any(v.entries == group.symbols for group in v.receives)]
+    # A function that only passes a group on, such as an identity chart, does not read it; a rate or an output does.
+    reading = [
+        v for v in vectors if v.what in {"rhs", "output"} or not any(v.entries == group.symbols for group in v.receives)
+    ]
     used = free_symbols((e for v in reading for e in v.entries), system.definitions)
     groups = [("input", system.inputs, system.origin), ("reference", system.references, system.origin)]
     if system.actuator:

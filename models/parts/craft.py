@@ -17,15 +17,17 @@ from mehvar.base.parts import part_changes
 
 from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
-from ..quantities import TIME, Group, ModelError, Quantity
+from ..geometry import Shape
+from ..quantities import TIME, Group, ModelError, Parameter, Quantity
 from ..system import Actuator, Condition, Controller, System
+from ..tables import check_names
 from .assembly import accelerations, contributions, mount
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame, triple
 from .hub import Pulsed
-from .part import Craft, Motion, Mounted, Part, State, start, unit_of
+from .part import Craft, Motion, Mounted, Part, State, points, start, unit_of
 from .readings import readings
 from .sensors import drifting, measuring, watching
 from .values import Parameters, Value
@@ -177,6 +179,49 @@ class Spacecraft:
             raise ModelError(f"{self.name}: a law named {name!r} exists already; laws need different names")
         self._laws[name] = title or name, write, sampled
 
+    def shapes(self, **values: float) -> tuple[Shape, ...]:
+        """Return the shapes of the parts and the centre of mass, with numbers as points; derives no motion.
+
+        Parameters
+        ----------
+        **values
+            States, inputs and parameters that differ from start and defaults.
+
+        Raises
+        ------
+        ModelError
+            If a name is unknown, or the craft has no parts.
+        """
+        derivation = Derivation()
+        craft, numbers = self._mounted(derivation)[0].craft, self._numbers(values)
+        whole, shapes = craft.whole(), craft.picture(set(numbers), {})
+        if whole.mass != 0:
+            centre = craft.turn.T * whole.first / whole.mass
+            shapes += (Shape(f"{self.name}: centre of mass", "ball", points(centre), "black"),)
+        used = used_definitions(expressions([shape.points for shape in shapes]), derivation.definitions)
+        for symbol, expr in derivation.definitions.items():
+            if symbol in used:
+                numbers[symbol] = expr.xreplace(numbers)
+        return tuple(
+            replace(s, points=points(*(sp.Matrix(p).xreplace(numbers).evalf() for p in s.points))) for s in shapes
+        )
+
+    def _numbers(self, values: Mapping[str, float]) -> dict[sp.Symbol, Expr]:
+        """Return given values, starts of states, defaults of parameters, and zero for inputs."""
+        states = self._states()
+        inputs = [q for part in self.parts for q in part.inputs()]
+        parameters = [*self._plant.quantities.values(), *self._scenario.quantities.values()]
+        known = {q.name: q for q in (*inputs, *parameters, *(state.quantity for state in states))}
+        check_names(values, known, f"{self.name}: quantity")
+        given = {}
+        for name, value in values.items():
+            q = known[name]
+            bounds = str(q.bounds) if isinstance(q, Parameter) else "(-inf, inf)"
+            Parameters().add(name, value, q.unit, q.description, bounds)  # refuses other values
+            given[q.symbol] = sp.Float(value)
+        result = {q.symbol: sp.S.Zero for q in inputs} | {q.symbol: sp.Float(q.default) for q in parameters} | given
+        return result | {s.quantity.symbol: s.start.xreplace(result) for s in states} | given
+
     @no_branching()
     def system(
         self,
@@ -196,8 +241,6 @@ class Spacecraft:
             If the assembly, or the body that a joint moves, has no mass or no inertia, a number is outside of its
             bounds, or a law branches on a symbol.
         """
-        if not self.parts:
-            raise ModelError(f"{self.name} has no parts: add a Hub first")
         derivation = Derivation()
         mounted = self._mounted(derivation)
         rhs, motions = self._rhs(mounted, derivation)
@@ -261,10 +304,10 @@ class Spacecraft:
     def _check_defaults(self, constraints: Iterable[Condition]) -> None:
         """Refuse defaults that violate a constraint."""
         names = {q.name: float(q.default) for q in self._plant.quantities.values()}
-        symbols = {q.symbol: names[q.name] for q in self._plant.quantities.values()}
+        symbols = {q.symbol: sp.Float(names[q.name]) for q in self._plant.quantities.values()}
         for condition in constraints:
-            if condition.margin.free_symbols <= symbols.keys() and not condition.margin.subs(symbols) > 0:
-                shown = [float(value.subs(symbols)) for value in condition.shown]
+            if condition.margin.free_symbols <= symbols.keys() and not condition.margin.xreplace(symbols) > 0:
+                shown = [float(value.xreplace(symbols)) for value in condition.shown]
                 raise ModelError(f"{self.name}: {condition.message.format(*shown, **names)}")
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
@@ -287,6 +330,8 @@ class Spacecraft:
         return (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)), motions
 
     def _mounted(self, derivation: Derivation) -> list[Mounted]:
+        if not self.parts:
+            raise ModelError(f"{self.name} has no parts: add a Hub first")
         rate = self._components(self._rate)
         frame = Frame(derivation, rate)
         craft = Craft(frame, self.chart.rotation(), self.chart.quaternion(), self.period)

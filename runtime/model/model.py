@@ -132,7 +132,8 @@ class Model:
         """Return the state vector x with named elements, zero unless given.
 
         A quaternion, direction or other group that cannot be zero has the values at the start of a scenario with
-        default parameters, unless a part of it is given: hub axes along the inertial ones.
+        default parameters, unless a part of it is given: hub axes along the inertial ones. Where the rates are not
+        finite then, as at the centre of the Earth, every state that is not given has its value at that start.
 
         Raises
         ------
@@ -141,11 +142,13 @@ class Model:
         """
         numbers = named_values(self.state_names, f"state of {self.name}", values)
         x = np.array([numbers.get(name, 0.0) for name in self.state_names])
+        p = self.parameters()
+        start = self.functions["initial"](p, vector(self.manifest.scenario_parameters, {}))
         with np.errstate(all="ignore"):
-            impossible = np.isnan(displacement(self.manifest, self.functions, x, self.parameters()))
-        if impossible.any():
-            start = self.functions["initial"](self.parameters(), vector(self.manifest.scenario_parameters, {}))
-            x = np.where(impossible, start, x)
+            if (impossible := np.isnan(displacement(self.manifest, self.functions, x, p))).any():
+                x = np.where(impossible, start, x)
+            if not np.isfinite(self.rhs(x, np.zeros(len(self.input_names)), p)).all():
+                x = np.array([numbers.get(name, value) for name, value in zip(self.state_names, start, strict=True)])
         return named(x, self.state_names)
 
     def rhs(self, x: ArrayLike, u: ArrayLike, p: ArrayLike) -> FloatArray:

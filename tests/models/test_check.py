@@ -146,6 +146,18 @@ def test_a_metric_of_an_unknown_variable_is_refused():
         check(dataclasses.replace(triangle(), metrics=(metric,), scenarios=()))
 
 
+def test_a_reference_stands_in_a_metric_and_is_recorded():
+    x, r = Group("x", (Quantity("a", "m", "place"),)), Group("r", (Quantity("goal", "m", "wanted place"),))
+    error = Metric("worst", "max_abs", ("a - goal",), "m", "largest error")
+    system = System(
+        name="goal", states=x, references=r, reference=(TIME.symbol / 4,), rhs=(1 - x.a,), metrics=(error,),
+        scenarios=(Scenario("s", "", 1.0, 0.1),),
+    )  # fmt: skip
+    run = mehvar.simulate(mehvar.build(system), None, inputs={})
+    np.testing.assert_allclose(run["goal"], run["t"] / 4, rtol=1e-15)
+    assert float(run["worst"]) == float(abs(run["a"] - run["t"] / 4).max()) > 0.3
+
+
 def test_a_function_that_makes_a_system_branches_on_no_symbol():
     x, p = Group("x", (Quantity("a", "1", "a"),)), Group("p", (Parameter("k", "1/s", "rate", default=1.0),))
 

@@ -22,11 +22,12 @@ import sympy as sp
 from mehvar.base.errors import value_text
 
 from ...derivation import Expr
+from ...geometry import Shape
 from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ...system import Condition
 from ..frame import AXES, ZERO, point_inertia, quaternion, triple
-from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
+from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, points, start
 from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 
 JOINTS = ("hinge", "slider", "ball")
@@ -231,6 +232,16 @@ class Chain(Part):
             if link.motor:
                 power += next(motors).symbol * speeds[0]
         return Aggregates(mass, first, inertia, momentum, angular, energy, potential, power=power)
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the joints and the centre of mass of each link."""
+        joint, path, balls = ZERO, [], []
+        for (name, _), link_motion in zip(self._named(), self._link_motions(at), strict=True):
+            joint = joint + link_motion.arm
+            centre = joint + link_motion.centre
+            path.append(joint)
+            balls.append(Shape(name, "ball", points(centre), "orange"))
+        return Shape(f"{self.name} joints", "rod", points(*path, centre), "orange"), *balls
 
     def contribution(self, at: Mounted) -> Contribution:
         _, matrix, bias = self._steps(at)

@@ -90,6 +90,39 @@ def test_a_rigid_body_under_pd_has_none():
     assert margin.gain == math.inf
 
 
+@pytest.mark.parametrize("period", [None, 0.01])
+def test_a_slow_unstable_mode_beside_a_fast_lag_is_unstable(period):
+    """Such modes grew by less than a millionth of the fastest eigenvalue, or in a sample."""
+    A, b, c = np.diag([5e-5, -1000.0]), [0, 1], [0, -1]
+    discrete = A if period is None else np.diag(np.exp(np.diag(A) * period))
+    assert linear_margins(loop(discrete, b, c, period)) == ()
+
+
+def test_limits_of_a_slow_loop_with_a_fast_lag_are_exact():
+    """1/(s (s + 2 w) (s/F + 1)) has w**3, the limits 2 w F (F + 2 w) / w**3 and 1, and its rigid lower limit none."""
+    w, F = 1e-4, 1e3
+    (margin,) = linear_margins(loop([[0, 1, 0], [2 * w**2, -3 * w, 1], [0, 0, -F]], [0, 0, F], [-3 * w**2, 0, 0]))
+    assert margin.gain == pytest.approx(2 / 3, rel=1e-6)
+    assert 0.1 < margin.phase < 1.0
+
+
+@pytest.mark.parametrize("period", [None, 0.2])
+@pytest.mark.parametrize("seed", range(20))
+def test_the_phase_is_the_first_turn_that_makes_the_loop_unstable(seed, period):
+    generator = np.random.default_rng(seed)
+    n = generator.integers(1, 5)
+    while True:
+        A = generator.normal(size=(n, n)) * (1 if period is None else 0.7)
+        b, c = generator.normal(size=n), generator.normal(size=n)
+        if worst(A, b, c, 1.0, period) < -1e-3:
+            break
+    turns = np.linspace(0, math.pi, 3001)
+    signs = worst(A, b, c, np.exp(1j * turns), period)
+    expected = next((turns[k] for k in range(1, len(turns)) if signs[k] > 0), math.inf)
+    (margin,) = linear_margins(loop(A, b, c, period))
+    assert margin.phase == pytest.approx(expected, abs=2e-3)
+
+
 TS, INERTIA, GAIN = 0.1, 2.0, 1.5
 GRID = np.geomspace(0.1, math.pi / TS, 12)
 

@@ -73,8 +73,12 @@ def has_the_bits_on_a_board(model):
     assert (outcome.max_ulp, outcome.x.ulp) == (0, 0)
 
 
-def rk4(rate, x):
-    """Return a state after a period: the classical Runge-Kutta method."""
+def moved(x, u):
+    """Return a state after a period by the classical Runge-Kutta method; x may be complex."""
+
+    def rate(x):
+        return np.array([x[1], -K / J * np.sin(x[0]) - x[2] * x[1] + u / J, 0 * x[0]])
+
     a = rate(x)
     b = rate(x + TS / 2 * a)
     c = rate(x + TS / 2 * b)

@@ -19,12 +19,10 @@ from .swing import (
     START,
     TS,
     WALK,
-    J,
-    K,
     has_the_bits_on_a_board,
     is_consistent,
     is_of_the_textbook,
-    rk4,
+    moved,
     swing,
 )
 
@@ -44,15 +42,6 @@ def root(P):
 def points(x, P):
     columns = np.sqrt(N) * root(P)
     return np.concatenate([x + columns.T, x - columns.T])
-
-
-def moved(x, u):
-    """Return a state after a period."""
-
-    def rate(x):
-        return np.array([x[1], -K / J * np.sin(x[0]) - x[2] * x[1] + u / J, 0.0])
-
-    return rk4(rate, x)
 
 
 def by_hand(run):

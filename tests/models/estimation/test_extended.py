@@ -21,8 +21,6 @@ from .swing import (
     TS,
     WALK,
     E,
-    J,
-    K,
     P,
     U,
     X,
@@ -30,7 +28,7 @@ from .swing import (
     has_the_bits_on_a_board,
     is_consistent,
     is_of_the_textbook,
-    rk4,
+    moved,
     swing,
 )
 
@@ -42,12 +40,6 @@ def model():
 
 def by_hand(run, delay=0):
     """Return estimate and covariance before each sample: slopes by complex steps, whole covariance."""
-
-    def rate(x, u):
-        return np.array([x[1], -K / J * np.sin(x[0]) - x[2] * x[1] + u / J, 0 * x[0]])
-
-    def moved(x, u):
-        return rk4(lambda y: rate(y, u), x)
 
     def seen(x):
         return np.array([np.sin(x[0]), x[1]])

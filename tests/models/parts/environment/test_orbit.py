@@ -67,6 +67,16 @@ def test_two_bodies_are_keplers():
         np.testing.assert_allclose(here, flat, atol=1e-3)
 
 
+def test_the_default_state_is_in_orbit():
+    """At the centre of the Earth, where other states are by default, the rates are no numbers."""
+    craft = Spacecraft("kepler2", orbit=Orbit(size=7e6, eccentricity=0.1))
+    craft.add(HUB)
+    model = mehvar.build(craft)
+    x = model.state(wx=0.01)
+    assert (x.wx, x.orbit_x) == (0.01, pytest.approx(6.3e6))
+    assert np.isfinite(model.linearize(x).A).all()
+
+
 def test_a_run_ends_at_the_earth():
     """At the instant when Kepler's radius is the Earth's; an orbit that begins inside is refused."""
     a, e = 6.9e6, 0.1
