@@ -11,6 +11,7 @@ from typing import TypeVar
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
 from mehvar.base.manifest import Metric, Scenario
 from mehvar.base.parts import part_changes
 
@@ -75,7 +76,9 @@ class Spacecraft:
         self.period = self._plant.add("Ts", period, "s", "period of laws and sensors", "(0, inf)")
         if orbit is not None:
             if not isinstance(orbit, Orbit) or motion != "free":
-                raise ModelError(f"{name}: orbit = {orbit!r}: must be an Orbit, of a craft with motion = 'free'")
+                raise ModelError(
+                    f"{name}: orbit = {value_text(orbit)}: must be an Orbit, of a craft with motion = 'free'"
+                )
             self.motion = "attitude"
             self.parts.append(orbit)
 
@@ -457,10 +460,12 @@ def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:
     if value not in allowed:
-        raise ModelError(f"{field} = {value!r}: must be one of {', '.join(allowed)}")
+        raise ModelError(f"{field} = {value_text(value)}: must be one of {', '.join(allowed)}")
 
 
 def _name(field: str, value: str) -> str:
     if not isinstance(value, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", value, re.ASCII):
-        raise ModelError(f"{field} = {value!r}: must be letters, digits and underscores, beginning with a letter")
+        raise ModelError(
+            f"{field} = {value_text(value)}: must be letters, digits and underscores, beginning with a letter"
+        )
     return value

@@ -19,6 +19,7 @@ from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
 from mehvar.base.intervals import Interval
 
 from ..arrays import Tensor as Array
@@ -156,7 +157,9 @@ class Parameters:
             or not isinstance(given.default, int | float)
             or given.default not in interval
         ):
-            raise ModelError(f"{name} = {given.default!r}: must be a number in {interval}, {unit} ({meaning})")
+            raise ModelError(
+                f"{name} = {value_text(given.default)}: must be a number in {interval}, {unit} ({meaning})"
+            )
         parameter = Parameter(
             name, unit, meaning, positive=interval.positive, default=float(given.default), bounds=interval,
             source=given.source, array=array,
@@ -237,7 +240,7 @@ class Parameters:
     def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
         rows = sp.zeros(3, 3)
         if not isinstance(value, Sequence) or isinstance(value, str):
-            raise ModelError(f"{where} = {value!r}: must be three moments, or three rows")
+            raise ModelError(f"{where} = {value_text(value)}: must be three moments, or three rows")
         if all(isinstance(entry, Sequence) for entry in value):
             given = [_entries(row, where, 3) for row in _entries(value, where, 3)]
             for i in range(3):
@@ -261,7 +264,7 @@ class Parameters:
 
 def _entries(value: Any, where: str, count: int) -> Sequence[Any]:
     if isinstance(value, str) or not isinstance(value, Sequence | sp.MatrixBase) or len(value) != count:
-        raise ModelError(f"{where} = {value!r}: must be {count} numbers")
+        raise ModelError(f"{where} = {value_text(value)}: must be {count} numbers")
     return list(value)
 
 

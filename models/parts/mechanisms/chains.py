@@ -19,6 +19,8 @@ from typing import Annotated
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
+
 from ...derivation import Expr
 from ...geometry import Shape
 from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
@@ -68,9 +70,11 @@ class Link(metaclass=Complete):
 
     def __post_init__(self) -> None:
         if self.joint not in JOINTS:
-            raise ModelError(f"joint = {self.joint!r}: must be one of {', '.join(JOINTS)}")
+            raise ModelError(f"joint = {value_text(self.joint)}: must be one of {', '.join(JOINTS)}")
         if (self.axis is None) != (self.joint == "ball"):
-            raise ModelError(f"axis = {self.axis!r}: give an axis to a hinge or slider, and none to a ball joint")
+            raise ModelError(
+                f"axis = {value_text(self.axis)}: give an axis to a hinge or slider, and none to a ball joint"
+            )
         if self.joint == "ball" and (self.motor or self.stiffness is not None):
             raise ModelError("a ball joint cannot have a motor or a stiffness; leave them out")
 
