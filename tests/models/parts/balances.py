@@ -80,6 +80,11 @@ class Balances:
                 x[u] -= x[e] * (x[e] @ x[u])
         return x
 
+    def readings(self, x: Mapping[str, float], u: Mapping[str, float]) -> np.ndarray:
+        """Return energy, momentum and angular momentum of a state and an input by name."""
+        given = [x[n] for n in self.x_names], [u[n] for n in self.u_names]
+        return np.array(self._sides(*given, self.p)[2]).ravel()
+
     def power(self, x: np.ndarray, u: np.ndarray) -> float:
         """Return the power of loads, motors and dampers, W."""
         return float(self._sides(x, u, self.p)[1][0])
