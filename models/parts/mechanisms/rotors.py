@@ -11,11 +11,12 @@ from typing import Annotated, TypeGuard
 import sympy as sp
 
 from ...derivation import Expr
+from ...geometry import Shape
 from ...quantities import ModelError, Quantity
 from ...system import Condition
-from ..frame import AXES, point_inertia
+from ..frame import AXES, ZERO, point_inertia
 from ..joints import Turning
-from ..part import Aggregates, Coordinate, Motion, Mounted, Part
+from ..part import Aggregates, Coordinate, Motion, Mounted, Part, points
 from ..values import NO_BODY, Number, Parameters, Vector, direction, of_a_body, place, scalar
 from ..wheels import Wheel
 
@@ -223,6 +224,11 @@ class ControlMomentGyro(Part):
             inertia=inertia, angular=v.gimbal_inertia * rate * v.gimbal + v.inertia * speed * spin,
             energy=energy, forces=(command, *drag), prescribed=prescribed,
         )  # fmt: skip
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the axes of gimbal and rotor."""
+        gimbal, rotor = (points(ZERO, at.craft.reach * axis) for axis in (at.values.gimbal, self._axes(at)[0]))
+        return Shape(f"{self.name} gimbal", "arrow", gimbal, "orange"), Shape(self.name, "arrow", rotor, "sky")
 
     def power(self, at: Mounted, motion: Motion) -> Expr:
         result, v = super().power(at, motion), at.values
