@@ -111,8 +111,8 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If its name is no identifier or already in use, a number of it is out of bounds, or it doubles the effect of
-            another part on the whole craft.
+            If its name is no identifier or already in use, a number of it is out of bounds, an inertia is that of no
+            body, or it doubles the effect of another part on the whole craft.
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
@@ -126,7 +126,10 @@ class Spacecraft:
                 f"{self.name}: the {type(part).__name__} {part.name!r} would double {double.name!r}, which acts on the "
                 "whole craft already: leave one of both out"
             )
-        part.values(Parameters(self._plant.quantities))  # refuses its numbers; deriving the craft declares them
+        parameters = Parameters(self._plant.quantities)  # a copy: deriving the craft declares those of its parts
+        others = [value for f in fields(part) if isinstance(value := getattr(part, f.name), Part)]  # as of a filter
+        (*_, at) = self._mounted(Derivation(), [*others, part], parameters)
+        self._check_defaults(part.constraints(at), parameters)
         self.parts.append(part)
         return part
 
@@ -193,7 +196,7 @@ class Spacecraft:
             If a name is unknown, or the craft has no parts.
         """
         derivation = Derivation()
-        craft, numbers = self._mounted(derivation)[0].craft, self._numbers(values)
+        craft, numbers = self._all_mounted(derivation)[0].craft, self._numbers(values)
         whole, shapes = craft.whole(), craft.picture(set(numbers), {})
         if whole.mass != 0:
             centre = craft.turn.T * whole.first / whole.mass
@@ -242,12 +245,12 @@ class Spacecraft:
             bounds, or a law branches on a symbol.
         """
         derivation = Derivation()
-        mounted = self._mounted(derivation)
+        mounted = self._all_mounted(derivation)
         rhs, motions = self._rhs(mounted, derivation)
         states = self._states()
         actuator, controllers = self._actuator(mounted), self._controllers(mounted[0].craft)
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
-        self._check_defaults(constraints)
+        self._check_defaults(constraints, self._plant)
         events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
         limits = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.limits(at))
         limits += self.chart.limits()
@@ -301,10 +304,10 @@ class Spacecraft:
                     "direction, such as Thruster and Wheel"
                 )
 
-    def _check_defaults(self, constraints: Iterable[Condition]) -> None:
+    def _check_defaults(self, constraints: Iterable[Condition], parameters: Parameters) -> None:
         """Refuse defaults that violate a constraint."""
-        names = {q.name: float(q.default) for q in self._plant.quantities.values()}
-        symbols = {q.symbol: sp.Float(names[q.name]) for q in self._plant.quantities.values()}
+        names = {q.name: float(q.default) for q in parameters.quantities.values()}
+        symbols = {q.symbol: sp.Float(names[q.name]) for q in parameters.quantities.values()}
         for condition in constraints:
             if condition.margin.free_symbols <= symbols.keys() and not condition.margin.xreplace(symbols) > 0:
                 shown = [float(value.xreplace(symbols)) for value in condition.shown]
@@ -329,13 +332,15 @@ class Spacecraft:
         rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
         return (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)), motions
 
-    def _mounted(self, derivation: Derivation) -> list[Mounted]:
+    def _all_mounted(self, derivation: Derivation) -> list[Mounted]:
         if not self.parts:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
-        rate = self._components(self._rate)
-        frame = Frame(derivation, rate)
+        return self._mounted(derivation, self.parts, self._plant)
+
+    def _mounted(self, derivation: Derivation, parts: Sequence[Part], parameters: Parameters) -> list[Mounted]:
+        frame = Frame(derivation, self._components(self._rate))
         craft = Craft(frame, self.chart.rotation(), self.chart.quaternion(), self.period)
-        mount(craft, self.parts, self._plant)
+        mount(craft, parts, parameters)
         return [at for _, at in craft.parts]
 
     def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:

@@ -16,11 +16,11 @@ from ..quantities import ModelError, Quantity
 from ..system import Condition
 from .hub import Hub
 from .part import Aggregates, Coordinate, Mounted, Part
-from .values import Number, Parameters, Vector, conditions, kinds, scalar, vector
+from .values import Complete, Number, Parameters, Vector, conditions, kinds, scalar, vector
 
 
 @dataclass(frozen=True)
-class Mode:
+class Mode(metaclass=Complete):
     """A vibration mode with modal mass one.
 
     Parameters

@@ -9,7 +9,9 @@ in a vector or tensor is structural and enters no equation.
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
+from abc import ABCMeta
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -24,6 +26,7 @@ from ..arrays import Tensor as Array
 from ..derivation import Expr
 from ..quantities import ModelError, Parameter, ParameterArray
 from ..system import Condition
+from ..tables import suggestion
 from .frame import AXES
 
 
@@ -94,6 +97,38 @@ def kinds(part: object) -> dict[str, Kind]:
     hints = get_type_hints(of, localns=words, include_extras=True)
     declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in hints.items()}
     return {name: found[0] for name, found in declared.items() if found}
+
+
+class Complete(ABCMeta):
+    """Metaclass of parts and their pieces, which refuses a call without a needed field, or with an unknown one."""
+
+    def __call__(cls, *args: Any, **given: Any) -> Any:
+        """Return an instance.
+
+        Raises
+        ------
+        ModelError
+            With the missing field and its unit, the unknown field, or the missing method.
+        """
+        if methods := sorted(cls.__abstractmethods__):
+            raise ModelError(f"{cls.__name__} is not a complete part: it lacks the method {methods[0]}; write it")
+        signature = inspect.signature(cls.__init__)  # type: ignore[misc]  # that of this class
+        declared = list(signature.parameters.values())[1:]
+        where = given.get("name", next((of for of, p in zip(args, declared, strict=False) if p.name == "name"), None))
+        try:
+            have = signature.bind_partial(None, *args, **given).arguments
+        except TypeError as error:
+            unknown = next((name for name in given if name not in signature.parameters), None)
+            if unknown is None:
+                raise ModelError(f"{where or cls.__name__}: {error}") from error
+            near = suggestion(unknown, signature.parameters)
+            raise ModelError(f"{where or cls.__name__}: {unknown!r} is not a field of {cls.__name__}{near}") from error
+        for p in declared:
+            if p.name not in have and p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
+                kind = kinds(cls).get(p.name)
+                what = f": {kind.meaning}{'' if kind.unit == '1' else f', {kind.unit}'}" if kind else ""
+                raise ModelError(f"{where or cls.__name__}.{p.name} is missing; write it into the call{what}")
+        return super().__call__(*args, **given)
 
 
 class Parameters:

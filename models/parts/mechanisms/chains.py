@@ -28,14 +28,14 @@ from ...quantities import ModelError, Quantity
 from ...system import Condition
 from ..frame import AXES, ZERO, point_inertia, quaternion, triple
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, points, start
-from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
+from ..values import Complete, Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 
 JOINTS = ("hinge", "slider", "ball")
 _OPTIONAL = {"stiffness": scalar("k", "", "stiffness", "[0, inf)"), "damping": scalar("d", " s", "damping", "[0, inf)")}
 
 
 @dataclass(frozen=True)
-class Link:
+class Link(metaclass=Complete):
     """A rigid body of a chain with its joint. All vectors are in hub axes with every coordinate at zero.
 
     Parameters
