@@ -103,7 +103,7 @@ def modes(matrix: NDArray[Any]) -> tuple[NDArray[np.complex128], FloatArray]:
 
     balanced, _ = matrix_balance(matrix)
     eigenvalues, left, right = eig(balanced, left=True, right=True)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         conditions = 1 / np.abs(np.sum(left.conj() * right, axis=0))
     return eigenvalues, _ENTRIES * np.linalg.norm(balanced) * conditions
 
