@@ -441,6 +441,20 @@ class System(Located):
             object.__setattr__(self, "initial", (sp.S.Zero,) * len(self.states))
         if not self.scenarios:
             object.__setattr__(self, "scenarios", (_DEFAULT,))
+        self._report_references()
+
+    def _report_references(self) -> None:
+        """Make references that a metric names outputs, as which a run records them; `check_kinds` checks kinds."""
+        if not isinstance(self.references, Group) or not isinstance(self.metrics, tuple) or not len(self.references):
+            return
+        metrics = [m for m in self.metrics if isinstance(m, Metric)]
+        variables = [str(of) for m in metrics if isinstance(m.of, tuple) for of in m.of]
+        named = {name.strip() for of in variables for name in of.split(" - ")}
+        named -= {q.name for group in (self.states, self.outputs) for q in group}
+        if wanted := tuple(q for q in self.references if q.name in named):
+            outputs = Group(self.outputs.name, (*self.outputs, *wanted))
+            object.__setattr__(self, "outputs", outputs)
+            object.__setattr__(self, "output", (*self.output, *(q.symbol for q in wanted)))
 
     def _repr_latex_(self) -> str:
         names = {step.symbol: step.latex for step in self.definitions_in_order}

@@ -71,7 +71,7 @@ def compare(old: Document, new: Document) -> Comparison:
         new.nodes,
         tuple(old.latex.items()),
         tuple(new.latex.items()),
-        tuple({**names.names, **names.laws, **names.parts}.items()),
+        tuple({**names.names, **names.wholes}.items()),
     )
 
 

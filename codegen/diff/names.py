@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""New names of parts, laws and quantities, and the old version written with them."""
+"""New names of parts, laws, scenarios and quantities, and the old version written with them."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Renaming:
 
     Attributes
     ----------
-    parts, laws : mapping of str to str
-        Parts of an assembly, and laws.
+    parts, laws, scenarios : mapping of str to str
+        Parts of an assembly, laws, and scenarios.
     names : mapping of str to str
         Symbols and definitions, also of these parts and laws.
     quantities : mapping of str to str
@@ -34,8 +34,14 @@ class Renaming:
 
     parts: Mapping[str, str]
     laws: Mapping[str, str]
+    scenarios: Mapping[str, str]
     names: Mapping[str, str]
     quantities: Mapping[str, str]
+
+    @property
+    def wholes(self) -> dict[str, str]:
+        """All new names except those of quantities."""
+        return {**self.scenarios, **self.laws, **self.parts}
 
     def document(self, old: Document, new: Document) -> Document:
         """Return the old version with the new names, where the new version has these."""
@@ -65,7 +71,7 @@ class Renaming:
         """Return a text with the new names: all of them, those of quantities, or the first word; else unchanged."""
         if text in known:
             return text
-        wholes = {**self.parts, **self.laws}
+        wholes = self.wholes
         for words, count in (({**wholes, **self.names}, 0), (self.names, 0), (wholes, 1)):
             other = _replaced(text, words, count)
             if other in known:
@@ -87,15 +93,17 @@ class Renaming:
 
 
 def renaming(old: Document, new: Document) -> Renaming:
-    """Match parts, laws and quantities that only one side has."""
+    """Match parts, laws, scenarios and quantities that only one side has."""
     before, after = old.manifest, new.manifest
-    parts = renamed_parts(before.parts, after.parts) if before and after else {}
-    laws = renamed_parts(_laws(before), _laws(after)) if before and after else {}
+    parts, laws, scenarios = (
+        renamed_parts(described(before), described(after)) if before and after else {}
+        for described in (lambda manifest: manifest.parts, _laws, _scenarios)
+    )
     owned = dict(_owned({**parts, **laws}, _words(old), _words(new)))
-    first = Renaming(parts, laws, owned, {})
+    first = Renaming(parts, laws, scenarios, owned, {})
     quantities = _quantities(first.document(old, new), new)
     changes = {f"d{name}": f"d{other}" for name, other in quantities.items()}  # rows of process noise
-    return Renaming(parts, laws, {**owned, **changes, **quantities}, quantities)
+    return Renaming(parts, laws, scenarios, {**owned, **changes, **quantities}, quantities)
 
 
 def _replaced(text: str, words: Mapping[str, str], count: int) -> str:
@@ -112,6 +120,15 @@ def _laws(manifest: Manifest) -> dict[str, dict[str, str]]:
             "outputs": str([q.name for q in law.outputs]),
         }
         for name, law in manifest.controllers.items()
+    }
+
+
+def _scenarios(manifest: Manifest) -> dict[str, dict[str, str]]:
+    """Return what describes each scenario."""
+    fields_of = ("title", "duration", "step", "values", "controllers")
+    return {
+        name: {field: str(getattr(scenario, field)) for field in fields_of}
+        for name, scenario in manifest.scenarios.items()
     }
 
 

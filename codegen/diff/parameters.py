@@ -58,7 +58,7 @@ _ROLES = {
     "states": "state", "inputs": "input", "references": "reference", "outputs": "output", "coordinates": "coordinate",
     "parameters": "parameter", "scenario_parameters": "scenario", "controllers": "law", "choices": "choice",
     "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
-    "delays": "delay",
+    "delays": "delay", "measured": "measured", "wiener": "wiener", "random_step": "noise of steps",
 }  # fmt: skip
 """Reported names of manifest fields, equal to the roles of symbols."""
 _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
@@ -133,7 +133,8 @@ def _together(values: list[tuple[str, str]]) -> str:
 
 
 def _symbol_changes(old: Document, new: Document, renaming: Renaming) -> Iterator[ParameterChange]:
-    yield from (ParameterChange(law, "law", "renamed", former, law) for former, law in renaming.laws.items())
+    for role, names in (("law", renaming.laws), ("scenario", renaming.scenarios)):
+        yield from (ParameterChange(name, role, "renamed", former, name) for former, name in names.items())
     renamed = {name: former for former, name in renaming.quantities.items()}
     before, after = (_by_role(document) for document in (old, new))
     for (role, name), symbol in after.items():
@@ -204,7 +205,10 @@ def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
     yield PARTS, [*manifest.parts]
     yield "events", [event.name for event in manifest.events if event.resets or event.ends]
     yield "scenarios", list(manifest.scenarios)
-    vectors = ("states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise")
+    vectors = (
+        "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
+        "measured", "wiener", "random_step",
+    )  # fmt: skip
     for owner, record, fields_of in (
         ("", manifest, vectors),
         *((f"{name} ", law, ("parameters", "memory", "outputs")) for name, law in manifest.controllers.items()),

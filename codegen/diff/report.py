@@ -262,7 +262,7 @@ class Comparison:
     old_latex, new_latex : tuple of (str, str)
         LaTeX names of the symbols of either side.
     renamed : tuple of (str, str)
-        Old and new names of parts, laws, symbols and definitions that were renamed; everything else has the new names.
+        Old and new names of parts, laws, scenarios, symbols and definitions; everything else has the new names.
     """
 
     model: str

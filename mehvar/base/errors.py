@@ -154,13 +154,18 @@ def run_checks(*checks: Callable[[], object]) -> None:
 def value_text(value: object) -> str:
     """Return a value as messages show it: on one line, shortened in the middle if it is long.
 
-    The `repr` of a long list would fill the terminal, and Python refuses to print an integer of 5000 digits.
+    The `repr` of a long list would fill the terminal, and Python refuses to print an integer of 5000 digits. Numbers of
+    NumPy are written as Python's, also inside of lists.
     """
     try:
         text = repr(str(value) if isinstance(value, PurePath) else value)
     except ValueError:
         return f"an integer of {value.bit_length()} bits" if isinstance(value, int) else reprlib.repr(value)
-    return shortened(text)
+    return shortened(_NUMPY.sub(lambda number: number[1] or number[2], text))
+
+
+_NUMPY = re.compile(r"\bnp\.(?:\w+\(([^()]+)\)|(True|False)_)")
+"""A scalar of NumPy, as in np.float64(1.5)."""
 
 
 def shortened(text: str) -> str:

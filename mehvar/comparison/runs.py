@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -184,8 +184,10 @@ def runs(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Runs, Overlay 
     changed, same, moved, refused, resting = [], [], [], [], []
     overlay, largest, rest = None, 0.0, 0.0
     done: list[Run] = []
-    for former, law, scenario in _cases(before, after, names):
-        first, second = _run(before, former, scenario), _run(after, law, scenario)
+    cases = list(_cases(before, after, names))
+    note = "" if cases else "no run compared: the versions have no law and scenario in common"
+    for old_law, law, old_scenario, scenario in cases:
+        first, second = _run(before, old_law, old_scenario), _run(after, law, scenario)
         change, part = _change(law, scenario, first, second, names)
         done += [run for run in (first, second) if isinstance(run, Run)]
         if isinstance(first, str) and first == second:
@@ -208,7 +210,7 @@ def runs(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Runs, Overlay 
         if _differ(*edges):
             moved.append(MarginChange(law, scenario, edges[0], edges[1]))
     groups = (tuple(changed), tuple(same), tuple(moved), tuple(refused))
-    return Runs(*groups, "", rest, _zero(done, names), tuple(resting)), overlay
+    return Runs(*groups, note, rest, _zero(done, names), tuple(resting)), overlay
 
 
 def moves(run: Run) -> bool:
@@ -230,13 +232,25 @@ def _loaded(folder: Path) -> Model:
     return Model(manifest, CBackend(manifest))
 
 
-def _cases(before: Model, after: Model, names: Mapping[str, str]) -> Iterator[tuple[str, str, str]]:
-    """Yield old law, new law and scenario of the runs that both versions have."""
-    formers = {names.get(name, name): name for name in before.manifest.controllers}
+class _Case(NamedTuple):
+    """Law and scenario of a run, by the names of either version."""
+
+    old_law: str
+    law: str
+    old_scenario: str
+    scenario: str
+
+
+def _cases(before: Model, after: Model, names: Mapping[str, str]) -> Iterator[_Case]:
+    """Yield the runs that both versions have."""
+    laws, scenarios = (
+        {names.get(name, name): name for name in known}
+        for known in (before.manifest.controllers, before.manifest.scenarios)
+    )
     for law in after.manifest.controllers:
         for scenario in after.manifest.scenarios:
-            if law in formers and scenario in before.manifest.scenarios:
-                yield formers[law], law, scenario
+            if law in laws and scenario in scenarios:
+                yield _Case(laws[law], law, scenarios[scenario], scenario)
 
 
 def _run(model: Model, law: str, scenario: str) -> Run | str:
@@ -273,9 +287,10 @@ def _metrics(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float,
     known = run.manifest.metrics
     if known:
         return {name: (float(value), known[name].unit) for name, value in metrics(run, run.manifest).items()}
+    x = np.where(np.abs(run.x) > run.options.get("atol", 0.0), run.x, 0.0)  # the integration resolves no less
     states = [(k, names.get(q.name, q.name), q.unit) for k, q in enumerate(run.manifest.states)]
-    reached = {f"largest |{name}|": (float(np.max(np.abs(run.x[:, k]))), unit) for k, name, unit in states}
-    return reached | {f"last {name}": (float(run.x[-1, k]), unit) for k, name, unit in states}
+    reached = {f"largest |{name}|": (float(np.max(np.abs(x[:, k]))), unit) for k, name, unit in states}
+    return reached | {f"last {name}": (float(x[-1, k]), unit) for k, name, unit in states}
 
 
 def equal_numbers(old: float, new: float, part: float = _STEPS) -> bool:

@@ -283,7 +283,8 @@ def _parameters(changes: Sequence[ParameterChange]) -> Iterator[Line]:
     if changes:
         yield 2, Text("names and numbers", "bold")
     for change in changes:
-        between = f"{change.old} -> {change.new}" if change.old and change.new else change.new or change.old
+        alone = change.what in ("added", "removed")
+        between = change.old + change.new if alone else f"{change.old or 'none'} -> {change.new or 'none'}"
         unit = f" {change.unit}" if change.unit else ""
         yield 4, Text.assemble(f"{change.role} ", (change.name, "bold"), f"  {change.what}: {between}{unit}")
 

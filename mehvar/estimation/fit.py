@@ -455,10 +455,12 @@ def _grid(data: xr.Dataset, options: Mapping[str, Any]) -> FloatArray:
     if not hasattr(data, "data_vars") or "t" not in data.coords or data.sizes["t"] < 2:
         raise bad_value("data", type(data).__name__, "an xarray.Dataset with two or more samples over t")
     check_units(data, {"t": "s"}, "data")
+    single = data.t.dtype == np.float32
     t = np.asarray(data.t.values, float)
     step = float(t[-1]) / (len(t) - 1)
     errors = np.abs(t - step * np.arange(len(t)))
-    if not (step > 0 and (errors <= 1e-6 * step).all()):
+    rounding = np.finfo(np.float32).eps * t[-1] if single else 0.0
+    if not (step > 0 and (errors <= max(1e-6 * step, rounding)).all()):
         k = int(np.argmax(errors))
         raise bad_value("t", f"{t[k]:.12g} at sample {k}", f"at 0, DT, 2 DT, ..., {t[-1]:.6g}: resample", "data")
-    return multiples(fraction(float(f"{step:.12g}")), len(t))
+    return multiples(fraction(float(f"{step:.6g}" if single else f"{step:.12g}")), len(t))

@@ -48,6 +48,8 @@ NAMES: Mapping[str, Mapping[str, str]] = {
     },
 }  # fmt: skip
 """Names that each format needs; the optional `rates` are three components in frame B."""
+_HUB_RATES = "wx,wy,wz"
+"""Rates of the hub of a craft from parts, against which an attitude without rates is checked."""
 _DIGITS = 1e-6
 """Tolerance of a quaternion's norm, far above a run's error of 1e-12."""
 
@@ -93,7 +95,9 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
     """
     check_named(to, about, NAMES[to], ("rates",))
     quaternion = columns(run, "quaternion", about["quaternion"], 4, {"1": 1.0})
-    rates = columns(run, "rates", about["rates"], 3, {"rad/s": 1.0, "deg/s": np.pi / 180}) if "rates" in about else None
+    in_run = all(name in run and run[name].attrs.get("units") == "rad/s" for name in _HUB_RATES.split(","))
+    names = about.get("rates", _HUB_RATES if in_run else "")
+    rates = columns(run, "rates", names, 3, {"rad/s": 1.0, "deg/s": np.pi / 180}) if names else None
     t = times(run)
     norms = np.linalg.norm(quaternion, axis=1)
     worst = int(np.abs(norms - 1).argmax())
@@ -104,11 +108,11 @@ def attitude(run: xarray.Dataset, to: str, about: Mapping[str, str]) -> Attitude
     if about.get("frame_b") == about["frame_a"]:
         raise bad_value("frame_b", about["frame_a"], "another frame than frame_a", ORIGIN)
     if rates is not None:
-        _check_reading(t, quaternion, rates, about)
-    return Attitude(t, quaternion, rates, about)
+        _check_reading(t, quaternion, rates, about["quaternion"], names)
+    return Attitude(t, quaternion, rates if "rates" in about else None, about)
 
 
-def _check_reading(t: FloatArray, quaternion: FloatArray, rates: FloatArray, about: Mapping[str, str]) -> None:
+def _check_reading(t: FloatArray, quaternion: FloatArray, rates: FloatArray, named: str, rate_names: str) -> None:
     """Refuse an order or direction of components that contradicts the rates, if another one agrees with them.
 
     Rates that agree with none, such as those of a vibration between samples, are accepted.
@@ -118,11 +122,11 @@ def _check_reading(t: FloatArray, quaternion: FloatArray, rates: FloatArray, abo
         return
     for order, components in itertools.product(_READINGS, itertools.permutations(range(3))):
         if _mismatch(t, _READINGS[order](quaternion), rates[:, components]) < BETTER * given:
-            names = ",".join(np.array(about["rates"].split(","))[list(components)])
+            names = ",".join(np.array(rate_names.split(","))[list(components)])
             other = [*([order] if order else []), *([f"rates={names}"] if components != (0, 1, 2) else [])]
             raise bad_value(
-                "quaternion", about["quaternion"],
-                f"consistent with rates={about['rates']}: its rotations between samples agree with {', '.join(other)}",
+                "quaternion", named,
+                f"consistent with rates={rate_names}: its rotations between samples agree with {', '.join(other)}",
                 ORIGIN,
             )  # fmt: skip
 

@@ -11,6 +11,8 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
+
 from ..derivation import Definition, Equation
 from ..quantities import Located, ModelError
 from ..system import System
@@ -78,7 +80,7 @@ def _check_tuple(value: Any, inner: tuple[Any, ...], where: str, origin: str) ->
 
 
 def _wrong(value: object, allowed: str, where: str, origin: str) -> ModelError:
-    text = repr(value)
+    text = value_text(value)
     shown = text if len(text) <= _LONGEST else text[:_LONGEST] + "..."
     return ModelError(f"{origin}: {where} = {shown} is a {type(value).__name__}: must be a {allowed}")
 

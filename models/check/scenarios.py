@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from mehvar.base.errors import value_text
+
 from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
 from ..system import Controller, Expr, System
@@ -39,7 +41,7 @@ def _check_parameters(system: System) -> None:
                 f"{where} is a {type(q).__name__}: must be of the class Parameter, with default and bounds"
             )
         if isinstance(q.default, str) and not computed:
-            raise ModelError(f"{where}: default = {q.default!r} must be a number: only laws have formulas")
+            raise ModelError(f"{where}: default = {value_text(q.default)} must be a number: only laws have formulas")
         if not isinstance(q.default, str) and not (math.isfinite(q.default) and q.default in q.bounds):
             raise ModelError(f"{where}: default = {q.default:g} is outside its bounds {q.bounds}")
 
@@ -57,8 +59,10 @@ def _check_parameters_used(system: System, vectors: list[Vector]) -> None:
 
 def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
     """Refuse unused inputs, references and noise."""
-    # A function that only passes a group on, such as an identity chart, does not read it; a rate that is an input does.
-    reading = [v for v in vectors if v.what == "rhs" or not any(v.entries == group.symbols for group in v.receives)]
+    # A function that only passes a group on, such as an identity chart, does not read it; a rate or an output does.
+    reading = [
+        v for v in vectors if v.what in {"rhs", "output"} or not any(v.entries == group.symbols for group in v.receives)
+    ]
     used = free_symbols((e for v in reading for e in v.entries), system.definitions)
     groups = [("input", system.inputs, system.origin), ("reference", system.references, system.origin)]
     if system.actuator:

@@ -11,20 +11,23 @@ from typing import TypeVar
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
 from mehvar.base.manifest import Metric, Scenario
 from mehvar.base.parts import part_changes
 
 from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
-from ..quantities import TIME, Group, ModelError, Quantity
+from ..geometry import Shape
+from ..quantities import TIME, Group, ModelError, Parameter, Quantity
 from ..system import Actuator, Condition, Controller, System
+from ..tables import check_names
 from .assembly import accelerations, contributions, mount
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame, triple
 from .hub import Pulsed
-from .part import Craft, Motion, Mounted, Part, State, start, unit_of
+from .part import Craft, Motion, Mounted, Part, State, points, start, unit_of
 from .readings import readings
 from .sensors import drifting, measuring, watching
 from .values import Parameters, Value
@@ -73,7 +76,9 @@ class Spacecraft:
         self.period = self._plant.add("Ts", period, "s", "period of laws and sensors", "(0, inf)")
         if orbit is not None:
             if not isinstance(orbit, Orbit) or motion != "free":
-                raise ModelError(f"{name}: orbit = {orbit!r}: must be an Orbit, of a craft with motion = 'free'")
+                raise ModelError(
+                    f"{name}: orbit = {value_text(orbit)}: must be an Orbit, of a craft with motion = 'free'"
+                )
             self.motion = "attitude"
             self.parts.append(orbit)
 
@@ -106,8 +111,8 @@ class Spacecraft:
         Raises
         ------
         ModelError
-            If its name is no identifier or already in use, a number of it is out of bounds, or it doubles the effect of
-            another part on the whole craft.
+            If its name is no identifier or already in use, a number of it is out of bounds, an inertia is that of no
+            body, or it doubles the effect of another part on the whole craft.
         """
         if not isinstance(part, Part):
             raise ModelError(f"{self.name}: {part!r} is not a part: add a Hub, a Wheel or another part")
@@ -121,7 +126,10 @@ class Spacecraft:
                 f"{self.name}: the {type(part).__name__} {part.name!r} would double {double.name!r}, which acts on the "
                 "whole craft already: leave one of both out"
             )
-        part.values(Parameters(self._plant.quantities))  # refuses its numbers; deriving the craft declares them
+        parameters = Parameters(self._plant.quantities)  # a copy: deriving the craft declares those of its parts
+        others = [value for f in fields(part) if isinstance(value := getattr(part, f.name), Part)]  # as of a filter
+        (*_, at) = self._mounted(Derivation(), [*others, part], parameters)
+        self._check_defaults(part.constraints(at), parameters)
         self.parts.append(part)
         return part
 
@@ -174,6 +182,49 @@ class Spacecraft:
             raise ModelError(f"{self.name}: a law named {name!r} exists already; laws need different names")
         self._laws[name] = title or name, write, sampled
 
+    def shapes(self, **values: float) -> tuple[Shape, ...]:
+        """Return the shapes of the parts and the centre of mass, with numbers as points; derives no motion.
+
+        Parameters
+        ----------
+        **values
+            States, inputs and parameters that differ from start and defaults.
+
+        Raises
+        ------
+        ModelError
+            If a name is unknown, or the craft has no parts.
+        """
+        derivation = Derivation()
+        craft, numbers = self._all_mounted(derivation)[0].craft, self._numbers(values)
+        whole, shapes = craft.whole(), craft.picture(set(numbers), {})
+        if whole.mass != 0:
+            centre = craft.turn.T * whole.first / whole.mass
+            shapes += (Shape(f"{self.name}: centre of mass", "ball", points(centre), "black"),)
+        used = used_definitions(expressions([shape.points for shape in shapes]), derivation.definitions)
+        for symbol, expr in derivation.definitions.items():
+            if symbol in used:
+                numbers[symbol] = expr.xreplace(numbers)
+        return tuple(
+            replace(s, points=points(*(sp.Matrix(p).xreplace(numbers).evalf() for p in s.points))) for s in shapes
+        )
+
+    def _numbers(self, values: Mapping[str, float]) -> dict[sp.Symbol, Expr]:
+        """Return given values, starts of states, defaults of parameters, and zero for inputs."""
+        states = self._states()
+        inputs = [q for part in self.parts for q in part.inputs()]
+        parameters = [*self._plant.quantities.values(), *self._scenario.quantities.values()]
+        known = {q.name: q for q in (*inputs, *parameters, *(state.quantity for state in states))}
+        check_names(values, known, f"{self.name}: quantity")
+        given = {}
+        for name, value in values.items():
+            q = known[name]
+            bounds = str(q.bounds) if isinstance(q, Parameter) else "(-inf, inf)"
+            Parameters().add(name, value, q.unit, q.description, bounds)  # refuses other values
+            given[q.symbol] = sp.Float(value)
+        result = {q.symbol: sp.S.Zero for q in inputs} | {q.symbol: sp.Float(q.default) for q in parameters} | given
+        return result | {s.quantity.symbol: s.start.xreplace(result) for s in states} | given
+
     @no_branching()
     def system(
         self,
@@ -193,15 +244,13 @@ class Spacecraft:
             If the assembly, or the body that a joint moves, has no mass or no inertia, a number is outside of its
             bounds, or a law branches on a symbol.
         """
-        if not self.parts:
-            raise ModelError(f"{self.name} has no parts: add a Hub first")
         derivation = Derivation()
-        mounted = self._mounted(derivation)
+        mounted = self._all_mounted(derivation)
         rhs, motions = self._rhs(mounted, derivation)
         states = self._states()
         actuator, controllers = self._actuator(mounted), self._controllers(mounted[0].craft)
         constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
-        self._check_defaults(constraints)
+        self._check_defaults(constraints, self._plant)
         events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
         limits = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.limits(at))
         limits += self.chart.limits()
@@ -255,13 +304,13 @@ class Spacecraft:
                     "direction, such as Thruster and Wheel"
                 )
 
-    def _check_defaults(self, constraints: Iterable[Condition]) -> None:
+    def _check_defaults(self, constraints: Iterable[Condition], parameters: Parameters) -> None:
         """Refuse defaults that violate a constraint."""
-        names = {q.name: float(q.default) for q in self._plant.quantities.values()}
-        symbols = {q.symbol: names[q.name] for q in self._plant.quantities.values()}
+        names = {q.name: float(q.default) for q in parameters.quantities.values()}
+        symbols = {q.symbol: sp.Float(names[q.name]) for q in parameters.quantities.values()}
         for condition in constraints:
-            if condition.margin.free_symbols <= symbols.keys() and not condition.margin.subs(symbols) > 0:
-                shown = [float(value.subs(symbols)) for value in condition.shown]
+            if condition.margin.free_symbols <= symbols.keys() and not condition.margin.xreplace(symbols) > 0:
+                shown = [float(value.xreplace(symbols)) for value in condition.shown]
                 raise ModelError(f"{self.name}: {condition.message.format(*shown, **names)}")
 
     def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
@@ -283,11 +332,15 @@ class Spacecraft:
         rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
         return (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)), motions
 
-    def _mounted(self, derivation: Derivation) -> list[Mounted]:
-        rate = self._components(self._rate)
-        frame = Frame(derivation, rate)
+    def _all_mounted(self, derivation: Derivation) -> list[Mounted]:
+        if not self.parts:
+            raise ModelError(f"{self.name} has no parts: add a Hub first")
+        return self._mounted(derivation, self.parts, self._plant)
+
+    def _mounted(self, derivation: Derivation, parts: Sequence[Part], parameters: Parameters) -> list[Mounted]:
+        frame = Frame(derivation, self._components(self._rate))
         craft = Craft(frame, self.chart.rotation(), self.chart.quaternion(), self.period)
-        mount(craft, self.parts, self._plant)
+        mount(craft, parts, parameters)
         return [at for _, at in craft.parts]
 
     def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
@@ -407,10 +460,12 @@ def families(parts: Sequence[Part], *groups: Group) -> tuple[Group, ...]:
 
 def _one_of(field: str, value: str, allowed: Iterable[str]) -> None:
     if value not in allowed:
-        raise ModelError(f"{field} = {value!r}: must be one of {', '.join(allowed)}")
+        raise ModelError(f"{field} = {value_text(value)}: must be one of {', '.join(allowed)}")
 
 
 def _name(field: str, value: str) -> str:
     if not isinstance(value, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", value, re.ASCII):
-        raise ModelError(f"{field} = {value!r}: must be letters, digits and underscores, beginning with a letter")
+        raise ModelError(
+            f"{field} = {value_text(value)}: must be letters, digits and underscores, beginning with a letter"
+        )
     return value

@@ -204,10 +204,7 @@ class Thruster(Pulsed):
         return (Load(self.inputs()[0].symbol * at.values.direction, at.values.at),)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
-        """Return the jet, whose length is proportional to the force; without a limit the length is fixed."""
-        v = at.values
-        share = sp.S.One if v.limit is None else self.inputs()[0].symbol / v.limit
-        return (Shape(self.name, "arrow", points(v.at, v.at - share * at.craft.reach * v.direction), "purple"),)
+        return jet(at, at.values.direction, self.inputs()[0].symbol)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         pushed, v = sp.Max(commanded[0], 0), at.values
@@ -215,6 +212,17 @@ class Thruster(Pulsed):
         if v.least is None:
             return (pushed,)
         return (sp.Piecewise((pushed, pushed * at.craft.period >= v.least), (0, True)),)
+
+
+def jet(at: Mounted, along: sp.Matrix, force: Expr) -> tuple[Shape, ...]:
+    """Return a nozzle, and its jet with a length proportional to the force; without a limit the length is fixed."""
+    v, reach = at.values, at.craft.reach
+    share = sp.S.One if v.limit is None else force / v.limit
+    ends = [v.at - length * along for length in (reach / 8, share * reach)]
+    return (
+        Shape(f"{at.name} nozzle", "rod", points(v.at, ends[0]), "grey"),
+        Shape(at.name, "arrow", points(v.at, ends[1]), "purple"),
+    )
 
 
 @dataclass(frozen=True)

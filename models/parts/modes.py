@@ -11,15 +11,16 @@ from typing import Annotated
 
 import sympy as sp
 
+from ..derivation import Expr
 from ..quantities import ModelError, Quantity
 from ..system import Condition
 from .hub import Hub
 from .part import Aggregates, Coordinate, Mounted, Part
-from .values import Number, Parameters, Vector, conditions, kinds, scalar, vector
+from .values import Complete, Number, Parameters, Vector, conditions, kinds, scalar, vector
 
 
 @dataclass(frozen=True)
-class Mode:
+class Mode(metaclass=Complete):
     """A vibration mode with modal mass one.
 
     Parameters
@@ -84,8 +85,8 @@ class Modes(Part):
             parts = ", ".join(part for part, _ in flexible)
             rest = whole - sum((v * v.T for v in columns), sp.zeros(3))
             message = f"{what} participations of {parts} exceed {name}, which includes the modes"
-            for size in (1, 2, 3):
-                if rest != whole and not (margin := rest[:size, :size].det()).is_positive:
+            for margin in _minors(rest) if rest != whole else ():
+                if not margin.is_positive:
                     yield Condition(margin, message)
 
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -113,3 +114,11 @@ class Modes(Part):
         return Aggregates(
             first=first, momentum=momentum, angular=angular, energy=energy, potential=potential, forces=tuple(forces)
         )
+
+
+def _minors(m: sp.Matrix) -> tuple[Expr, ...]:
+    """Return the leading minors of a symmetric (3, 3) matrix as products of its entries, whose sums stay as they are.
+
+    Expanded, the terms of the determinant grow with the cube of the number of modes.
+    """
+    return m[0, 0], m[0, 0] * m[1, 1] - m[0, 1] ** 2, m[:, 0].dot(m[:, 1].cross(m[:, 2]))

@@ -17,7 +17,6 @@ with the acceleration a = V' + W x V of O.
 
 from __future__ import annotations
 
-from abc import ABC
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from dataclasses import fields as dataclass_fields
@@ -35,7 +34,7 @@ from ..quantities import ModelError, Quantity
 from ..system import Condition
 from .frame import AXES, ZERO, Frame
 from .table import read_table
-from .values import Parameters, conditions, kinds
+from .values import Complete, Parameters, conditions, kinds
 
 
 @dataclass(frozen=True)
@@ -402,7 +401,7 @@ class Mounted:
 
 
 @dataclass(frozen=True)
-class Part(ABC):
+class Part(metaclass=Complete):
     """A part of a spacecraft.
 
     A user's part overrides `coordinates` and `aggregates`; the equations follow.
@@ -414,11 +413,6 @@ class Part(ABC):
     """
 
     name: str
-
-    def __new__(cls, *args: Any, **fields: Any) -> Self:
-        if missing := sorted(cls.__abstractmethods__):
-            raise ModelError(f"{cls.__name__} is not a complete part: it lacks the method {missing[0]}; write it")
-        return super().__new__(cls)
 
     @classmethod
     def read(cls, name: str, table: str | Path, **fields: Any) -> Self:

@@ -9,7 +9,9 @@ in a vector or tensor is structural and enters no equation.
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
+from abc import ABCMeta
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -17,12 +19,14 @@ from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
 from mehvar.base.intervals import Interval
 
 from ..arrays import Tensor as Array
 from ..derivation import Expr
 from ..quantities import ModelError, Parameter, ParameterArray
 from ..system import Condition
+from ..tables import suggestion
 from .frame import AXES
 
 
@@ -95,6 +99,38 @@ def kinds(part: object) -> dict[str, Kind]:
     return {name: found[0] for name, found in declared.items() if found}
 
 
+class Complete(ABCMeta):
+    """Metaclass of parts and their pieces, which refuses a call without a needed field, or with an unknown one."""
+
+    def __call__(cls, *args: Any, **given: Any) -> Any:
+        """Return an instance.
+
+        Raises
+        ------
+        ModelError
+            With the missing field and its unit, the unknown field, or the missing method.
+        """
+        if methods := sorted(cls.__abstractmethods__):
+            raise ModelError(f"{cls.__name__} is not a complete part: it lacks the method {methods[0]}; write it")
+        signature = inspect.signature(cls.__init__)  # type: ignore[misc]  # that of this class
+        declared = list(signature.parameters.values())[1:]
+        where = given.get("name", next((of for of, p in zip(args, declared, strict=False) if p.name == "name"), None))
+        try:
+            have = signature.bind_partial(None, *args, **given).arguments
+        except TypeError as error:
+            unknown = next((name for name in given if name not in signature.parameters), None)
+            if unknown is None:
+                raise ModelError(f"{where or cls.__name__}: {error}") from error
+            near = suggestion(unknown, signature.parameters)
+            raise ModelError(f"{where or cls.__name__}: {unknown!r} is not a field of {cls.__name__}{near}") from error
+        for p in declared:
+            if p.name not in have and p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
+                kind = kinds(cls).get(p.name)
+                what = f": {kind.meaning}{'' if kind.unit == '1' else f', {kind.unit}'}" if kind else ""
+                raise ModelError(f"{where or cls.__name__}.{p.name} is missing; write it into the call{what}")
+        return super().__call__(*args, **given)
+
+
 class Parameters:
     """Parameters of an assembly, in the order of declaration."""
 
@@ -121,7 +157,9 @@ class Parameters:
             or not isinstance(given.default, int | float)
             or given.default not in interval
         ):
-            raise ModelError(f"{name} = {given.default!r}: must be a number in {interval}, {unit} ({meaning})")
+            raise ModelError(
+                f"{name} = {value_text(given.default)}: must be a number in {interval}, {unit} ({meaning})"
+            )
         parameter = Parameter(
             name, unit, meaning, positive=interval.positive, default=float(given.default), bounds=interval,
             source=given.source, array=array,
@@ -202,7 +240,7 @@ class Parameters:
     def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
         rows = sp.zeros(3, 3)
         if not isinstance(value, Sequence) or isinstance(value, str):
-            raise ModelError(f"{where} = {value!r}: must be three moments, or three rows")
+            raise ModelError(f"{where} = {value_text(value)}: must be three moments, or three rows")
         if all(isinstance(entry, Sequence) for entry in value):
             given = [_entries(row, where, 3) for row in _entries(value, where, 3)]
             for i in range(3):
@@ -226,7 +264,7 @@ class Parameters:
 
 def _entries(value: Any, where: str, count: int) -> Sequence[Any]:
     if isinstance(value, str) or not isinstance(value, Sequence | sp.MatrixBase) or len(value) != count:
-        raise ModelError(f"{where} = {value!r}: must be {count} numbers")
+        raise ModelError(f"{where} = {value_text(value)}: must be {count} numbers")
     return list(value)
 
 

@@ -67,13 +67,14 @@ class Wheel(Part):
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
         """Return the axis and, as shares of the largest, the motor's torque at its tip and a ball for the speed."""
-        v, tip = at.values, at.craft.reach * at.values.axis
-        result = [Shape(self.name, "arrow", points(ZERO, tip), "sky")]
+        v = at.values
+        centre, tip = getattr(v, "at", ZERO), at.craft.reach * v.axis
+        result = [Shape(self.name, "arrow", points(centre, centre + tip), "sky")]
         if v.torque_limit is not None:
             end = tip * (1 + self.inputs()[0].symbol / (2 * v.torque_limit))
-            result.append(Shape(f"{self.name} torque", "arrow", points(tip, end), "purple"))
+            result.append(Shape(f"{self.name} torque", "arrow", points(centre + tip, centre + end), "purple"))
         if v.speed_limit is not None:
-            result.append(Shape(f"{self.name} speed", "ball", points(tip * self.speed / v.speed_limit), "sky"))
+            result.append(Shape(f"{self.name} speed", "ball", points(centre + tip * self.speed / v.speed_limit), "sky"))
         return tuple(result)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:

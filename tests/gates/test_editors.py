@@ -32,7 +32,7 @@ def script(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("number", range(len(IMPORTS)), ids=list(IMPORTS))
 def test_jedi_goes_to_the_definition(script, number):
-    project = jedi.Project(script.parent, environment_path=sys.prefix, added_sys_path=[str(ROOT)])
+    project = jedi.Project(script.parent, environment_path=sys.prefix)
     code = script.read_text()
     (definition,) = jedi.Script(code, path=script, project=project).goto(
         number + 1, len(code.splitlines()[number]) - 1, follow_imports=True
@@ -42,7 +42,7 @@ def test_jedi_goes_to_the_definition(script, number):
 
 def test_pyright_knows_the_types(script):
     """It resolves each import, infers the type of a model, and refuses a wrong use of it."""
-    settings = {"extraPaths": [str(ROOT)], "pythonVersion": "3.11", "reportMissingModuleSource": False}
+    settings = {"pythonVersion": "3.11", "reportMissingModuleSource": False}
     (script.parent / "pyrightconfig.json").write_text(json.dumps(settings))
     check = [sys.executable, "-m", "basedpyright", "--outputjson", "--pythonpath", sys.executable, "-p", script.parent]
     done = subprocess.run(check, capture_output=True, text=True, check=False)

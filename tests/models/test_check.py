@@ -146,6 +146,19 @@ def test_a_metric_of_an_unknown_variable_is_refused():
         check(dataclasses.replace(triangle(), metrics=(metric,), scenarios=()))
 
 
+def test_a_reference_stands_in_a_metric_and_is_recorded():
+    x = Group("x", (Quantity("a", "m", "place"), Quantity("v", "m/s", "speed")))
+    r, s = Group("r", (Quantity("goal", "m", "goal"),)), Group("s", (Parameter("far", "m", "goal", default=3.0),))
+    metric = Metric("worst", "max_abs", ("a - goal",), "m", "largest error")
+    system = System(
+        name="goal", states=x, references=r, scenario_parameters=s, reference=(s.far,), rhs=(x.v, 0),
+        metrics=(metric,), scenarios=(Scenario("s", "", 1.0, 0.1),),
+    )  # fmt: skip
+    run = mehvar.simulate(mehvar.build(system), None, inputs={}, initial={"v": -0.5})
+    np.testing.assert_array_equal(run["goal"], 3.0)
+    assert float(run["worst"]) == float(abs(run["a"] - 3.0).max()) == 3.5
+
+
 def test_a_function_that_makes_a_system_branches_on_no_symbol():
     x, p = Group("x", (Quantity("a", "1", "a"),)), Group("p", (Parameter("k", "1/s", "rate", default=1.0),))
 

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
+
 from ...derivation import Expr
 from ...quantities import ModelError
 from ..values import Parameters, Value
@@ -24,10 +26,10 @@ def check(harmonics: Harmonics) -> None:
     for row in harmonics:
         if len(row) != 4 or not all(isinstance(n, int) for n in row[:2]) or not 0 <= row[1] <= row[0] <= MOST:
             raise ModelError(
-                f"orbit: harmonics = {row!r}: must be rows n, m, g, h with 0 <= m <= n <= {MOST}, g, h in nT"
+                f"orbit: harmonics = {value_text(row)}: must be rows n, m, g, h with 0 <= m <= n <= {MOST}, g, h in nT"
             )
     if idle := next((row for row in harmonics if row[1] == 0 and row[3] != 0), None):
-        raise ModelError(f"orbit: harmonics = {idle!r}: h of the order m = 0 has no effect; must be 0")
+        raise ModelError(f"orbit: harmonics = {value_text(idle)}: h of the order m = 0 has no effect; must be 0")
     if not harmonics or len({row[:2] for row in harmonics}) < len(harmonics) or any(row[0] < 1 for row in harmonics):
         raise ModelError("orbit: harmonics: must be one row or more, each of another degree n >= 1 and order m")
 

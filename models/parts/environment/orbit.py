@@ -16,6 +16,8 @@ from typing import Annotated
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
+
 from ...arrays import INCREASING
 from ...arrays.curves import curve
 from ...derivation import Expr
@@ -159,7 +161,9 @@ class Orbit(Part):
     def __post_init__(self) -> None:
         for name, words in (("gravity", GRAVITY), ("shadow", SHADOW)):
             if getattr(self, name) not in words:
-                raise ModelError(f"orbit: {name} = {getattr(self, name)!r}: must be one of {', '.join(words)}")
+                raise ModelError(
+                    f"orbit: {name} = {value_text(getattr(self, name))}: must be one of {', '.join(words)}"
+                )
         if self.harmonics:
             check(self.harmonics)
         if isinstance(self.epoch, str):
@@ -270,7 +274,7 @@ def _layers(air: object) -> tuple[Layer, ...]:
     try:
         rows = [row if isinstance(row, Layer) else Layer(*row) for row in air]  # type: ignore[attr-defined]
     except TypeError:
-        raise ModelError(f"orbit: air = {air!r}: must be rows of height, m, and density, kg/m^3") from None
+        raise ModelError(f"orbit: air = {value_text(air)}: must be rows of height, m, and density, kg/m^3") from None
     heights = [layer.height.default if isinstance(layer.height, Value) else layer.height for layer in rows]
     if len(rows) == 1 or any(not a < b for a, b in itertools.pairwise(heights)):
         raise ModelError(f"orbit: air: must be two rows or more with increasing heights, not {heights}")

@@ -19,20 +19,23 @@ from typing import Annotated
 
 import sympy as sp
 
+from mehvar.base.errors import value_text
+
 from ...derivation import Expr
+from ...geometry import Shape
 from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ...system import Condition
 from ..frame import AXES, ZERO, point_inertia, quaternion, triple
-from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
-from ..values import Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
+from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, points, start
+from ..values import Complete, Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 
 JOINTS = ("hinge", "slider", "ball")
 _OPTIONAL = {"stiffness": scalar("k", "", "stiffness", "[0, inf)"), "damping": scalar("d", " s", "damping", "[0, inf)")}
 
 
 @dataclass(frozen=True)
-class Link:
+class Link(metaclass=Complete):
     """A rigid body of a chain with its joint. All vectors are in hub axes with every coordinate at zero.
 
     Parameters
@@ -67,9 +70,11 @@ class Link:
 
     def __post_init__(self) -> None:
         if self.joint not in JOINTS:
-            raise ModelError(f"joint = {self.joint!r}: must be one of {', '.join(JOINTS)}")
+            raise ModelError(f"joint = {value_text(self.joint)}: must be one of {', '.join(JOINTS)}")
         if (self.axis is None) != (self.joint == "ball"):
-            raise ModelError(f"axis = {self.axis!r}: give an axis to a hinge or slider, and none to a ball joint")
+            raise ModelError(
+                f"axis = {value_text(self.axis)}: give an axis to a hinge or slider, and none to a ball joint"
+            )
         if self.joint == "ball" and (self.motor or self.stiffness is not None):
             raise ModelError("a ball joint cannot have a motor or a stiffness; leave them out")
 
@@ -227,6 +232,16 @@ class Chain(Part):
             if link.motor:
                 power += next(motors).symbol * speeds[0]
         return Aggregates(mass, first, inertia, momentum, angular, energy, potential, power=power)
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        """Return the joints and the centre of mass of each link."""
+        joint, path, balls = ZERO, [], []
+        for (name, _), link_motion in zip(self._named(), self._link_motions(at), strict=True):
+            joint = joint + link_motion.arm
+            centre = joint + link_motion.centre
+            path.append(joint)
+            balls.append(Shape(name, "ball", points(centre), "orange"))
+        return Shape(f"{self.name} joints", "rod", points(*path, centre), "orange"), *balls
 
     def contribution(self, at: Mounted) -> Contribution:
         _, matrix, bias = self._steps(at)

@@ -11,7 +11,9 @@ from typing import Annotated
 import sympy as sp
 
 from ...derivation import Expr
+from ...geometry import Shape
 from ...quantities import Quantity
+from ..hub import jet
 from ..part import Load, Motion, Mounted, Part, State, start
 from ..values import Number, Parameters, Vector, direction, place, scalar
 from .rotors import check_across
@@ -67,12 +69,19 @@ class Engine(Part):
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         return tuple(start(q, scenario) for q in self._angles())
 
-    def loads(self, at: Mounted) -> tuple[Load, ...]:
+    def _along(self, at: Mounted) -> sp.Matrix:
+        """Return the direction of the force."""
         v, (first, second) = at.values, (at.frame.circle(q.symbol) for q in self._angles())
         across = v.axis.cross(v.direction)
         side = at.vector("side", across / sp.sqrt(across.dot(across)), "direction of the force at 90 degrees", "1")
         turned = first[0] * side.cross(v.axis) + first[1] * side
-        return (Load(self.inputs()[0].symbol * (second[0] * turned + second[1] * v.axis), v.at),)
+        return second[0] * turned + second[1] * v.axis
+
+    def loads(self, at: Mounted) -> tuple[Load, ...]:
+        return (Load(self.inputs()[0].symbol * self._along(at), at.values.at),)
+
+    def shapes(self, at: Mounted) -> tuple[Shape, ...]:
+        return jet(at, self._along(at), self.inputs()[0].symbol)
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
         targets, angles = self.inputs()[1:], self._angles()

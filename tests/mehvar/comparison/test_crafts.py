@@ -4,6 +4,7 @@
 import re
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from typer.testing import CliRunner
 
 import mehvar
 from mehvar.base.errors import MehvarError
-from mehvar.base.manifest import Scenario
+from mehvar.base.manifest import Quantity, Scenario
 from mehvar.cli.app import app
+from mehvar.comparison.runs import _metrics
 from mehvar.parts import Hinge, Hub, PointMass, Spacecraft, Tachometer, Torquer, Wheel
 
 
@@ -130,7 +132,7 @@ def test_wrong_arguments_are_refused():
 AXES = {"wheel1": (1, 0, 0), "wheel2": (0, 1, 0), "wheel3": (0, 0, 1)}
 
 
-def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1, more=()):
+def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1, more=(), scenario="turn"):
     """Return a craft with three wheels, a panel, a law and a start."""
     craft = Spacecraft("survey", motion="attitude", period=0.1)
     wheels = [Wheel((names or {}).get(n, n), axis=a, inertia=0.1, torque_limit=0.5) for n, a in AXES.items()]
@@ -145,7 +147,7 @@ def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1,
         return text.torque([-kp * a - kd * b for a, b in zip(q, w, strict=True)], wheels)
 
     craft.law(law, feedback, "feedback")
-    moves = Scenario("turn", "a turn", 5.0, 0.1, values={"roll_0": start, "yaw_0": start})
+    moves = Scenario(scenario, "a turn", 5.0, 0.1, values={"roll_0": start, "yaw_0": start})
     return craft.system(scenarios=(moves,))
 
 
@@ -155,6 +157,7 @@ def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1,
         ({"names": {"wheel1": "w1"}}, ["wheel1: renamed to w1"]),
         ({"names": {"hub": "body"}}, ["hub: renamed to body"]),
         ({"names": {"wheel1": "a", "wheel2": "x", "wheel3": "wx"}, "panel": "m"}, ["wheel2: renamed to x"]),
+        ({"scenario": "slew"}, ["scenario slew  renamed: turn -> slew", "of a metric 0: slew under pd"]),
         ({"law": "pid"}, ["laws: pd -> pid", "law pid  renamed: pd -> pid"]),
         (
             {"order": (0, 4, 3, 1, 2)},
@@ -162,7 +165,7 @@ def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1,
         ),
         ({"order": (4, 3, 0, 1, 2), "names": {"wheel1": "w1"}, "law": "pid"}, ["wheel1: renamed to w1"]),
     ],
-    ids=["wheel", "hub", "all", "law", "order", "both"],
+    ids=["wheel", "hub", "all", "scenario", "law", "order", "both"],
 )
 def test_new_names_and_another_order_change_no_physics(edit, says):
     found = mehvar.diff(three(), three(**edit))
@@ -215,6 +218,19 @@ def test_a_run_at_rest_is_said_to_show_nothing():
     text = str(mehvar.diff(three(start=0.0), three(start=0.0, names={"wheel1": "w1"})))
     assert "no state moves, so that the run shows nothing: turn under pd" in text
     assert "no difference" not in text
+
+
+def test_rounding_of_a_state_is_no_metric():
+    state, options = Quantity("w", "rad/s", "a rate"), {"atol": 1e-11}
+    for noise in (2e-12, 0.0):
+        manifest = SimpleNamespace(metrics={}, states=(state,))
+        run = SimpleNamespace(manifest=manifest, x=np.array([[noise], [-noise]]), options=options)
+        assert _metrics(run, {"w": "v"}) == {"largest |v|": (0.0, "rad/s"), "last v": (0.0, "rad/s")}
+
+
+def test_that_no_run_is_compared_is_said():
+    text = str(mehvar.diff(craft_of(), craft_of(mass=120.0)))
+    assert "no run compared: the versions have no law and scenario in common" in text
 
 
 def test_states_of_one_side_are_named():

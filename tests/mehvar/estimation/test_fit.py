@@ -256,6 +256,14 @@ def test_samples_that_are_not_even_are_refused(truth: xr.Dataset) -> None:
         mehvar.fit("satellite", truth.isel(t=[0, 1, 3, 4]), ["I_x"], "pd")
 
 
+def test_times_in_single_precision_are_those_of_the_samples(oscillator: Model) -> None:
+    """At 200 s they are off by a thousandth of a step."""
+    data = mehvar.simulate(oscillator, None, inputs={}, t_end=200.0, dt_out=0.1, initial={"place": 1.0})
+    t = data["t"].values.astype(np.float32)
+    fit = mehvar.fit(oscillator, data[["place"]].assign_coords(t=("t", t, {"units": "s"})), ["place"])
+    np.testing.assert_array_equal(fit.run["t"], data["t"])
+
+
 def test_a_value_at_its_bound_and_a_variable_without_residuals_are_told(truth: xr.Dataset) -> None:
     """Gravity cannot be negative, as this record would have it; a pendulum that hangs still shows nothing of it."""
     data = mehvar.simulate(PENDULUM, None, inputs={}, t_end=1.0, dt_out=0.05, initial={"angle": 3.0}, g=0.0, k_wall=0.0)

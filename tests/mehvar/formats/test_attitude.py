@@ -163,6 +163,13 @@ def test_rates_that_contradict_the_quaternion_are_refused(tumbling, given, messa
         attitude(tumbling, "aem", about)
 
 
+def test_a_wrong_order_is_told_without_rates_too(tumbling):
+    """The hub's rates are in the run, and in no message."""
+    with pytest.raises(InputError, match=r"consistent with rates=wx,wy,wz: .* first variable as scalar part"):
+        attitude(tumbling, "aem", MESSAGE | {"quaternion": "q0,q1,q2,q3"})
+    assert attitude(tumbling, "aem", MESSAGE).rates is None
+
+
 def test_the_inverse_turn_is_told(tumbling):
     """The conjugate takes frame B into frame A."""
     for name in ("q1", "q2", "q3"):

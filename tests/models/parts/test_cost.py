@@ -54,3 +54,17 @@ def test_operations_are_linear_in_the_number_of_parts_and_the_text_does_not_grow
     few_lines, many_lines = ([line for line in craft.c_lines if "enum" not in line] for craft in (crafts[0], crafts[2]))
     sums = 2 * 2 if kind == "tank" else 0  # of two more tanks: one sum over them is no loop, with two terms a tank
     assert len(many_lines) - len(few_lines) == sums  # names of elements aside: there are four on a line
+
+
+def test_constraints_of_modes_are_linear_in_their_number():
+    """Expanded determinants grew with the cube, and eight appendages took 14 s."""
+
+    def operations(count):
+        craft = Spacecraft("craft")
+        craft.add(Hub("hub", mass=100.0, inertia=FULL))
+        for k in range(count):
+            craft.add(Modes(f"a{k}", modes=MODE))
+        return sum(c.margin.count_ops() for c in craft.system().constraints)
+
+    two, three, four = map(operations, (2, 3, 4))
+    assert 0 < three - two == four - three

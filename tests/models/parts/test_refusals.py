@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Wrong assemblies are refused in the words of parts."""
 
+import copy
+import pickle
+
 import pytest
 import sympy as sp
 
@@ -188,6 +191,33 @@ class Sprung(Part):
 def test_a_part_whose_energy_is_not_kinetic_is_refused(powers, words):
     with pytest.raises(ModelError, match=words):
         assembled(Hub("hub", mass=1.0, inertia=BALL), Sprung(*powers))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Hinge("panel"), "panel.mass is missing; write it into the call: mass, kg"),
+        (lambda: Wheel("w", axis=(1, 0, 0)), r"w.inertia is missing; .*: moment of inertia about the axis, kg m\^2$"),
+        (lambda: Wheel(name="w", inertia=1.0), "w.axis is missing; write it into the call: axis$"),
+        (lambda: Hub(), "Hub.name is missing; write it into the call$"),
+        (lambda: Link(1.0), r"Link.inertia is missing; .*: moment of inertia about its centre of mass, kg m\^2"),
+        (lambda: Mode(2.0, damping=0.0), "Mode.linear is missing"),
+        (lambda: Chain(), "Chain.name is missing"),
+        (
+            lambda: Wheel("w", (1, 0, 0), 1.0, fricton=0.1),
+            r"w: 'fricton' is not a field of Wheel \(did you mean",
+        ),
+        (lambda: Hub("hub", 1.0, BALL, (0, 0, 0), 5.0), "hub: too many positional arguments"),
+        (lambda: Hub("hub", 1.0, BALL, mass=2.0), "hub: multiple values for argument 'mass'"),
+    ],
+)
+def test_a_call_with_other_fields_than_those_of_the_part_is_refused(make, words):
+    with pytest.raises(ModelError, match=words):
+        make()
+
+
+def test_a_part_is_copied():
+    assert copy.deepcopy(HUB) == pickle.loads(pickle.dumps(HUB)) == HUB
 
 
 @pytest.mark.parametrize(
