@@ -76,6 +76,10 @@ class Balances:
             return x
         return self._one("project", *[x, self.p][: len(self._machine.requests["project"].arguments)])
 
+    def readings(self, x: Mapping[str, float], u: Mapping[str, float]) -> Array:
+        """Return energy, momentum and angular momentum."""
+        return np.array(self._sides(*self._vectors(x, u), self.p)[2]).ravel()
+
     def power(self, x: Mapping[str, float], u: Mapping[str, float]) -> float:
         """Return the power of loads, motors and dampers, W."""
         return float(self._sides(*self._vectors(x, u), self.p)[1][0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The satellite with bending modes and a full inertia tensor of the page on matrices, against masses on springs."""
+"""A satellite with bending modes and a full inertia tensor, as matrices, against masses on springs."""
 
 from __future__ import annotations
 

@@ -16,18 +16,8 @@ from filterpy.kalman import CubatureKalmanFilter
 import mehvar
 from mehvar import Group, Quantity, Sensor, estimated
 from mehvar.runtime.run.noise import normals
-from tests.models.estimation.swing import DEVIATION, KD, KP, MEAN, SIGMA_G, START, TS, J, K, P, X, rk4, swing
+from tests.models.estimation.swing import DEVIATION, KD, KP, MEAN, SIGMA_G, START, TS, P, X, moved, swing
 from tests.validation.table import record
-
-
-def moved(x: np.ndarray, torque: float) -> np.ndarray:
-    """Return a state, last entry first, after a period."""
-
-    def rate(x: np.ndarray) -> np.ndarray:
-        drag, speed, angle = x
-        return np.array([0.0, -K / J * np.sin(angle) - drag * speed + torque / J, speed])
-
-    return rk4(rate, x)
 
 
 def test_cubature_filter_of_a_pendulum() -> None:
@@ -38,7 +28,7 @@ def test_cubature_filter_of_a_pendulum() -> None:
     plain = swing(sensor=sensor, random_step=None, parameters=known)
     system = estimated(plain, "pd", START, kind="sigma-point")
     run = mehvar.simulate(mehvar.build(system), "pd", t_end=10.0)
-    theirs = CubatureKalmanFilter(3, 1, TS, lambda x: x[[1]], lambda x, dt, u: moved(x, u))
+    theirs = CubatureKalmanFilter(3, 1, TS, lambda x: x[[1]], lambda x, dt, u: moved(x[::-1], u)[::-1])
     theirs.x, theirs.P = np.array(MEAN[::-1], dtype=float)[:, None], np.diag(np.square(DEVIATION[::-1]))
     theirs.Q, theirs.R = np.zeros((3, 3)), np.array([[SIGMA_G**2]])
     errors = normals(0, 0, run.sizes["t"], 1)[:, 0] * SIGMA_G

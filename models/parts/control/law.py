@@ -105,6 +105,19 @@ class Law:
         """Declare a parameter of the law and return its symbol."""
         return self._own.add(name, Value(default, bounds, source), unit, meaning or name, bounds)
 
+    def define(self, name: str, value: Expr | sp.Matrix, unit: str = "1", meaning: str = "") -> Expr | sp.Matrix:
+        """Name an expression, or the entries of a matrix, as steps of the law and return their symbols.
+
+        The derivation and the code stay short where later expressions use a long one several times.
+        """
+        frame, title = self._craft.frame, meaning or name
+        if not isinstance(value, sp.MatrixBase):
+            return frame.define(f"{self.name}_{name}", value, title, unit)
+        return value.__class__(
+            *value.shape,
+            lambda i, j: self.define(f"{name}_{i + 1}_{j + 1}", value[i, j], unit, f"{title} {i + 1} {j + 1}"),
+        )
+
     def keep(self, name: str, unit: str = "1", meaning: str = "", start: Expr | float = 0) -> sp.Symbol:
         """Declare a number in the law's memory and return its symbol; `update` sets its next value."""
         quantity = Quantity(name, unit, meaning or name)

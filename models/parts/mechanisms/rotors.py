@@ -178,9 +178,18 @@ class ControlMomentGyro(Part):
         return (*super().constraints(at), *of_no_body(self, v, names, margins))
 
     @property
+    def gimbal_angle(self) -> sp.Symbol:
+        """Symbol of the gimbal's angle, rad."""
+        return self._angle.symbol
+
+    @property
     def rotor_speed(self) -> sp.Symbol:
         """Symbol of the rotor's variable speed relative to the gimbal, rad/s."""
         return self._rotor.symbol
+
+    @property
+    def _angle(self) -> Quantity:
+        return Quantity(f"{self.name}_gimbal", "rad", f"angle of the gimbal of {self.name}")
 
     @property
     def _rotor(self) -> Quantity:
@@ -193,9 +202,8 @@ class ControlMomentGyro(Part):
         return (torque if self.lag is None else rate, *((rotor,) if self.speed is None else ()))
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        angle = Quantity(f"{self.name}_gimbal", "rad", f"angle of the gimbal of {self.name}")
         rate = Quantity(f"{self.name}_gimbal_rate", "rad/s", f"rate of the gimbal of {self.name}")
-        return (Coordinate(rate, angle), *((Coordinate(self._rotor),) if self.speed is None else ()))
+        return (Coordinate(rate, self._angle), *((Coordinate(self._rotor),) if self.speed is None else ()))
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v, rate, speed = at.values, self.coordinates()[0].speed.symbol, self._speed(at)
@@ -235,9 +243,8 @@ class ControlMomentGyro(Part):
 
     def _axes(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
         """Return the rotor's axis, and the axis normal to it and to the gimbal's."""
-        v, angle = at.values, self.coordinates()[0].place
-        assert angle is not None
-        cosine, sine = at.frame.circle(angle.symbol)
+        v = at.values
+        cosine, sine = at.frame.circle(self.gimbal_angle)
         normal = v.gimbal.cross(v.spin)
         side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "axis across both at zero", "1")
         spin = at.vector("rotor", side.cross(v.gimbal), "axis of the rotor at zero", "1")

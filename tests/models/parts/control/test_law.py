@@ -4,6 +4,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.linalg import solve_continuous_are
 
 import mehvar
@@ -127,6 +128,22 @@ def test_laws_see_sensors_and_keep_numbers():
     law = next(law for law in system.controllers if law.name == "integral")
     assert {s.name for s in law.update[0].free_symbols} == {"total_x", "Ts", "tracker_q1"}
     assert [law.name for law in system.controllers] == ["integral", "watch"]
+
+
+def test_a_law_names_intermediate_results():
+    craft = craft_of(Torquer("turn"))
+
+    def damping(law):
+        gain = law.define("gain", law.parameter("k", 2.0, "N m s") ** 2 / law.parameter("k0", 4.0, "N m s"), "N m s")
+        return {"turn": tuple(law.define("torque", -gain * sp.Matrix(law.rates), "N m"))}
+
+    craft.law("damp", damping)
+    system = craft.system()
+    (law,) = system.controllers
+    assert [u.name for u in law.command] == [f"damp_torque_{k}_1" for k in (1, 2, 3)]
+    steps = {step.symbol.name: step.expr for step in system.steps if hasattr(step, "symbol")}
+    assert str(steps["damp_torque_1_1"]) == "-damp_gain*wx"
+    assert str(steps["damp_gain"]) == "k**2/k0"
 
 
 def test_lqr_on_the_linearised_craft():
