@@ -9,6 +9,7 @@ import tarfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from mehvar.base.errors import InputError
 from mehvar.codegen.workspace import ROOMS
@@ -45,12 +46,6 @@ class Revision:
         names = {Path(line).name for line in folders.decode().splitlines() if line not in rooms}
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
 
-    def extract_beside(self, path: Path, folder: Path) -> Path | None:
-        """Write the revision's file `path`, and the files beside it, into `folder`; return None without the file."""
-        rows = _git(self.root, "ls-tree", self.commit, f"{path.parent}/").decode().splitlines()
-        self.extract([row.partition("\t")[2] for row in rows if " blob " in row], folder)
-        return folder / path if (folder / path).is_file() else None
-
     def extract(self, paths: Sequence[str], folder: Path) -> None:
         """Write the revision's files below `paths` into `folder`."""
         names = _git(self.root, "ls-tree", "--name-only", self.commit, *paths).decode().splitlines()
@@ -59,10 +54,18 @@ class Revision:
         archive = _git(self.root, "archive", "--format=tar", self.commit, "--", *names)
         with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
             for member in tar:
-                if content := tar.extractfile(member):
+                if content := _content(tar, member):
                     path = folder / member.name
                     path.parent.mkdir(parents=True, exist_ok=True)
                     path.write_bytes(content.read())
+
+
+def _content(tar: tarfile.TarFile, member: tarfile.TarInfo) -> IO[bytes] | None:
+    """Return the content of a file; None for a folder, or a link to a file that git does not have."""
+    try:
+        return tar.extractfile(member)
+    except KeyError:
+        return None
 
 
 def find_revision(root: Path, name: str) -> Revision | None:

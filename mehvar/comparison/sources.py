@@ -16,7 +16,6 @@ from mehvar.base.manifest import read_manifest
 from mehvar.base.names import WORK
 from mehvar.base.schema import SchemaError, parse
 from mehvar.base.versions import installed
-from mehvar.codegen.build import file_folder
 from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree, outdated
 from mehvar.runtime.model.derived import last_line, run_python
@@ -26,6 +25,14 @@ from mehvar.terminal import progress
 from .git import Revision, find_revision, in_repository
 
 _EQUATIONS = "equations.json"
+_BUILD = """
+import sys
+from pathlib import Path
+from mehvar.codegen.build import file_folder
+path = Path(sys.argv[1])
+sys.path.insert(0, str(path.parent.resolve()))
+print(file_folder(path).resolve())
+"""
 
 
 @dataclass(frozen=True)
@@ -112,16 +119,18 @@ class Sources:
 
     def _of_file(self, text: str) -> Version:
         """Return the system of a Python file, or of a file of a revision, as in HEAD~1:craft.py."""
-        path, label = Path(text), text
+        path, top, label = Path(text), Path.cwd(), text
         if not path.is_file():
             name, _, file = text.partition(":")
-            revision = find_revision(Path.cwd(), name) if file else None
-            found = revision.extract_beside(Path(file), self.scratch / revision.commit) if revision else None
-            if revision is None or found is None:
+            revision = find_revision(top, name) if file else None
+            path = Path(file)
+            if revision is not None:
+                top, label = self.scratch / revision.commit, f"{revision.label}:{file}"
+                revision.extract(["."], top)  # the file may read any other
+            if revision is None or not (top / path).is_file():
                 raise InputError(f"{text!r} is no Python file: give one, or one of a git revision, as in HEAD:craft.py")
-            path, label = found, f"{revision.label}:{file}"
         with progress(f"deriving {label}"):
-            built = file_folder(path)
+            built = _built(path, top, label)
         return self._of_folders({_model_of(built): built}, label, single=True)
 
     def _chosen(self, folders: Mapping[str, Path]) -> dict[str, Path]:
@@ -243,6 +252,18 @@ def _derive(tree: Tree, model: str, label: str, choices: list[str], folder: Path
     process = run_python(tree.root, "-m", "mehvar", "generate", model, *options, "--out", str(folder))
     if process.returncode:
         raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {last_line(process)}")
+
+
+def _built(path: Path, top: Path, label: str) -> Path:
+    """Return the generated folder of a Python file, run in the folder `top` in a process of its own.
+
+    Two versions of a file may import modules of one name and read tables at one relative path.
+    """
+    process = run_python(top, "-c", _BUILD, str(path))
+    if process.returncode:
+        message = last_line(process).partition(": ")[2]  # after the class of the exception
+        raise InputError(message if label == str(path) else f"{label}: {message}")
+    return Path(process.stdout.splitlines()[-1])
 
 
 def _generated(folder: Path) -> dict[str, Path]:

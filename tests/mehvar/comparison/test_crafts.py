@@ -98,6 +98,35 @@ def craft():
     assert "no function system() or craft()" in str(CliRunner().invoke(app, ["diff", str(before)]).exception)
 
 
+def test_a_file_of_a_revision_reads_tables_and_modules_of_that_revision(tmp_path, monkeypatch):
+    """Both versions read the table and the module of the working folder, and so were the same."""
+    monkeypatch.chdir(tmp_path)
+    text = """from mehvar.parts import Hub, PointMass, Spacecraft
+import spare
+
+
+def craft():
+    result = Spacecraft("survey", motion="attitude")
+    result.add(Hub.read("hub", "hub.toml"))
+    result.add(PointMass("spare", mass=spare.MASS, at=(1, 0, 0)))
+    return result
+"""
+    table = 'mass = { unit = "kg", default = 4.0, source = "assumption" }\n'
+    table += 'inertia = { unit = "kg m^2", default = [1.0, 1.0, 1.0], source = "assumption" }\n'
+    before = {"craft.py": text, "hub.toml": table, "spare.py": "MASS = 2.0\n"}
+    for name, content in before.items():
+        Path(name).write_text(content, encoding="utf-8")
+    me = ["-c", "user.name=me", "-c", "user.email=me@example.org"]
+    for words in (["init", "-q"], ["add", "."], [*me, "commit", "-q", "-m", "first"]):
+        subprocess.run(["git", *words], check=True)
+    Path("hub.toml").write_text(table.replace("1.0]", "1.5]"), encoding="utf-8")
+    Path("spare.py").write_text("MASS = 3.0\n", encoding="utf-8")
+    told = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
+    assert told.exit_code == 1, told.output
+    assert "hub: inertia (1, 1, 1) kg m^2 -> (1, 1, 1.5) kg m^2" in told.output
+    assert "spare: mass 2 kg -> 3 kg" in told.output
+
+
 def test_eigenvalues_are_those_at_a_possible_state():
     """At zero the craft has no attitude; its panel swings at sqrt(k/I (1 + I/J)) about the hub."""
 
