@@ -71,6 +71,8 @@ class Consequences:
         Results of all scenarios under all laws.
     note : str
         Reason for missing results.
+    new_point : tuple of (str, float)
+        Linearisation point of the new model, likewise.
     """
 
     rates: tuple[Rate, ...] = ()
@@ -82,6 +84,7 @@ class Consequences:
     operations: tuple[tuple[str, int, int], ...] = ()
     runs: Runs = field(default_factory=Runs)
     note: str = ""
+    new_point: tuple[tuple[str, float], ...] = ()
 
 
 def consequences(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Consequences, Overlay | None]:
@@ -118,6 +121,7 @@ def consequences(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Conseq
         operations,
         closed_runs,
         missing,
+        named(after.state_names, new_point),
     )
     return follows, overlay
 

@@ -268,6 +268,8 @@ def _change(
 ) -> tuple[RunChange | None, float]:
     """Return the change of a run, or None, and the largest relative difference of a metric that counts as equal."""
     before, after = _metrics(old, names), _metrics(new, {})
+    if not before.keys() & after.keys():
+        before, after = _extremes(old, names), _extremes(new, {})
     shared = [name for name in after if name in before]
     moved = tuple(
         MetricChange(name, after[name][1], before[name][0], after[name][0])
@@ -285,8 +287,14 @@ def _metrics(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float,
     if isinstance(run, str):
         return {}
     known = run.manifest.metrics
-    if known:
-        return {name: (float(value), known[name].unit) for name, value in metrics(run, run.manifest).items()}
+    found = {name: (float(value), known[name].unit) for name, value in metrics(run, run.manifest).items()}
+    return found or _extremes(run, names)
+
+
+def _extremes(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float, str]]:
+    """Return the extremes and final values of a run's states, with units."""
+    if isinstance(run, str):
+        return {}
     x = np.where(np.abs(run.x) > run.options.get("atol", 0.0), run.x, 0.0)  # the integration resolves no less
     states = [(k, names.get(q.name, q.name), q.unit) for k, q in enumerate(run.manifest.states)]
     reached = {f"largest |{name}|": (float(np.max(np.abs(x[:, k]))), unit) for k, name, unit in states}
@@ -303,7 +311,9 @@ def equal_numbers(old: float, new: float, part: float = _STEPS) -> bool:
 def _end(run: Run | str) -> str:
     if isinstance(run, str):
         return f"refused: {run}"
-    return "" if run.status.complete else f"ended early: {run.reason}"
+    if run.status is Status.DONE:
+        return ""
+    return f"{'ended' if run.status.complete else 'ended early'}: {run.reason}"
 
 
 def _margins(model: Model, run: Run, names: Mapping[str, str]) -> tuple[Margin, ...]:

@@ -45,6 +45,8 @@ class Loop:
         Pairs of old and new eigenvalues, without conjugates.
     old_period : float or None
         Sampling period of the old law.
+    new_point : tuple of (str, float)
+        Linearisation point of the new loop, likewise.
     """
 
     law: str
@@ -52,6 +54,7 @@ class Loop:
     point: tuple[tuple[str, float], ...]
     eigenvalues: Pairs
     old_period: float | None = None
+    new_point: tuple[tuple[str, float], ...] = ()
 
 
 def start(model: Model) -> FloatArray:
@@ -129,8 +132,11 @@ def loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[
             continue
         pairs = moved(old, new) if old.shape == new.shape else ()
         if pairs:
-            point = named((names.get(state, state) for state in before.state_names), start(before))
-            changed.append(Loop(name, _period(after, law), point, pairs, _period(before, former)))
+            points = (
+                named((names.get(state, state) for state in before.state_names), start(before)),
+                named(after.state_names, start(after)),
+            )
+            changed.append(Loop(name, _period(after, law), points[0], pairs, _period(before, former), points[1]))
     return tuple(changed), tuple(refused)
 
 

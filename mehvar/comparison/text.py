@@ -315,7 +315,7 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
     elif follows.samples:
         yield f"eigenvalues at {point(follows)}: the same"
     for loop in follows.loops[:_RUNS]:
-        yield f"eigenvalues under {loop.law} at {place(loop.point)}:"
+        yield f"eigenvalues under {loop.law} at {_places(loop.point, loop.new_point)}:"
         yield from _first(f"  {number(old)} -> {number(new)}  {unit(loop)}" for old, new in loop.eigenvalues)
     if more := follows.loops[_RUNS:]:
         yield f"eigenvalues under {len(more)} more laws differ: {', '.join(loop.law for loop in more)}"
@@ -374,7 +374,7 @@ def same_runs(runs: Runs, comparison: Comparison) -> list[str]:
     if runs.changed:
         return [f"equal in all metrics: {_cases(moving)}", *still]
     count = f"{len(moving)} run{'s' * (len(moving) > 1)}"
-    equal = f"no difference in {count}, largest relative difference of a metric {runs.largest:.2g}: {_cases(moving)}"
+    equal = f"all metrics equal in {count}, largest relative difference {runs.largest:.2g}: {_cases(moving)}"
     lines = [equal, *still]
     parts = [part.text for e in comparison.changed for edit in e.edits for part in (edit.old, edit.new) if part]
     edited = set(re.findall(r"\w+", " ".join(parts)))
@@ -441,7 +441,14 @@ def unit(loop: Loop) -> str:
 def point(follows: Consequences) -> str:
     """Return the linearisation point as text."""
     steady = "" if follows.residual < _ZERO else f", largest rate there {follows.residual:.2g}"
-    return f"{place(follows.point)}{steady}"
+    return f"{_places(follows.point, follows.new_point)}{steady}"
+
+
+def _places(old: Sequence[tuple[str, float]], new: Sequence[tuple[str, float]]) -> str:
+    """Return the linearisation points of both versions as text: one if they agree in any order."""
+    texts = [place(values) for values in (old, new)]
+    agree = sorted(place([pair]) for pair in old) == sorted(place([pair]) for pair in new)
+    return texts[0] if agree else " -> ".join(texts)
 
 
 def place(values: Sequence[tuple[str, float]]) -> str:

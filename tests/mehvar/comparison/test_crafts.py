@@ -8,13 +8,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import sympy as sp
 from typer.testing import CliRunner
 
 import mehvar
+from mehvar import Controller, Group, Parameter, Quantity, System
 from mehvar.base.errors import MehvarError
-from mehvar.base.manifest import Quantity, Scenario
+from mehvar.base.manifest import Scenario
 from mehvar.cli.app import app
-from mehvar.comparison.runs import _metrics
+from mehvar.comparison.runs import _extremes
 from mehvar.parts import Hinge, Hub, PointMass, Spacecraft, Tachometer, Torquer, Wheel
 
 
@@ -141,6 +143,30 @@ def test_eigenvalues_are_those_at_a_possible_state():
     assert f"± {slow:.4g}i -> ± {2 * slow:.4g}i" in found
 
 
+def test_eigenvalues_name_the_point_of_each_version():
+    """A pendulum that starts elsewhere: s^2 + d s + cos(angle) = 0 at the start of each version."""
+
+    def started(angle):
+        x, u = (Quantity("angle", "rad", ""), Quantity("rate", "rad/s", "")), Quantity("u", "rad/s^2", "")
+        p, s = Parameter("k", "1/s^2", "", default=1.0), Parameter("start", "rad", "", default=angle)
+        d = Parameter("d", "1/s", "", default=0.5)
+        return System(
+            name="pendulum",
+            states=Group("x", x),
+            inputs=Group("u", (u,)),
+            parameters=Group("p", (p,)),
+            scenario_parameters=Group("s", (s,)),
+            rhs=(x[1].symbol, u.symbol - p.symbol * sp.sin(x[0].symbol)),
+            initial=(s.symbol, 0),
+            controllers=(Controller("damp", "", Group("c", (d,)), (-d.symbol * x[1].symbol,)),),
+        )
+
+    found = str(mehvar.diff(started(0.1), started(1.2)))
+    old, new = ((np.cos(angle) - 0.25**2) ** 0.5 for angle in (0.1, 1.2))
+    assert "eigenvalues under damp at angle = 0.1, the rest 0 -> angle = 1.2, the rest 0:" in found
+    assert f"-0.25 ± {old:.4g}i -> -0.25 ± {new:.4g}i" in found
+
+
 def test_parts_that_come_and_go():
     older, newer = craft_of(), craft_of((0, 1, 0), Torquer("turn"))
     assert older.changes(newer) == ("turn: added, a Torquer",)
@@ -186,7 +212,7 @@ def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1,
         ({"names": {"wheel1": "w1"}}, ["wheel1: renamed to w1"]),
         ({"names": {"hub": "body"}}, ["hub: renamed to body"]),
         ({"names": {"wheel1": "a", "wheel2": "x", "wheel3": "wx"}, "panel": "m"}, ["wheel2: renamed to x"]),
-        ({"scenario": "slew"}, ["scenario slew  renamed: turn -> slew", "of a metric 0: slew under pd"]),
+        ({"scenario": "slew"}, ["scenario slew  renamed: turn -> slew", "relative difference 0: slew under pd"]),
         ({"law": "pid"}, ["laws: pd -> pid", "law pid  renamed: pd -> pid"]),
         (
             {"order": (0, 4, 3, 1, 2)},
@@ -203,7 +229,7 @@ def test_new_names_and_another_order_change_no_physics(edit, says):
     assert {e.verdict.value for e in found.comparison} <= {"same", "rearranged", "renamed"}, text
     assert all(line in text for line in says), text
     assert "survey: physics the SAME, names or order CHANGED" in text
-    assert "no difference in 1 run" in text
+    assert "all metrics equal in 1 run" in text
     assert "rates equal at 512 random states" in text
     assert "{" not in text  # as in templates of messages
     assert "order:" not in text.replace("order of parts", "")
@@ -246,15 +272,15 @@ def test_equal_numbers_of_other_types_are_no_change():
 def test_a_run_at_rest_is_said_to_show_nothing():
     text = str(mehvar.diff(three(start=0.0), three(start=0.0, names={"wheel1": "w1"})))
     assert "no state moves, so that the run shows nothing: turn under pd" in text
-    assert "no difference" not in text
+    assert "metrics equal" not in text
 
 
 def test_rounding_of_a_state_is_no_metric():
     state, options = Quantity("w", "rad/s", "a rate"), {"atol": 1e-11}
     for noise in (2e-12, 0.0):
-        manifest = SimpleNamespace(metrics={}, states=(state,))
+        manifest = SimpleNamespace(states=(state,))
         run = SimpleNamespace(manifest=manifest, x=np.array([[noise], [-noise]]), options=options)
-        assert _metrics(run, {"w": "v"}) == {"largest |v|": (0.0, "rad/s"), "last v": (0.0, "rad/s")}
+        assert _extremes(run, {"w": "v"}) == {"largest |v|": (0.0, "rad/s"), "last v": (0.0, "rad/s")}
 
 
 def test_that_no_run_is_compared_is_said():

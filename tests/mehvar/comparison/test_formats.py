@@ -196,13 +196,13 @@ def test_a_page_begins_with_what_changed_and_has_no_section_without_content():
 
 
 def test_a_change_without_effect_is_told_with_its_reason():
-    """A factor of the changed term is zero in every run: no difference, and why."""
+    """A factor of the changed term is zero in every run: equal metrics, and why."""
     runs = Runs(same=(("pd", "calm"), ("pd", "swing")), largest=2.5e-9, zero=("m", "v"))
     model = compare_documents(*map(document, EDITS["sign"]))
     model = dataclasses.replace(model, consequences=Consequences(runs=runs))
     for told in (str(model), html_page(Diff("old", "new", (model,))), markdown(Diff("old", "new", (model,)))):
         text = plain(told)
-        assert "no difference in 2 runs, largest relative difference of a metric 2.5×10⁻⁹: calm, swing under pd" in text
+        assert "all metrics equal in 2 runs, largest relative difference 2.5×10⁻⁹: calm, swing under pd" in text
         assert "the changed terms have m = 0 in all of these runs" in text
 
 
