@@ -46,6 +46,7 @@ EXEMPT = {
     "Quantity.description": "words",
     "Output.description": "words",
     "Parameter.description": "words",
+    "Parameter.readers": "follow from the equations",
     "Parameter.source": "compared with the symbols",
     "Choice.description": "words",
     "Controller.title": "words",

@@ -157,6 +157,14 @@ def test_the_first_scenario_is_told_from_the_others():
     assert [(c.name, c.what, c.new) for c in compare(*pair).parameters] == [("scenarios", "order", "wild, calm")]
 
 
+def test_other_names_or_another_order_of_laws_are_no_change_of_their_parameters():
+    """A parameter names its readers law by law, such as a_loop; they follow from the equations."""
+    parameter = next(iter(manifest().parameters))
+    sides = (replace(manifest(), parameters=(replace(parameter, readers=(f"{law}_loop",)),)) for law in "ab")
+    pair = (replace(document("f: x*m"), manifest=side) for side in sides)
+    assert compare(*pair).parameters == ()
+
+
 def test_every_exemption_is_of_a_field_and_has_a_reason():
     known = {f"{kind.__name__}.{f.name}" for kind in KINDS for f in fields(kind)}
     assert EXEMPT.keys() <= known
