@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, replace
 from typing import Any
 
@@ -108,6 +108,8 @@ def _with_units(changes: Iterable[ParameterChange], sides: Iterable[Document]) -
     own = {(symbol.role, symbol.name): symbol.unit for symbol in symbols}
     for change in changes:
         known = _TIMES if change.role.startswith("scenario ") and change.name in _TIMES else units
+        if change.role == "delay":  # of an input, as the name of a parameter
+            known = {}
         unit = own.get((change.role, change.name), known.get(change.name, "1"))
         yield replace(change, unit=unit) if change.what in ("value", "bounds") and unit != "1" else change
 
@@ -120,17 +122,17 @@ def _by_array(changes: Iterable[ParameterChange], sides: Iterable[Document]) -> 
         whole = arrays.get((change.role, change.name), "")
         groups.setdefault((change.role, whole or change.name, change.what), []).append(change)
     for (_, name, _), members in groups.items():
-        sides_of = ([(c.name, c.old) for c in members], [(c.name, c.new) for c in members])
-        one = members[0]
-        yield (
-            replace(one, name=name, old=_together(sides_of[0]), new=_together(sides_of[1])) if len(members) > 1 else one
-        )
+        one = replace(members[0], name=name, old=_together(members, "old"), new=_together(members, "new"))
+        yield one if len(members) > 1 else members[0]
 
 
-def _together(values: list[tuple[str, str]]) -> str:
-    """Return the values of elements, with names unless all are equal."""
-    texts = {text for _, text in values}
-    return ", ".join(f"{name} = {text}" for name, text in values) if len(texts) > 1 else texts.pop()
+def _together(members: Sequence[ParameterChange], side: str) -> str:
+    """Return the values of elements on one side, with names unless all are equal or are names themselves."""
+    texts = [getattr(change, side) for change in members]
+    if len({*texts}) == 1:
+        return str(texts[0])
+    named = members[0].what == "renamed"
+    return ", ".join(text if named else f"{change.name} = {text}" for change, text in zip(members, texts, strict=True))
 
 
 def _symbol_changes(old: Document, new: Document, renaming: Renaming) -> Iterator[ParameterChange]:
@@ -184,17 +186,27 @@ def _value_changes(old: Manifest | None, new: Manifest | None) -> Iterator[Param
         for side in (before, after):  # one change for the whole entry, not one for each of its fields
             for other in [other for other in side if other[0].endswith(f" {place[1]}")]:
                 del side[other]
+    yield from _sided(after, before, "added")
+    yield from _sided(before, after, "removed")
     for (role, name, what), value in after.items():
-        origin = before.pop((role, name, what), None)
-        if origin is None:
-            yield ParameterChange(name, role, "added", "", value)
-        elif origin != value:
+        origin = before.get((role, name, what), value)
+        if origin != value:
             yield ParameterChange(name, role, what, origin, value)
-    for (role, name, _), value in before.items():
-        yield ParameterChange(name, role, "removed", value, "")
     orders = list(_order_changes(dict(_orders(old)), dict(_orders(new))))
     parts = any(change.name == PARTS for change in orders)
     yield from (change for change in orders if change.name == PARTS or not (parts and change.only_names))
+
+
+def _sided(side: Mapping[Place, str], other: Mapping[Place, str], what: str) -> Iterator[ParameterChange]:
+    """Yield what only one side has: one change for a record, with its values and the names of its fields."""
+    records: dict[tuple[str, str], list[str]] = {}
+    for (role, name, field), value in side.items():
+        if (role, name, field) not in other:
+            texts = records.setdefault((role, name), [])
+            texts += [value if field in ("entry", "value", value) else f"{field} = {value}"] * bool(value)
+    for (role, name), texts in records.items():
+        text = ", ".join(texts)
+        yield ParameterChange(name, role, what, *(("", text) if what == "added" else (text, "")))
 
 
 def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:

@@ -114,6 +114,18 @@ def test_a_term_added_for_every_member_is_one_story():
     assert all(equation.edits[0].kind is Kind.TERM_ADDED for equation in comparison.sources)
 
 
+def test_a_renamed_array_is_told_by_its_elements():
+    """Each element keeps its description; the whole array's name stands first."""
+
+    def row(array):
+        words = ("the first", "the second")
+        declared = {f"{array}_{k}": {"description": text, "array": array} for k, text in enumerate(words, 1)}
+        return document(f"f: {array}_1*x + {array}_2", **declared)
+
+    (change,) = compare(row("old"), row("new")).parameters
+    assert (change.name, change.old, change.new) == ("new", "old_1, old_2", "new_1, new_2")
+
+
 def test_a_symbol_that_is_renamed_is_a_change_of_names_only():
     gone, come = {"description": "stiffness", "latex": "k"}, {"description": "stiffness", "latex": "k"}
     old = document("f: spring*x", spring={"role": "parameter", **gone})

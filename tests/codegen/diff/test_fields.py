@@ -165,6 +165,22 @@ def test_other_names_or_another_order_of_laws_are_no_change_of_their_parameters(
     assert compare(*pair).parameters == ()
 
 
+def test_a_new_event_is_one_change_with_the_names_of_its_fields():
+    pair = (replace(document("f: x*m"), manifest=replace(manifest(), events=rows)) for rows in ((), (EVENT,)))
+    (change,) = compare(*pair).parameters
+    assert (change.name, change.what) == (EVENT.name, "added")
+    assert f"direction = {EVENT.direction}" in change.new
+    assert EVENT.name not in change.new
+
+
+def test_a_delay_has_no_unit_of_its_input():
+    plain = document("f: x*m")
+    plain = replace(plain, symbols=tuple(replace(symbol, unit="m") for symbol in plain.symbols))
+    pair = (replace(plain, manifest=replace(manifest(), delays={"x": name})) for name in "ab")
+    (change,) = compare(*pair).parameters
+    assert (change.role, change.old, change.new, change.unit) == ("delay", "a", "b", "")
+
+
 def test_every_exemption_is_of_a_field_and_has_a_reason():
     known = {f"{kind.__name__}.{f.name}" for kind in KINDS for f in fields(kind)}
     assert EXEMPT.keys() <= known
