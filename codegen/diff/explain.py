@@ -8,6 +8,7 @@ from collections import ChainMap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import chain
 
 from ..equal.equality import VISIBLE, Worlds, shown, simplified
@@ -113,17 +114,33 @@ class Explainer:
         return Edit(
             change.kind,
             tuple(dict.fromkeys(self._text.text(node) for node in self._way(old, change))),
-            self._part(change.old, (change.path,) if change.old is not None else ()),
+            self._part(change.old, (change.path,) if change.old is not None else (), change.new),
             self._part(change.new, () if new is None else tuple(self._places(new, change.new))),
             self.words(change.says),
         )
 
     def words(self, says: str) -> str:
         """Return a text with each {number} replaced by that node's text."""
-        return re.sub(r"\{(\d+)\}", lambda match: self._text.text(int(match[1])), says)
+        text = self._text.text
+        says = re.sub(r"\{(\d+)\}(?= became \{(\d+)\})", lambda pair: self._apart(*map(int, pair.groups())), says)
+        return re.sub(r"\{(\d+)\}", lambda match: text(int(match[1])), says)
 
-    def _part(self, node: int | None, places: tuple[Path, ...]) -> Part | None:
-        return None if node is None else Part(self._text.text(node), self._latex.text(node), places)
+    def _apart(self, old: int, new: int | None) -> str:
+        """Return the text of an old part, which names definitions anew if the text of the new part is the same."""
+        text = self._text.text(old)
+        if new is None or text != self._text.text(new):
+            return text
+        return re.sub(r"\w+", lambda word: self._anew.get(word[0], word[0]), text)
+
+    @cached_property
+    def _anew(self) -> dict[str, str]:
+        """New names of definitions by old ones."""
+        partner = self.versions.partner
+        pairs = ((partner[item.key].name, item.name) for item in self.versions.news if item.key in partner)
+        return {old: new for old, new in pairs if old != new}
+
+    def _part(self, node: int | None, places: tuple[Path, ...], new: int | None = None) -> Part | None:
+        return None if node is None else Part(self._apart(node, new), self._latex.text(node), places)
 
     def _way(self, root: int, change: Change) -> Iterator[int]:
         """Yield the terms around the edited part, from outside to inside, then the part itself."""

@@ -178,11 +178,8 @@ class Versions:
                 self.partner[item.key] = left.pop(best.key)
 
     def _may_be_renamed(self, old: Item, new: Item, left: Mapping[Key, Item]) -> bool:
-        """Return True if the other side lacks a name, or if two rows exchanged positions."""
-        back, there = self._new_keys.get(old.key), left.get(new.key)
-        if back is None or there is None:
-            return True
-        return bool(self._value(True, back) == self._value(False, there))
+        """Return True if one side lacks a name: two rows that exchanged their values have both changed."""
+        return old.key not in self._new_keys or new.key not in left
 
     def _match_local(self, left: dict[Key, Item]) -> None:
         """Match rows with different names and values whose texts are equal once their children are matched."""

@@ -114,6 +114,23 @@ def test_a_term_added_for_every_member_is_one_story():
     assert all(equation.edits[0].kind is Kind.TERM_ADDED for equation in comparison.sources)
 
 
+def test_definitions_that_exchange_their_values_have_changed_both():
+    """Each keeps its name, so that a user of one has another value without an edit of its own."""
+    comparison = compare(document("p = x\nq = y\nf: p*z\ng: q*z"), document("p = y\nq = x\nf: p*z\ng: q*z"))
+    assert {e.name: e.verdict.value for e in comparison} == {
+        "p": "changed", "q": "changed", "f": "inherited", "g": "inherited",
+    }  # fmt: skip
+
+
+def test_a_new_definition_with_the_former_name_of_another_is_told_apart():
+    """The old p is now q; an edit in old and new names would read p became p."""
+    comparison = compare(document("p = x\nf: p*z"), document("p = y\nq = x\nf: p*z\ng: q"))
+    (edit,) = comparison["f"].edits
+    assert comparison["q"].verdict is EquationVerdict.RENAMED
+    assert edit.says == "q z became p z"
+    assert (edit.old.text, edit.new.text) == ("q z", "p z")
+
+
 def test_a_renamed_array_is_told_by_its_elements():
     """Each element keeps its description; the whole array's name stands first."""
 
