@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from mehvar.codegen.generate import prepared
 from mehvar.models import parts as of
 from mehvar.models.parts.values import Kind, kinds
 from mehvar.models.quantities import ModelError
-
-from .balances import Balances
+from mehvar.physics.balances import Balances
 
 ROUNDING = 1e-12
 """Difference of two solutions of the same equations over the largest acceleration. The condition of the random crafts'
@@ -132,4 +130,4 @@ def balances(parts: list[of.Part], motion: str, around: of.Orbit | None) -> Bala
     whole = of.Spacecraft("craft", motion=motion, orbit=around)
     for each in parts:
         whole.add(each)
-    return Balances(prepared(whole.system()))
+    return Balances(whole.system())

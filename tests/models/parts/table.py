@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
-from mehvar.models.parts import (
+from collections.abc import Sequence
+
+from mehvar.models.check import check
+from mehvar.parts import (
     Bob,
     Chain,
     ControlMomentGyro,
@@ -19,6 +22,7 @@ from mehvar.models.parts import (
     PointMass,
     Rod,
     Slider,
+    Spacecraft,
     SprungMass,
     Tank,
     Tether,
@@ -26,6 +30,7 @@ from mehvar.models.parts import (
     UnbalancedWheel,
     Wheel,
 )
+from mehvar.physics.balances import Balances
 
 FULL = ((10.0, 0.1, 0.2), (0.1, 12.0, 0.3), (0.2, 0.3, 15.0))
 SMALL = ((1.0, 0.1, 0.2), (0.1, 1.5, 0.05), (0.2, 0.05, 2.0))
@@ -89,3 +94,19 @@ PARTS: dict[str, Part] = {
 LOSSY = ("wheel", "unbalanced wheel", "gyro of variable speed", "modes", "bob", "stout bob", "pendulum by one angle",
          "pendulum by two angles", "sprung mass", "hinge", "slider", "ball joint", "chain", "rod")  # fmt: skip
 """Parts with dampers."""
+
+
+def craft_of(parts: Sequence[Part], **options: str) -> Spacecraft:
+    """Assemble a craft."""
+    craft = Spacecraft("craft", **options)
+    for part in parts:
+        craft.add(part)
+    return craft
+
+
+def assembled(parts: Sequence[Part], checked: bool = True, **options: str) -> Balances:
+    """Assemble a craft, check its system unless its parts are in another craft, and return its functions."""
+    system = craft_of(parts, **options).system()
+    if checked:
+        check(system)
+    return Balances(system)
