@@ -29,4 +29,5 @@ def test_weights_of_one_leave_a_craft():
     subject = Machine(system, ranges_of(system), [term.weight for term in terms])
     at, plain = points(subject, 4), bare()
     for x, u, rates in zip(at.values["x"], at.values["u"], at.call("rhs"), strict=True):
-        np.testing.assert_allclose(rates, plain.rhs(x, u), rtol=1e-13, atol=1e-14)
+        given = (dict(zip(names, values, strict=True)) for names, values in ((plain.x_names, x), (plain.u_names, u)))
+        np.testing.assert_allclose(rates, list(plain.rates(*given).values()), rtol=1e-13, atol=1e-14)
