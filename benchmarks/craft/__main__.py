@@ -167,9 +167,10 @@ _ERRORS = f"""Beside mehvar at 1e-13, of {CHECKED} runs, in the entries of attit
 directions, and wheel speeds over 100 rad/s.""".splitlines()
 _RUNS = f"""Processor time on one core, medians of {REPEATS} turns in one process, interpolated to an equal median
 error over the settings below; each tool's fastest counts. `inf`: no setting reaches the error. Ratios are to mehvar's
-single runs and to its batch of {RUNS} runs. Times of a thousand runs of the others are of {CHECKED}, scaled up. Basilisk
-assembles each simulation anew, Drake keeps its simulator. Basilisk and Drake need no compiler: of fewer runs than in
-the last column they are done before mehvar, if nothing is kept from earlier starts; deriving and compiling takes""".splitlines()
+single runs and to its batch of {RUNS} runs. Times of a thousand runs of the others are of {CHECKED}, scaled up.
+Basilisk assembles each simulation anew, Drake keeps its simulator. Basilisk and Drake need no compiler: of fewer runs
+than in the last column they are done before mehvar, if nothing is kept from earlier starts.
+Deriving and compiling takes""".splitlines()
 _SLOPES = """A run's time over its evaluations includes the integrator, in Basilisk also the modules and messages of a
 step, in mehvar's single runs some milliseconds of Python. A call from Python includes the binding. Basilisk's
 `equationsOfMotion` takes about as long as mehvar's call; most of its run is outside its equations.""".splitlines()
