@@ -12,6 +12,7 @@ from mehvar.base.errors import InputError
 from mehvar.base.manifest import Controller
 from mehvar.base.names import identifier
 from mehvar.runtime.model.functions import FloatArray
+from mehvar.runtime.model.linear import modes
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import vector
 
@@ -26,9 +27,6 @@ _FAR = 10.0
 vanishes."""
 _ROUNDING = 1e-9
 """Bound relative to a state, below which values print as zero."""
-_EIGENVALUE_ROUNDING = 1e-5
-"""Tolerance relative to the largest eigenvalue: a triple eigenvalue has an error of 6e-6, the cube root of the
-machine's precision."""
 
 
 @dataclass(frozen=True)
@@ -92,16 +90,23 @@ def named(names: Iterable[str], x: FloatArray) -> tuple[tuple[str, float], ...]:
 
 
 def moved(old: FloatArray, new: FloatArray) -> Pairs:
-    """Return the differing eigenvalues of two matrices in pairs, one for each conjugate pair."""
+    """Return the eigenvalues of two matrices that differ beyond their errors, in pairs, one for each conjugate pair.
+
+    An eigenvalue below its error is zero.
+    """
     from scipy.optimize import linear_sum_assignment  # half a second that an unchanged model need not wait
 
     if not (np.all(np.isfinite(old)) and np.all(np.isfinite(new))):
         return ()
-    first, second = np.linalg.eigvals(old), np.linalg.eigvals(new)
+    (first, first_errors), (second, second_errors) = modes(old), modes(new)
     distance = np.abs(first[:, None] - second[None, :])
+    least = first_errors[:, None] + second_errors[None, :]
+    first, second = (
+        np.where(np.abs(first) > first_errors, first, 0),
+        np.where(np.abs(second) > second_errors, second, 0),
+    )
     matched = zip(*linear_sum_assignment(distance), strict=True)
-    least = _EIGENVALUE_ROUNDING * max(float(np.max(np.abs(first))), float(np.max(np.abs(second))))
-    pairs = [(complex(first[i]), complex(second[j])) for i, j in matched if distance[i, j] > least]
+    pairs = [(complex(first[i]), complex(second[j])) for i, j in matched if distance[i, j] > least[i, j]]
     return tuple(pair for pair in pairs if max(value.imag for value in pair) >= 0)
 
 

@@ -20,13 +20,11 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.names import identifier
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.model.functions import FloatArray
-from mehvar.runtime.model.linear import COUNTER, ClosedLoop, LinearSystem
+from mehvar.runtime.model.linear import COUNTER, ClosedLoop, LinearSystem, modes
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
-_ENTRIES = 1e-13
-"""Relative error of the matrices: some hundred roundings. It decides which eigenvalues may be those of integrators."""
 _LIMIT = 0.01
 """Largest relative change of a response that has a limit, from 1/1000 to 1/10 000 of the slowest natural frequency: by
 a first-order lag it is 0.001, by an integrator that acts on the output 10. Other integrators cancel."""
@@ -198,23 +196,9 @@ def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
     return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
 
 
-def _modes(matrix: NDArray[Any]) -> tuple[NDArray[Any], FloatArray]:
-    """Return the eigenvalues and their errors to first order: that of the matrix times the condition of each.
-
-    Source: Golub, Van Loan: Matrix Computations, 4th ed., section 7.2.2.
-    """
-    from scipy.linalg import eig, matrix_balance  # takes a tenth of a second, which an unchanged model does not need
-
-    balanced, _ = matrix_balance(matrix)
-    eigenvalues, left, right = eig(balanced, left=True, right=True)
-    with np.errstate(divide="ignore"):
-        conditions = 1 / np.abs(np.sum(left.conj() * right, axis=0))
-    return eigenvalues, _ENTRIES * np.linalg.norm(balanced) * conditions
-
-
 def _is_unstable(matrix: NDArray[Any], period: FloatArray | float | None) -> bool:
     """Return True if a mode grows; the eigenvalues of integrators are on the limit up to their errors."""
-    eigenvalues, errors = _modes(matrix)
+    eigenvalues, errors = modes(matrix)
     growth = eigenvalues.real if period is None else np.abs(eigenvalues) - 1
     return bool(np.any(growth > errors))
 
@@ -318,7 +302,7 @@ class _Loop(_Response):
 
 def _natural(matrix: FloatArray, period: float | None) -> FloatArray:
     """Return the natural frequencies of modes, without those of integrators."""
-    eigenvalues, errors = _modes(matrix)
+    eigenvalues, errors = modes(matrix)
     kept = eigenvalues[np.abs(eigenvalues - (0 if period is None else 1)) > errors]
     with np.errstate(divide="ignore"):
         sizes: FloatArray = np.abs(kept if period is None else np.log(kept) / period)
@@ -371,8 +355,8 @@ class _Sweep(_Response):
         except InputError:  # of a loop with delays, or of a model without derivatives
             return grid
         opened = cut.A + cut.B @ cut.C - np.outer(cut.B[:, self._number], cut.C[self._number])
-        modes = _natural(opened, self._period)
-        return np.unique(np.concatenate([grid, modes[(modes > grid[0]) & (modes < self._highest)]]))
+        natural = _natural(opened, self._period)
+        return np.unique(np.concatenate([grid, natural[(natural > grid[0]) & (natural < self._highest)]]))
 
     def _given(self, frequencies: Sequence[float]) -> FloatArray:
         try:

@@ -57,9 +57,10 @@ class Machine:
 
     def __call__(self, name: str, *arguments: Array) -> Array:
         """Evaluate at n points: arguments and result have shape (n, size)."""
-        return np.asarray(self._graph(name)(*(ca.DM(a.T) for a in arguments), ca.DM(self.weights))).T
+        return np.asarray(self.graph(name)(*(ca.DM(a.T) for a in arguments), ca.DM(self.weights))).T
 
-    def _graph(self, name: str) -> ca.Function:
+    def graph(self, name: str) -> ca.Function:
+        """Return a function as a graph, whose last argument are the weights."""
         if name not in self._graphs:
             self._graphs[name] = self._lowered(self.requests[name])
         return self._graphs[name]

@@ -54,6 +54,7 @@ def still_picture(shapes: Sequence[Shape], parts: Sequence[str], title: str) -> 
     ax.auto_scale_xyz(*np.concatenate(places).T)
     ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]", title=title)
     ax.set_box_aspect([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim()), np.ptp(ax.get_zlim())], zoom=1.15)
+    ax.locator_params(nbins=5)  # more numbers overlap on the axis that runs away from the reader
     ax.view_init(**_VIEW)
     if missing:
         ax.text2D(0.0, 0.0, f"without a shape: {', '.join(missing)}", transform=ax.transAxes, color=GREY)

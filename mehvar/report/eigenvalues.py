@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mehvar.runtime.model.linear import modes
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -25,9 +27,6 @@ _SAME = 0.01
 """Allowed relative change of an eigenvalue when the state changes within the run's tolerance. Smooth loops change by
 1e-8; at a kink of a law eigenvalues are undefined. Half or twice changes no row.
 """
-_ROUNDING = 1e-5
-"""Tolerance relative to the largest eigenvalue: a triple eigenvalue has an error of 6e-6, the cube root of the
-machine's precision."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ def _spectrum(runs: Runs, scenario: str, law: str) -> LoopSpectrum:
     period = None if system.period is None else float(system.period)
     order = np.argsort(-(upper.real if period is None else np.abs(upper)), kind="stable")
     nearest = upper[order[:SHOWN]]
-    steady = all(_same(nearest, linear(x).eigenvalues) for x in _within_tolerance(run))
+    steady = all(_same(nearest, linear(x).A) for x in _within_tolerance(run))
     return LoopSpectrum(scenario, law, t, period, len(eigenvalues), tuple(nearest.tolist()) if steady else ())
 
 
@@ -90,9 +89,10 @@ def _within_tolerance(run: Run) -> Iterator[FloatArray]:
     yield from (x + step for step in (*off, *-off))
 
 
-def _same(some: ComplexArray, others: ComplexArray) -> bool:
-    """Return True if two sets of eigenvalues agree; False if one contains NaN."""
-    if not (np.isfinite(some).all() and np.isfinite(others).all()):
+def _same(some: ComplexArray, matrix: FloatArray) -> bool:
+    """Return True if a matrix has these eigenvalues; False if one of both contains NaN."""
+    if not (np.isfinite(some).all() and np.isfinite(matrix).all()):
         return False
-    distance = np.abs(some[:, None] - others).min(axis=1)
-    return bool((distance <= _SAME * np.abs(some) + _ROUNDING * np.abs(others).max()).all())
+    others, errors = modes(matrix)
+    distance = np.abs(some[:, None] - others)
+    return bool((distance <= _SAME * np.abs(some)[:, None] + errors).any(axis=1).all())

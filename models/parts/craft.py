@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from numbers import Real
 from typing import TypeVar
@@ -201,13 +201,29 @@ class Spacecraft:
         if whole.mass != 0:
             centre = craft.turn.T * whole.first / whole.mass
             shapes += (Shape(f"{self.name}: centre of mass", "ball", points(centre), "black"),)
-        used = used_definitions(expressions([shape.points for shape in shapes]), derivation.definitions)
-        for symbol, expr in derivation.definitions.items():
-            if symbol in used:
-                numbers[symbol] = expr.xreplace(numbers)
+        values_of = iter(_evaluated([e for shape in shapes for p in shape.points for e in p], derivation, numbers))
         return tuple(
-            replace(s, points=points(*(sp.Matrix(p).xreplace(numbers).evalf() for p in s.points))) for s in shapes
+            replace(s, points=points(*(sp.Matrix([next(values_of) for _ in p]) for p in s.points))) for s in shapes
         )
+
+    def numbers(
+        self, terms: Callable[[Part, Mounted], Sequence[Expr]], given: Iterable[Mapping[str, float]]
+    ) -> list[list[list[float]]]:
+        """Return the numbers of expressions by point and part, without deriving the motion.
+
+        Parameters
+        ----------
+        terms : callable
+            Returns the expressions of a part.
+        given : iterable of mapping
+            For each point, states, inputs and parameters that differ from start and defaults.
+        """
+        derivation = Derivation()
+        mounted = self._all_mounted(derivation)
+        rows = [terms(part, at) for part, at in zip(self.parts, mounted, strict=True)]
+        flat = [entry for row in rows for entry in row]
+        points = (iter(_evaluated(flat, derivation, self._numbers(values))) for values in given)
+        return [[[float(next(results)) for _ in row] for row in rows] for results in points]
 
     def _numbers(self, values: Mapping[str, float]) -> dict[sp.Symbol, Expr]:
         """Return given values, starts of states, defaults of parameters, and zero for inputs."""
@@ -386,6 +402,15 @@ class Spacecraft:
         for part in self.parts:
             placed |= part.projection()
         return tuple(placed.get(s.quantity.symbol, s.quantity.symbol) for s in states) if placed else ()
+
+
+def _evaluated(exprs: Sequence[Expr], derivation: Derivation, numbers: Mapping[sp.Symbol, Expr]) -> list[Expr]:
+    """Return the values of expressions, by way of the steps that they use."""
+    known, used = dict(numbers), used_definitions(exprs, derivation.definitions)
+    for symbol, expr in derivation.definitions.items():
+        if symbol in used:
+            known[symbol] = expr.xreplace(known)
+    return [sp.sympify(expr).xreplace(known).evalf() for expr in exprs]
 
 
 def _text(value: object) -> str:

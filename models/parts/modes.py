@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -14,8 +13,8 @@ import sympy as sp
 from ..derivation import Expr
 from ..quantities import ModelError, Quantity
 from ..system import Condition
-from .hub import Hub
-from .part import Aggregates, Coordinate, Mounted, Part
+from .hub import Hub, PointMass
+from .part import Aggregates, Coordinate, Moments, Mounted, Part
 from .values import Complete, Number, Parameters, Vector, conditions, kinds, scalar, vector
 
 
@@ -78,10 +77,11 @@ class Modes(Part):
         flexible = [(part.name, its.values.modes) for part, its in at.craft.parts if isinstance(part, Modes)]
         if flexible[0][0] != self.name:
             return
-        hubs = [(part.aggregates(its), part.name) for part, its in at.craft.parts if isinstance(part, Hub)]
-        for (hub, name), what in itertools.product(hubs, ("linear", "angular")):
+        fixed = [(part.aggregates(its), part.name) for part, its in at.craft.parts if isinstance(part, Hub | PointMass)]
+        rigid, name = Moments.whole(of for of, _ in fixed), ", ".join(name for _, name in fixed)
+        for what in ("linear", "angular") if fixed else ():
             columns = [getattr(mode, what) for _, modes in flexible for mode in modes]
-            whole = hub.mass * sp.eye(3) if what == "linear" else hub.inertia
+            whole = rigid.mass * sp.eye(3) if what == "linear" else rigid.inertia
             parts = ", ".join(part for part, _ in flexible)
             rest = whole - sum((v * v.T for v in columns), sp.zeros(3))
             message = f"{what} participations of {parts} exceed {name}, which includes the modes"

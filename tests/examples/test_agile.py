@@ -82,10 +82,10 @@ def test_it_is_short():
 
 def test_it_escapes_from_the_singularity_like_the_equations_by_hand(folder):
     """Rates of both integrations err by about 1e-12 rad/s; ten times that."""
-    run = mehvar.simulate(folder, "steer", t_end=3.0, **TIGHT)
-    states = check(run, 3.0, 1e-11)
+    run = mehvar.simulate(folder, "steer", t_end=2.75, **TIGHT)
+    states = check(run, 2.75, 1e-11)
     stuck, escaped = run.sel(t=1.5, method="nearest"), run.isel(t=-1)
-    assert float(run.measure.min()) < 0.02 < 1.0 < float(escaped.measure)
+    assert float(run.measure.min()) < 0.02 < 0.5 < float(escaped.measure)
     turns = [float(stuck[f"gyro{i}_gimbal"]) for i in (1, 2, 3, 4)]
     np.testing.assert_allclose(turns, [np.pi / 2, 0, -np.pi / 2, 0], atol=0.1)
     assert float(stuck.wx) == pytest.approx(1.2 * 1000 / 21400, rel=0.01)  # 2 cos(53.13 degrees) momenta of a gyro
@@ -105,7 +105,7 @@ def torque(model, x):
 
 def test_the_momentum_stays(folder):
     model = mehvar.load(folder)
-    run = mehvar.simulate(folder, "steer", t_end=3.0, **TIGHT)
+    run = mehvar.simulate(folder, "steer", t_end=2.75, **TIGHT)
     x = np.stack([run[name].values for name in model.state_names], axis=1)
     momentum = model.functions["momentum"](x, model.parameters())
     assert np.abs(momentum[:, 3:]).max() < 1e-8  # N m s, beside 1000 in each gyro

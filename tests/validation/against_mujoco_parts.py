@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mehvar.models.parts import Chain, ExternalForce, Hinge, Hub, Link, Part, Slider, Torquer
-from tests.models.parts.balances import assembled
+from tests.models.parts.table import assembled
 from tests.models.parts.worlds import accelerations, engine
 from tests.validation.table import record
 

@@ -16,6 +16,7 @@ from ...derivation import Expr
 from ...quantities import ModelError, Quantity
 from ..frame import point_inertia
 from ..hub import Pulsed
+from ..mechanisms.tethers import Rod
 from ..part import Load, Mounted, Part
 from ..values import Number, Vector, direction, place, scalar, vector
 from .orbit import sky
@@ -23,7 +24,7 @@ from .orbit import sky
 
 @dataclass(frozen=True)
 class GravityGradient(Part):
-    """Torque and force of the gravity gradient on the whole craft as a rigid body.
+    """Torque and force of the gravity gradient on the whole craft as a rigid body, without bodies on rods or tethers.
 
     With J the inertia about the centre of mass, n the direction from the Earth and k = mu/r^3 the torque is
     3 k n x J n, and the force 3 k/(2 r) ((5 n.J n - tr J) n - 2 J n): both follow from the potential k (3 n.J n - tr
@@ -41,6 +42,11 @@ class GravityGradient(Part):
         return isinstance(other, GravityGradient)
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
+        if beside := [part.name for part, _ in at.craft.parts if isinstance(part, Rod)]:
+            raise ModelError(
+                f"{at.name}: the GravityGradient acts on one rigid body, but {', '.join(beside)} moves beside the hub: "
+                "leave one of both out"
+            )
         here, whole = sky(at), at.craft.whole()
         mass = at.define("m", whole.mass, "mass", "kg")
         centre = at.vector("c", whole.first / mass, "centre of mass", "m")

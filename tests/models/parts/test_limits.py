@@ -10,8 +10,7 @@ from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.check import check
 from mehvar.models.parts import Engine, Gyro, Hub, Spacecraft, Tank, Thruster, Torquer, Wheel
 
-from .balances import assembled
-from .table import FUEL, PARTS
+from .table import FUEL, PARTS, assembled
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,7 @@ import pytest
 
 from mehvar.models.parts import Bob, Chain, ExternalForce, Hinge, Hub, Slider, Torquer
 
-from .balances import assembled
-from .table import FULL, JOINT, LINKS, PARTS, SMALL
+from .table import FULL, JOINT, LINKS, PARTS, SMALL, assembled
 from .worlds import accelerations, engine
 
 HUB = Hub("hub", mass=30.0, inertia=FULL, centre=(0.01, 0.02, 0.1))

@@ -21,7 +21,8 @@ def steer(law, inertia, angles):
     measure = law.define("det", square.det())
     law.report(Output(Quantity("measure", "1", "singularity measure"), sp.sqrt(measure)))
     e1, e2, e3 = (sp.sin(pace * TIME.symbol + n * sp.pi / 2) / 100 for n in range(3))
-    robust = square + sp.exp(-10 * measure) / 100 * sp.Matrix([[1, e3, e2], [e3, 1, e1], [e2, e1, 1]])
+    dither = sp.Matrix([[1, e3, e2], [e3, 1, e1], [e2, e1, 1]])
+    robust = law.define("P", square + sp.exp(-10 * measure) / 100 * dither)
     wanted = [inertia[i] / h * (sp.Max(-c * fast, sp.Min(c * fast, 2 * k * q[i])) + c * w[i]) for i in range(3)]
     change = law.define("change", sp.Matrix(wanted) - w.cross(momentum), "1/s")
     rates = law.define("rate", effect.T * robust.adjugate() * change / robust.det(), "rad/s")

@@ -1,4 +1,6 @@
 """A dual-spin craft: a despun platform, a rotor whose momentum holds it, and a ball in a tube that damps nutation."""
+# Likins: Attitude stability criteria for dual spin spacecraft. J. Spacecraft Rockets 4(12), 1967. Numbers are invented:
+# despun, the platform nutates at h/sqrt(Jx Jy) = 1.46 rad/s, and the ball swings at 1.26 rad/s.
 
 from mehvar.base.manifest import Metric, Scenario
 from mehvar.parts import Hub, Slider, Spacecraft, Value, Wheel

@@ -1,6 +1,6 @@
 """A flexible satellite: a pyramid of wheels turns it while its engine burns, panels bend and the fuel sloshes."""
-# Inertia and modes: Di Gennaro, IEEE Trans. Aerosp. Electron. Syst. 39(3), 2003. Under the acceleration a, half a sphere
-# of fuel of radius R = 0.4 m swings at sqrt(1.56 a/R): McIver, J. Fluid Mech. 201, 1989. The rest is invented.
+# Inertia and modes: Di Gennaro, IEEE Trans. Aerosp. Electron. Syst. 39(3), 2003. Fuel in a half full sphere of radius
+# R = 0.4 m swings at sqrt(1.56 a/R) under an acceleration a: McIver, J. Fluid Mech. 201, 1989. The rest is invented.
 
 from mehvar import Scenario
 from mehvar.parts import Bob, Hub, Mode, Modes, Spacecraft, Thruster, Wheel

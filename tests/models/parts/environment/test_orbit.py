@@ -25,6 +25,7 @@ from mehvar.models.parts import (
     SunGravity,
     SunPressure,
     SunSensor,
+    Tether,
     ThirdBody,
     Value,
 )
@@ -386,6 +387,10 @@ def test_libration_in_pitch():
         (lambda: Spacecraft("craft", orbit="two-body"), "orbit = 'two-body': must be an Orbit"),
         (lambda: Spacecraft("craft", orbit=Orbit(), motion="plane"), "must be an Orbit, of a craft with motion"),
         (lambda: lonely(GravityGradient()), r"gradient needs an orbit: write Spacecraft\(..., orbit=Orbit\(\)\)"),
+        (
+            lambda: tidal(),
+            "gradient: the GravityGradient acts on one rigid body, but far moves beside the hub: leave one of both",
+        ),
         (lambda: lonely(Orbit()), "an orbit cannot be added as a part"),
     ],
 )
@@ -399,6 +404,14 @@ def built(orbit):
     craft.add(HUB)
     craft.add(Drag("ball", area=2.0))
     craft.add(SunPressure("sail", area=2.0))
+    return craft.system()
+
+
+def tidal():
+    line = {"length": 1e4, "stiffness": 0.5, "start": (1e4, 0.0, 0.0)}
+    craft = Spacecraft("craft", orbit=Orbit())
+    for part in (HUB, GravityGradient(), Tether("far", mass=26.0, inertia=(1.0, 1.0, 1.0), **line)):
+        craft.add(part)
     return craft.system()
 
 

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Laws of mechanics that every craft must fulfil, whatever its parts; a wrong aggregate breaks one of them."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import sympy as sp
+
+from mehvar.models.check import check
+from mehvar.models.derivation import Expr
+from mehvar.models.mechanics import cross_matrix
+from mehvar.models.parts import Mounted, Part, Spacecraft, point_inertia
+from mehvar.physics.balances import Balances, apart
+from mehvar.physics.machine import Array
+
+_POINTS = 4
+"""Number of random states; a wrong term of any size breaks a law at each of them but by chance."""
+_BOOST = np.array([3.0, -2.0, 5.0])
+"""A constant velocity, m/s: about that of the random states."""
+
+
+def gates(craft: Spacecraft) -> dict[str, float]:
+    """Return the largest error of each law at random states, relative to the size of its terms.
+
+    Raises
+    ------
+    ModelError
+        If the craft cannot be built.
+    """
+    system, rng = craft.system(), np.random.default_rng(0)
+    check(system)
+    reverse = copy.copy(craft)
+    reverse.parts = craft.parts[::-1]
+    balances, other = Balances(system), Balances(reverse.system())
+    points = [balances.sample(rng) for _ in range(_POINTS)]
+    errors = [error for x, u in points for error in _of_craft(craft, balances, other, x, u)]
+    for terms in craft.numbers(_terms, [{q.name: x[q.name] for q in system.states} for x, _ in points]):
+        errors += _of_parts([part.name for part in craft.parts], [np.array(values) for values in terms])
+    result: dict[str, float] = {}
+    for law, error in errors:
+        result[law] = max(error, result.get(law, 0.0))
+    return result
+
+
+def _of_craft(
+    craft: Spacecraft, balances: Balances, other: Balances, x: Mapping[str, float], u: Mapping[str, float]
+) -> Iterator[tuple[str, float]]:
+    rates = balances.rates(x, u)
+    if balances.complete:
+        energy, momentum = balances.errors(x, u)
+        yield "energy changes by the power of loads, motors and dampers", energy
+        yield "momentum changes by the loads", momentum
+    yield "the order of parts has no effect", apart(other.rates(x, u), rates)
+    if len(craft.velocity) == 3:
+        shift = np.cross([x[f"w{axis}"] for axis in "xyz"], _BOOST)
+        faster = balances.rates({**x, **{f"v{a}": x[f"v{a}"] + more for a, more in zip("xyz", _BOOST, strict=True)}}, u)
+        seen = {f"v{a}": faster[f"v{a}"] + more for a, more in zip("xyz", shift, strict=True)}
+        yield "a constant velocity has no effect", apart({**faster, **seen}, rates)
+
+
+def _of_parts(names: list[str], terms: list[Array]) -> Iterator[tuple[str, float]]:
+    """Yield the laws of the aggregates of each part, from the numbers of its `_terms`."""
+    matrices = [values[11:].reshape(2 * [round(len(values[11:]) ** 0.5)]) for values in terms]
+    whole = sum(kinetic[:6, :6] for kinetic in matrices)
+    for name, values, kinetic in zip(names, terms, matrices, strict=True):
+        (mass, damping), momentum, rate, first = values[:2], values[2:5], values[5:8], values[8:11]
+        if len(kinetic) > 6:
+            size = max(1.0, np.abs(values[2:8]).max())
+            yield f"{name}: its momentum is the rate of its first moment", float(np.abs(momentum - rate).max() / size)
+            yield f"{name}: its dampers take energy", float(max(0.0, damping))
+        if mass == 0:  # the hub has its mass
+            kinetic[:6, :6] = whole
+        yield f"{name}: its kinetic energy is never negative", _below_zero(kinetic)
+        if mass > 0:
+            about = kinetic[3:6, 3:6] - np.array(point_inertia(mass, sp.Matrix(first / mass)), dtype=float)
+            second = np.trace(about) / 2 * np.eye(3) - about
+            yield f"{name}: its inertia is that of a body with its mass and first moment", _below_zero(second)
+
+
+def _below_zero(matrix: Array) -> float:
+    """Return how far the least eigenvalue of a symmetric matrix is below zero, relative to its entries."""
+    return float(max(0.0, -np.linalg.eigvalsh(matrix)[0]) / max(1.0, np.abs(matrix).max()))
+
+
+def _terms(part: Part, at: Mounted) -> list[Expr]:
+    """Return mass, power of dampers, momentum, rate of the first moment, first moment, and the matrix of T."""
+    of, coordinates = part.aggregates(at), part.coordinates()
+    speeds = [c.speed.symbol for c in coordinates]
+    damping, rate = of.power, sp.zeros(3, 1)
+    if of.forces and not any(of.prescribed):
+        damping += sp.Matrix(of.forces).dot(sp.Matrix(speeds))
+    for c in coordinates:
+        if c.place is not None:
+            rate += c.speed.symbol * sp.Matrix([at.frame.slope(entry, c.place.symbol) for entry in of.first])
+    size, hat = len(speeds), cross_matrix(of.first)
+    kinetic = sp.zeros(6 + size, 6 + size)
+    kinetic[:3, :3], kinetic[:3, 3:6], kinetic[3:6, :3], kinetic[3:6, 3:6] = of.mass * sp.eye(3), -hat, hat, of.inertia
+    for i, speed in enumerate(speeds, 6):
+        slope = sp.Matrix([*of.momentum.diff(speed), *of.angular.diff(speed)])
+        kinetic[:6, i], kinetic[i, :6] = slope, slope.T
+        for j, other in enumerate(speeds, 6):
+            kinetic[i, j] = of.energy.diff(speed, other)
+    return [of.mass, damping, *of.momentum, *rate, *of.first, *kinetic]
