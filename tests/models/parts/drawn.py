@@ -116,6 +116,8 @@ def craft(seed: int, count: int = 0) -> tuple[list[of.Part], str, of.Orbit | Non
     dealt = deck[seed % 5 :: 5][: count or len(deck)]
     if of.Cable in dealt:
         dealt = [of.Rod, of.Tether, *dealt]
+    if any(issubclass(kind, of.Rod) for kind in dealt):  # the gradient acts on one rigid body
+        dealt = [kind for kind in dealt if kind is not of.GravityGradient]
     parts: list[of.Part] = [hub(rng)]
     for k, kind in enumerate(dealt):
         parts.append(part(kind, f"part{k}", rng, parts))
