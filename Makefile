@@ -77,6 +77,7 @@ campaign-compare:
 	$(PYTHON) -m venv .venv-compare
 	.venv-compare/bin/python -m pip install --quiet --disable-pip-version-check -e . -r benchmarks/peers/lqr/requirements.txt
 	.venv-compare/bin/python -m benchmarks.compare
+	.venv-compare/bin/python -m benchmarks.craft
 
 campaign-sceptic:
 	$(PYTHON) -m venv .venv-sceptic

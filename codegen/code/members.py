@@ -11,12 +11,11 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 
+from ..functions.function import LEAST
 from .tape import COMMUTATIVE, Builder, Instruction, Tape, early, is_sum
 
 Tags = Mapping[tuple[int, int], tuple[Hashable, int]]
 """For each element that belongs to an equal part, its name in the part and the part's number."""
-LEAST = 8
-"""Smallest number of equal parts for a loop."""
 
 
 @dataclass(frozen=True)

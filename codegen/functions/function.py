@@ -11,6 +11,8 @@ import casadi as ca
 from mehvar.base.manifest import Part
 
 Signature = tuple[tuple[str, int | None], ...]
+LEAST = 8
+"""Smallest number of equal parts, such as pendulums, for a loop in generated C."""
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -14,7 +15,7 @@ from mehvar.models.derivation import used_definitions
 from mehvar.models.system import Expr, Group, System
 
 from .derivatives import derivatives
-from .function import FunctionGraph, NamedSteps
+from .function import LEAST, FunctionGraph, NamedSteps
 from .lower import to_casadi
 from .requests import ROLES, Request, bindings, held_arguments, parameter_arguments, requests
 
@@ -46,7 +47,9 @@ def _common_subexpressions(system: System, listing: Sequence[Request]) -> tuple[
         *(e for law in system.controllers for e in (*law.command, *law.update, *law.rates)),
     ]
     results = [e for request in listing if not request.alone for _, exprs in request.results for e in exprs]
-    temporaries = sp.numbered_symbols("cse_", cls=sp.Symbol)
+    # SymPy orders terms by name: with numbers of one width in one order for all equal parts, which a loop needs
+    width = 9 if any(q.index >= LEAST for q in system.states) else 1
+    temporaries = (sp.Symbol(f"cse_{number:0{width}}") for number in itertools.count())
     pairs, reduced = sp.cse([*shared, *results], symbols=temporaries, order="none")
     return dict(pairs) | dict(zip(names, reduced, strict=False)), reduced[len(shared) :]
 

@@ -19,6 +19,16 @@ _SUMMARY = (
     ("a run of the satellite, 300 s, in a batch", "batch_closed_loop.md", "ms per run", "satellite", "ms"),
     ("a run of slosh, 1000 s, in a batch", "batch_closed_loop.md", "ms per run", "slosh", "ms"),
     (
+        "a run of a craft of 16 degrees of freedom, beside Basilisk",
+        "craft.md",
+        "tool / single",
+        "Basilisk",
+        "times as fast",
+    ),
+    ("the same, beside Drake", "craft.md", "tool / single", "Drake", "times as fast"),
+    ("the same in a batch, beside Basilisk", "craft.md", "tool / batch", "Basilisk", "times as fast"),
+    ("the same in a batch, beside Drake", "craft.md", "tool / batch", "Drake", "times as fast"),
+    (
         "a run under a sampled law in Python",
         "own_law.md",
         "times the generated law",
@@ -47,6 +57,7 @@ _SETTINGS = {
     "fmi.md": "co-simulation with a user's defaults, model exchange with CVODE at 1e-10",
     "diff.md": "with a user's defaults",
     "mutation.md": "six points a gate; a user's default is 12",
+    "mutation_parts.md": "twelve points a gate, a user's default; 400 on the orbit",
     "kill_test.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
     "matrix.md": "with a user's defaults",
     "bare.md": "tolerances as the table says, a held input and one sample; a user's default is 1e-11",
@@ -68,6 +79,7 @@ _SETTINGS = {
     "batch_scaling_pendulums.md": "rk4, 100 steps of 0.1 s, held input; a user's default is dop853 at 1e-11",
     "batch_scaling_threads.md": "tolerance 1e-6; a user's default is 1e-11",
     "compare.md": "tolerance 1e-9, on ball joints, own laws every 0.1 s; a user's default is 1e-11 and continuous",
+    "craft.md": "tolerances and steps as the tables say; a user's defaults are among them",
     "board.md": "one sample of delay and 5000 samples; a user's defaults are none and 1600",
 }
 """Settings of each page's measurements, where they differ from a user's defaults."""

@@ -111,7 +111,34 @@ def run(
         If the unchanged equations fail a gate.
     """
     changed, terms = weighted(system)
-    subject = Machine(changed, ranges, [term.weight for term in terms])
+    return run_terms(changed, terms, ranges, gates_of, sample, n)
+
+
+def run_terms(
+    system: System,
+    terms: Sequence[Term],
+    ranges: Ranges,
+    gates_of: Callable[[Machine], list[Gate]],
+    sample: int = 0,
+    n: int = 6,
+) -> Tally:
+    """Test the mutants of a system whose terms have weights already.
+
+    Parameters
+    ----------
+    system : System
+        With the weights as further symbols.
+    terms : sequence of Term
+        Terms to change.
+    ranges, gates_of, sample, n
+        As of `run`.
+
+    Raises
+    ------
+    ValueError
+        If the unchanged equations fail a gate.
+    """
+    subject = Machine(system, ranges, [term.weight for term in terms])
     declared, at = gates_of(subject), points(subject, n)
     further = [derived_equations()] if system.residual else []
     broken = [gate.name for gate in (*declared, *further) if gate.error(at) > TOLERANCE]
@@ -175,7 +202,7 @@ def weighted(system: System) -> tuple[System, tuple[Term, ...]]:
     Weights are added to x', outputs, initial state, reference, the regular chart, the model's functions except those
     of laws, and all definitions that these use.
     """
-    bench = _Weights()
+    bench = Weights()
     own = {f.name for f in system.functions if "c" not in [group.name for group in f.arguments]}
     used = used_definitions(_evaluated(system, own), system.definitions)
     steps = tuple(
@@ -209,13 +236,13 @@ def _evaluated(system: System, own: set[str]) -> list[Expr]:
     return [*expressions, *chart.rhs, *chart.from_state, *chart.to_state, *chart.from_input] if chart else expressions
 
 
-def _function(function: Function, bench: _Weights) -> Function:
+def _function(function: Function, bench: Weights) -> Function:
     quantities, expressions = zip(*function.results, strict=True)
     weighed = bench.weigh(function.name, expressions)
     return dataclasses.replace(function, results=tuple(zip(quantities, weighed, strict=True)))
 
 
-def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
+def _chart(system: System, chart: Coordinates, bench: Weights) -> Coordinates:
     """Add weights to the equations of a chart, except coordinates that another chart shares."""
     return dataclasses.replace(
         chart,
@@ -226,16 +253,26 @@ def _chart(system: System, chart: Coordinates, bench: _Weights) -> Coordinates:
     )
 
 
-class _Weights:
+class Weights:
     """Inserter of weights at terms, with the same weights for equal sums."""
 
     def __init__(self) -> None:
         self.terms: list[Term] = []
         self.shared: dict[Expr, Expr] | None = None
 
-    def weigh(self, owner: str, expressions: Sequence[Expr], names: Sequence[sp.Symbol] = ()) -> tuple[Expr, ...]:
-        """Return the expressions with weights; plain symbols stay unchanged."""
-        memo: dict[Expr, Expr] = {} if self.shared is None else self.shared
+    def weigh(
+        self,
+        owner: str,
+        expressions: Sequence[Expr],
+        names: Sequence[sp.Symbol] = (),
+        memo: dict[Expr, Expr] | None = None,
+    ) -> tuple[Expr, ...]:
+        """Return the expressions with weights, except those among `names`.
+
+        A sum that is a key of `memo` has the same weights again.
+        """
+        if memo is None:
+            memo = {} if self.shared is None else self.shared
         return tuple(e if e in names else self._top(owner, sp.sympify(e), memo) for e in expressions)
 
     def _top(self, owner: str, expr: Expr, memo: dict[Expr, Expr]) -> Expr:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Annotated
@@ -218,7 +219,7 @@ class Turning:
         After replacing sin^2 by 1 - cos^2 it has five coefficients.
         """
         f, e, o = self.fixed, self.even, self.odd
-        shift = [_shifted(joint, part * first) for part in (f, e, o)]
+        shift = [shifted(joint, part * first) for part in (f, e, o)]
         coefficients = (
             f * about * f + o * about * o.T + shift[0] + point_inertia(mass, joint),
             f * about * e + e * about * f + shift[1],
@@ -226,16 +227,19 @@ class Turning:
             e * about * e - o * about * o.T,
             e * about * o.T + o * about * e,
         )
-        c, s = self.cosine, self.sine
-        named = (
-            self.at.frame.tensor(f"{self.at.name}_K{k}", matrix, f"{self.at.name}: inertia, coefficient {k}", "kg m^2")
-            for k, matrix in enumerate(coefficients)
-        )
-        return sum(
-            (factor * matrix for factor, matrix in zip((1, c, s, c * c, c * s), named, strict=True)), sp.zeros(3, 3)
-        )
+        return polynomial(self.at, self.cosine, self.sine, coefficients)
 
 
-def _shifted(joint: sp.Matrix, first: sp.Matrix) -> sp.Matrix:
+def polynomial(at: Mounted, cosine: Expr, sine: Expr, coefficients: Sequence[sp.Matrix]) -> sp.Matrix:
+    """Return an inertia with the factors 1, c, s, c^2 and c s of its coefficients, which depend on parameters only."""
+    named = (
+        at.frame.tensor(f"{at.name}_K{k}", matrix, f"{at.name}: inertia, coefficient {k}", "kg m^2")
+        for k, matrix in enumerate(coefficients)
+    )
+    factors = (1, cosine, sine, cosine * cosine, cosine * sine)
+    return sum((factor * matrix for factor, matrix in zip(factors, named, strict=True)), sp.zeros(3, 3))
+
+
+def shifted(joint: sp.Matrix, first: sp.Matrix) -> sp.Matrix:
     """Return the contribution of a first moment to the inertia about O."""
     return 2 * joint.dot(first) * sp.eye(3) - joint * first.T - first * joint.T

@@ -431,7 +431,9 @@ def programs(text: str) -> list[str]:
     )
     there = {
         "python": lambda place: (ROOT / place).is_file(),
-        "python -m": lambda name: (ROOT / f"{name.replace('.', '/')}.py").is_file(),
+        "python -m": lambda name: any(
+            (ROOT / f"{name.replace('.', '/')}{end}").is_file() for end in (".py", "/__main__.py")
+        ),
         "make": targets.__contains__,
         "mehvar": lambda name: (
             (ROOT / "mehvar" / "cli" / name).is_dir() or (ROOT / "mehvar" / "cli" / f"{name}.py").is_file()

@@ -15,7 +15,7 @@ from ...geometry import Shape
 from ...quantities import ModelError, Quantity
 from ...system import Condition
 from ..frame import AXES, ZERO, point_inertia
-from ..joints import Turning
+from ..joints import polynomial, shifted
 from ..part import Aggregates, Coordinate, Motion, Mounted, Part, points
 from ..values import NO_BODY, Number, Parameters, Vector, direction, of_a_body, place, scalar
 from ..wheels import Wheel
@@ -75,22 +75,33 @@ class UnbalancedWheel(Wheel):
     def aggregates(self, at: Mounted) -> Aggregates:
         v, axis, (coordinate,) = at.values, at.values.axis, self.coordinates()
         assert coordinate.place is not None
-        cosine, sine = at.frame.circle(coordinate.place.symbol)
-        out = at.vector("out", _across(axis, self._towards(axis)), "direction of the static imbalance at zero", "1")
-        ahead = axis.cross(out)
-        first = v.static * out
-        about = v.across * sp.eye(3) + (v.inertia - v.across) * axis * axis.T + point_inertia(1 / v.mass, first)
+        c, s = at.frame.circle(coordinate.place.symbol)
+        across, side = _across(axis, self._towards(axis))
+        out = at.vector("out", across, "direction of the static imbalance at zero", "1")
+        ahead = at.vector("ahead", side, "direction of the static imbalance at 90 degrees", "1")
+        moved, turned = v.static * (c * out + s * ahead), v.static * (c * ahead - s * out)
+        spin = (v.inertia + v.static**2 / v.mass) * axis
         if v.dynamic is not None:
-            about += v.dynamic * (axis * ahead.T + ahead * axis.T)
-        turning = Turning(at, axis, cosine, sine)
-        moved = turning.vector("s", first, "static imbalance")
-        momentum = axis.cross(moved)
-        angular = v.at.cross(momentum) + turning.vector("Jg", about * axis, "angular momentum per speed")
+            spin += v.dynamic * (c * ahead - s * out)
         base = super().aggregates(at)
         return Aggregates(
-            v.mass, v.mass * v.at + moved, turning.inertia(about, first, v.mass, v.at), self.speed * momentum,
-            self.speed * angular, (v.inertia + v.static**2 / v.mass) * self.speed**2 / 2, forces=base.forces,
+            v.mass, v.mass * v.at + moved, self._inertia(at, out, ahead, c, s), self.speed * turned,
+            self.speed * (v.at.cross(turned) + spin), (v.inertia + v.static**2 / v.mass) * self.speed**2 / 2,
+            forces=base.forces,
         )  # fmt: skip
+
+    def _inertia(self, at: Mounted, out: sp.Matrix, ahead: sp.Matrix, c: Expr, s: Expr) -> sp.Matrix:
+        """Return the inertia about O as a polynomial in cosine and sine of the angle, without sin^2 = 1 - cos^2."""
+        v, axis, square = at.values, at.values.axis, at.values.static**2 / at.values.mass
+        fixed = v.across * sp.eye(3) + (v.inertia - v.across) * axis * axis.T + point_inertia(v.mass, v.at)
+        even, odd = shifted(v.at, v.static * out), shifted(v.at, v.static * ahead)
+        if v.dynamic is not None:
+            even += v.dynamic * (axis * ahead.T + ahead * axis.T)
+            odd -= v.dynamic * (axis * out.T + out * axis.T)
+        return polynomial(at, c, s, (
+            fixed + square * (sp.eye(3) - ahead * ahead.T), even, odd,
+            square * (ahead * ahead.T - out * out.T), -square * (out * ahead.T + ahead * out.T),
+        ))  # fmt: skip
 
     def _towards(self, axis: sp.Matrix) -> int:
         """Return the hub axis along which the static imbalance points at angle zero."""
@@ -104,14 +115,13 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float)
 
 
-def _across(axis: sp.Matrix, towards: int) -> sp.Matrix:
-    """Return the unit vector normal to an axis and nearest to an axis of the hub."""
+def _across(axis: sp.Matrix, towards: int) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return the unit vector normal to an axis and nearest to an axis of the hub, and the one 90 degrees ahead."""
     unit = sp.eye(3)[:, towards]
-    across = unit - axis[towards] * axis
+    across, size = unit - axis[towards] * axis, sp.sqrt(1 - axis[towards] ** 2)
     if across.is_zero_matrix:
         raise ModelError(f"an unbalanced wheel along {AXES[towards]} has no static imbalance towards {AXES[towards]}")
-    size = sp.sqrt(1 - axis[towards] ** 2)
-    return across / size
+    return across / size, axis.cross(unit) / size
 
 
 @dataclass(frozen=True)

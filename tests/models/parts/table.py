@@ -42,7 +42,7 @@ SKEW = (0.3, -0.5, 0.7)
 GYRO = {"spin": (1.0, 0.0, 0.2), "inertia": 0.2, "gimbal_inertia": 0.3}
 BEAM = {"mass": 20.0, "length": 0.3, "at": (0.1, 0.2, 0.5)}
 BESIDE = {"mass": 30.0, "inertia": SMALL, "at": (0.1, 0.2, 0.3), "length": 0.5, "start": (0.0, 0.0, 1.0)}
-FUEL = {"mass": 30.0, "nozzle": (-1.0, 0.2, 0.1), "thrust": (1.0, 0.1, 0.2), "exhaust": 200.0, "at": (0.3, 0.2, 0.1)}
+FUEL = {"mass": 30.0, "nozzle": (-1.0, 0.4, -0.2), "thrust": (1.0, 0.1, 0.2), "exhaust": 200.0, "at": (0.3, 0.2, 0.1)}
 MODES = [
     Mode(frequency=2.0, damping=0.01, linear=(0.1, 0.2, 1.0), angular=(1.0, 0.2, 0.1)),
     Mode(frequency=5.0, damping=0.02, linear=(0.1, 0.2, 0.5), angular=(0.5, 0.1, 0.2)),
@@ -64,7 +64,7 @@ PARTS: dict[str, Part] = {
         "a", axis=(0, 0, 1), inertia=0.2, mass=3.0, across=0.12, static=0.05, at=(0.1, 0, 0.3)
     ),
     "gyro of variable speed": ControlMomentGyro(
-        "a", gimbal=SKEW, **GYRO, across=0.25, frame=0.05, friction=0.1, gimbal_friction=0.2
+        "a", gimbal=SKEW, **GYRO, across=0.27, frame=0.05, friction=0.1, gimbal_friction=0.2
     ),
     "gyro of fixed speed": ControlMomentGyro("a", gimbal=SKEW, **GYRO, speed=50.0),
     "gyro of fixed speed at a rate": ControlMomentGyro("a", gimbal=SKEW, **GYRO, across=0.25, speed=5.0, lag=0.1),
@@ -87,7 +87,7 @@ PARTS: dict[str, Part] = {
     "tank": Tank("a", **FUEL),
     "tank with a bob": Tank("a", **FUEL, share=0.6, length=0.3, damping=2.0, rest=(0, 0, -1)),
     "tank that feeds an engine": Tank("a", **FUEL | {"thrust": None, "exhaust": None}),
-    "engine": Engine("a", direction=SKEW, axis=(0.1, 1.0, 0.3), lag=0.2, at=(-1.0, 0.2, 0.1), rate_limit=0.8),
+    "engine": Engine("a", direction=SKEW, axis=(0.1, 1.0, 0.3), lag=0.2, at=(-1.0, 0.2, 0.1), rate_limit=2.0),
     "rod": Rod("a", **BESIDE, stiffness=20.0, damping=0.3, mount=(0.3, 0.2, 0.1)),
     "tether": Tether("a", **BESIDE, stiffness=20.0, damping=0.3, mount=(0.3, 0.2, 0.1)),
 }

@@ -7,7 +7,7 @@ import pytest
 
 from mehvar.codegen.code.files import PrintedFunction, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.models.parts import Bob, Hub, Mode, Modes, Part, Spacecraft, SprungMass, Tank, Wheel
+from mehvar.models.parts import Bob, Hinge, Hub, Mode, Modes, Part, Spacecraft, SprungMass, Tank, Wheel
 
 from .table import FULL, MODES
 
@@ -40,12 +40,15 @@ KINDS = {
     "tank": (
         lambda k: Tank(f"a{k}", 2.0, nozzle=(-1, 0, 0), thrust=(1, 0, 0), exhaust=100.0, at=(0.1 * k, 0.2, 0.5)), 50,
     ),
+    "hinge": (
+        lambda k: Hinge(f"a{k}", 2.0, (0.1, 0.2, 0.25), (0.3, 0.1, 0.7), (0.1 * k, 0.2, 0.5), (0.5, 0.1, 0.2)), 310,
+    ),
 }  # fmt: skip
 """Makers of parts, and the operations that one more may cost."""
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.share(6)
+@pytest.mark.share(7)
 def test_operations_are_linear_in_the_number_of_parts_and_the_text_does_not_grow(kind):
     make, most = KINDS[kind]
     crafts = [rhs(*(make(k) for k in range(1, count + 1))) for count in (8, 9, 10)]
