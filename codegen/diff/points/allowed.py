@@ -15,7 +15,7 @@ CONDITIONS = frozenset(("constraint", "limit"))
 """Kinds of rows whose expression is positive in every run."""
 _POINTS = 128
 """Number of drawn points. Half of them have default parameters, which fulfil constraints, so that some points remain
-even with five independent inequalities.
+even with five independent inequalities; a quarter are whole numbers.
 """
 
 Test = Callable[[Worlds], bool]
@@ -73,4 +73,7 @@ class Allowed:
         drawn = {} if known is None else {name: known[name] for name in known}
         yield from [{**sampler.point(0), **drawn}] * bool(drawn)
         for number in range(_POINTS):
-            yield {**sampler.point(number), **(usual if number % 2 else {})}
+            drawn = sampler.point(number)
+            if number % 4 == 2:  # as delays, which are numbers of samples
+                drawn = {name: Fraction(round(value)) for name, value in drawn.items()}
+            yield {**drawn, **(usual if number % 2 else {})}

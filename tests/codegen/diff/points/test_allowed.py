@@ -8,6 +8,7 @@ import pytest
 from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.report import EquationVerdict
 from tests.codegen.diff.documents import document
+from tests.codegen.diff.pairs import manifest
 
 CLIPPED = "v': Max(k, Min(v, J))"
 OTHER = "v': Min(J, Max(k, v))"
@@ -54,6 +55,16 @@ def test_a_difference_that_a_version_allows_is_a_change(old, new):
 
 def _numbers(row):
     return [(name, eval(value)) for name, value in row.counterexample.at]
+
+
+def test_a_difference_between_whole_numbers_is_found():
+    """As of delays in samples: defaults are equal, and hardly any drawn number is whole."""
+    whole = "Rational(1, 10**9) - Abs(k - floor(k + Rational(1, 2))) - Abs(J - floor(J + Rational(1, 2)))"
+    parameter = next(iter(manifest().parameters))
+    rows = tuple(dataclasses.replace(parameter, name=name, default=1.0) for name in "kJ")
+    numbers = dataclasses.replace(manifest(), parameters=rows)
+    sides = (limited(text, whole) for text in ("v': k*v", "v': J*v"))
+    assert rate(*(dataclasses.replace(side, manifest=numbers) for side in sides)).verdict is EquationVerdict.CHANGED
 
 
 def test_a_change_of_a_condition_is_told_wherever_it_is():
