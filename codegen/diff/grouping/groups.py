@@ -38,10 +38,10 @@ def groups(
 
 
 def _extended(equations: tuple[EquationChange, ...], extension: Extension | None) -> list[EquationGroup]:
-    if extension is None:
-        return []
     longer = sum(equation.how == EXTENDED for equation in equations)
     own = sum(equation.how == MEMBER for equation in equations)
+    if extension is None or not longer + own:
+        return []
     says = f"{extension.says}: {longer} equations differ only by terms of these members, {own} belong to these members"
     return [EquationGroup("extended", says, tuple(sorted(extension.names)))]
 

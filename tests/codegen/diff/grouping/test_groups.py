@@ -45,6 +45,12 @@ def test_a_longer_family_is_one_entry(seed):
         assert "m3" not in text.replace(story.says, "")
 
 
+def test_a_family_that_only_its_declaration_makes_longer_is_no_entry():
+    """As of wheels of which one no longer shares its inertia: no equation has a term more."""
+    text = document(sums(3, 0))
+    assert compare(family(text, 2), text).groups == ()
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_another_edit_beside_a_longer_family_is_explained(seed):
     """One number of the longer text is another: that equation is no mere extension."""
