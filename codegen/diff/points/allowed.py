@@ -73,7 +73,7 @@ class Allowed:
         drawn = {} if known is None else {name: known[name] for name in known}
         yield from [{**sampler.point(0), **drawn}] * bool(drawn)
         for number in range(_POINTS):
-            drawn = sampler.point(number)
+            point = sampler.point(number)
             if number % 4 == 2:  # as delays, which are numbers of samples
-                drawn = {name: Fraction(round(value)) for name, value in drawn.items()}
-            yield {**drawn, **(usual if number % 2 else {})}
+                point = {name: Fraction(round(value)) for name, value in point.items()}
+            yield {**point, **(usual if number % 2 else {})}
