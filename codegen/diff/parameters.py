@@ -198,13 +198,14 @@ def _value_changes(old: Manifest | None, new: Manifest | None) -> Iterator[Param
 
 
 def _sided(side: Mapping[Place, str], other: Mapping[Place, str], what: str) -> Iterator[ParameterChange]:
-    """Yield what only one side has: one change for a record, with its values and the names of its fields."""
-    records: dict[tuple[str, str], list[str]] = {}
+    """Yield what only one side has: one change for a condition, and one for a record with the names of its fields."""
+    records: dict[Place, list[str]] = {}
     for (role, name, field), value in side.items():
         if (role, name, field) not in other:
-            texts = records.setdefault((role, name), [])
-            texts += [value if field in ("entry", "value", value) else f"{field} = {value}"] * bool(value)
-    for (role, name), texts in records.items():
+            texts = records.setdefault((role, name, field if name in _CONDITIONS else ""), [])
+            alone = field in ("entry", "value") or name in _CONDITIONS
+            texts += [value if alone else f"{field} = {value}"] * bool(value)
+    for (role, name, _), texts in records.items():
         text = ", ".join(texts)
         yield ParameterChange(name, role, what, *(("", text) if what == "added" else (text, "")))
 

@@ -173,6 +173,14 @@ def test_a_new_event_is_one_change_with_the_names_of_its_fields():
     assert EVENT.name not in change.new
 
 
+def test_conditions_of_equations_are_told_as_equations():
+    """Each constraint in words is the name of a row."""
+    made = document("f: x*m\none: m\ntwo: x")
+    rows = tuple(replace(row, kind="constraint") if row.name in ("one", "two") else row for row in made.results)
+    pair = (replace(made, results=rows, manifest=replace(manifest(), constraints=c)) for c in ((), ("one", "two")))
+    assert compare(*pair).parameters == ()
+
+
 def test_a_delay_has_no_unit_of_its_input():
     plain = document("f: x*m")
     plain = replace(plain, symbols=tuple(replace(symbol, unit="m") for symbol in plain.symbols))
