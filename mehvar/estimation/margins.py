@@ -47,7 +47,7 @@ _MEASURED = 1e-3
 """The same tolerance of a measured response; also its relative error, of 0.01 dB. Ten times the tolerance leaves errors
 of 0.1 dB, a tenth doubles the length of runs with slow transients."""
 _LARGEST = 1e3
-"""Largest measured gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
+"""Largest gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
 _PER_DECADE, _SWEPT = 10, 3
 """Frequencies of a sweep per decade, and its decades below the Nyquist frequency."""
 _PERIODS = 4
@@ -116,7 +116,7 @@ def margins(
     Returns
     -------
     tuple of Margin
-        For each input that the law uses. Measured factors above 1000 and below 1/1000 are infinite.
+        For each input that the law uses. Factors above 1000 and below 1/1000 are infinite.
 
     Raises
     ------
@@ -215,8 +215,6 @@ class _Response(ABC):
     """Size of phases and logarithmic gains that count as zero."""
     accuracy: float
     """Relative accuracy of crossing frequencies."""
-    largest: float
-    """Largest known factor."""
 
     @abstractmethod
     def at(self, frequency: float) -> complex:
@@ -234,7 +232,7 @@ class _Response(ABC):
         """Return the gain factor nearest to one at which the response passes through -1."""
         crossings = [self.at(w) for w in self._crossings(lambda value: value.imag / abs(value) if value else math.inf)]
         factors = [-1 / value.real for value in (*crossings, *self._ends()) if -math.inf < value.real < 0]
-        known = (factor for factor in factors if abs(math.log(factor)) <= math.log(self.largest))
+        known = (factor for factor in factors if abs(math.log(factor)) <= math.log(_LARGEST))
         return next(filter(self.loses, sorted(known, key=lambda factor: abs(math.log(factor)))), math.inf)
 
     def phase(self) -> float:
@@ -257,7 +255,7 @@ class _Response(ABC):
 class _Loop(_Response):
     """Response of a linear loop."""
 
-    rounding, accuracy, largest = _ROUNDING, 1e-12, math.inf
+    rounding, accuracy = _ROUNDING, 1e-12
 
     def __init__(self, cut: LinearSystem, closed: FloatArray, number: int) -> None:
         self._b, self._c = cut.B[:, number], cut.C[number]
@@ -321,7 +319,6 @@ class _Sweep(_Response):
     frequencies: Sequence[float] | None
     rounding: float = _MEASURED
     accuracy: float = _MEASURED
-    largest: float = _LARGEST
     _known: dict[float, complex] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -335,7 +332,7 @@ class _Sweep(_Response):
     @property
     def acts(self) -> bool:
         """True if the law commands the input: a filter that trusts its model commands it without a response."""
-        return bool(np.any(np.abs(self._values) > 1 / self.largest) or np.any(self.base.u_cmd[:, self._number]))
+        return bool(np.any(np.abs(self._values) > 1 / _LARGEST) or np.any(self.base.u_cmd[:, self._number]))
 
     def at(self, frequency: float) -> complex:
         if frequency not in self._known:
@@ -344,7 +341,7 @@ class _Sweep(_Response):
 
     def _ends(self) -> Iterator[complex]:
         for w in (0.0, self._highest):
-            if (value := self.at(w)) and abs(value) < self.largest:
+            if (value := self.at(w)) and abs(value) < _LARGEST:
                 yield complex(value.real)
 
     def _grid(self) -> FloatArray:
@@ -377,7 +374,7 @@ class _Sweep(_Response):
             change = self._changed(frequency, count)
             part = count // 2
             before, after = (1 / self._share(frequency, change, end, part) - 1 for end in (count - part // 2, count))
-            if abs(after - before) <= _MEASURED * max(abs(after), 10 / self.largest) or abs(after) > self.largest:
+            if abs(after - before) <= _MEASURED * max(abs(after), 10 / _LARGEST) or abs(after) > _LARGEST:
                 return after
             count *= 2
         raise InputError(
@@ -402,7 +399,7 @@ class _Sweep(_Response):
         weighted = weights[:, None] * np.stack(columns, axis=1)
         fit = np.linalg.lstsq(weighted, weights * change[end - count : end], rcond=None)[0]
         alone = frequency in (0, self._highest)
-        return complex(fit[0], 0.0 if alone else -fit[1]) or complex(1 / self.largest**2)
+        return complex(fit[0], 0.0 if alone else -fit[1]) or complex(1 / _LARGEST**2)
 
     def _changed(self, frequency: float, count: int) -> FloatArray:
         """Return half of the difference of the commands under opposite cosines, per amplitude."""

@@ -28,7 +28,7 @@ def worst(A, b, c, factors, period):
     return eigenvalues.real.max(axis=-1) if period is None else np.abs(eigenvalues).max(axis=-1) - 1
 
 
-FACTORS = np.geomspace(1, 1e4, 4001)
+FACTORS = np.geomspace(1, 1e3, 3001)
 
 
 def nearest(A, b, c, period):
@@ -55,7 +55,7 @@ def test_the_gain_is_the_first_factor_that_makes_the_loop_unstable(seed, period)
     if math.isfinite(expected):
         assert margin.gain == pytest.approx(expected, rel=0.01)
     else:
-        assert not 1.1e-4 < margin.gain < 0.9e4
+        assert not 1.1e-3 < margin.gain < 0.9e3
     one = 0.0 if period is None else 1.0
     clock, odometer = np.zeros(n), generator.normal(size=n)
     for row in (clock, odometer):
