@@ -26,8 +26,8 @@ INERTIA = np.array([[2.13, 0.05, -0.08], [0.05, 3.04, 0.06], [-0.08, 0.06, 3.09]
 AXES = np.array([[1.0, -1, -1, 1], [1, 1, -1, -1], [1, 1, 1, 1]]).T / np.sqrt(3)
 PLACES = np.array([[0.1, -0.1, -0.1, 0.1], [0.1, 0.1, -0.1, -0.1], [0.0, 0.05, 0.0, -0.05]]).T
 MASS, ROTOR, SPIN, ACROSS = 44.0, 1.5, 1e-3, 7e-4
-"""Masses of hub and wheel, kg, and moments of inertia about and across the wheel's axis, kg m^2. A thin disc, half as much
-across, has no dynamic imbalance."""
+"""Masses of hub and wheel, kg, and moments of inertia about and across the wheel's axis, kg m^2. A thin disc, with half
+as much across, has no dynamic imbalance."""
 SPAN = 5.0
 WHEELS = {
     "of data sheets": (5e-6, 1e-6, 300.0),
