@@ -147,6 +147,9 @@ def margins(
             loop = linear_loop(loaded, base)
         except InputError as error:
             raise InputError(f"{error}; give size to measure the margins") from error
+        if not np.all(np.isfinite(loop.A + loop.B @ loop.C)):
+            where = f"where {base.scenario.name} ends"
+            raise InputError(f"{base.controller.name} has no derivative {where}; give size to measure the margins")
         if not (result := linear_margins(loop)):
             raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
         return result
@@ -352,6 +355,8 @@ class _Sweep(_Response):
         except InputError:  # of a loop with delays, or of a model without derivatives
             return grid
         opened = cut.A + cut.B @ cut.C - np.outer(cut.B[:, self._number], cut.C[self._number])
+        if not np.all(np.isfinite(opened)):
+            return grid
         natural = _natural(opened, self._period)
         return np.unique(np.concatenate([grid, natural[(natural > grid[0]) & (natural < self._highest)]]))
 
