@@ -77,7 +77,7 @@ def to_casadi(
     _check_table("definitions", meanings, _EXPRESSION)
     if not isinstance(expressions, Iterable | sp.MatrixBase):  # a matrix has items, but no iterator
         raise LoweringError(f"expressions = {value_text(expressions)}: must be SymPy expressions, as in a list")
-    converter = _Converter(symbols, meanings)
+    converter = Converter(symbols, meanings)
     return [converter(_expression(value)) for value in expressions]
 
 
@@ -110,11 +110,17 @@ def missing_counterpart(node: sp.Basic) -> str:
     return f"{what} {type(node).__name__!r} has no CasADi counterpart (in {node})"
 
 
-class _Converter:
-    """Memoised conversion with an explicit stack, so that deep expressions do not exceed Python's recursion limit."""
+class Converter:
+    """Memoised conversion with an explicit stack, so that deep expressions do not exceed Python's recursion limit.
+
+    Attributes
+    ----------
+    memo : dict
+        The SX scalar of each converted expression, symbols among them.
+    """
 
     def __init__(self, symbols: Mapping[sp.Symbol, ca.SX], definitions: Mapping[sp.Symbol, sp.Basic]) -> None:
-        self._memo: dict[sp.Basic, ca.SX] = dict(symbols)
+        self.memo: dict[sp.Basic, ca.SX] = dict(symbols)
         self._definitions = definitions
         self._numbers: set[sp.Basic] = set()
 
@@ -122,19 +128,19 @@ class _Converter:
         stack, entered = [root], set()
         while stack:
             node = stack[-1]
-            if node in self._memo:
+            if node in self.memo:
                 stack.pop()
                 continue
-            waiting = [child for child in self._children(node) if child not in self._memo]
+            waiting = [child for child in self._children(node) if child not in self.memo]
             if not waiting:
-                self._memo[node] = self._convert(node)
+                self.memo[node] = self._convert(node)
                 stack.pop()
             elif node in entered:
                 raise LoweringError(f"{node} is defined by itself")
             else:
                 entered.add(node)
                 stack.extend(reversed(waiting))
-        return self._memo[root]
+        return self.memo[root]
 
     def _children(self, node: sp.Basic) -> tuple[sp.Basic, ...]:
         if isinstance(node, sp.Symbol):
@@ -149,7 +155,7 @@ class _Converter:
 
     def _convert(self, node: sp.Basic) -> ca.SX:
         if isinstance(node, sp.Symbol | sp.ITE | sp.Xor):
-            value = self._memo[self._children(node)[0]]
+            value = self.memo[self._children(node)[0]]
             if value.is_constant() and not math.isfinite(float(value)):
                 raise LoweringError(f"definition {node} is always {value}, since it divides by zero")
             return value
@@ -163,7 +169,7 @@ class _Converter:
             return self._power(node)
         if isinstance(node, sp.Piecewise):
             return self._piecewise(node)
-        arguments = [self._memo[child] for child in node.args]
+        arguments = [self.memo[child] for child in node.args]
         if isinstance(node, sp.Mod):
             return _modulo(*arguments)
         kind = type(node)
@@ -178,9 +184,9 @@ class _Converter:
         raise LoweringError(missing_counterpart(node))
 
     def _power(self, node: sp.Pow) -> ca.SX:
-        base, exponent = self._memo[node.base], node.exp
+        base, exponent = self.memo[node.base], node.exp
         if not exponent.is_Rational:
-            return ca.power(base, self._memo[exponent])
+            return ca.power(base, self.memo[exponent])
         # up to eleven multiplications, for 63; beyond any model's polynomials pow rounds less often
         if exponent.is_Integer and abs(int(exponent)) <= 64:
             return _integer_power(base, int(exponent))
@@ -191,9 +197,9 @@ class _Converter:
     def _piecewise(self, node: sp.Piecewise) -> ca.SX:
         if problem := missing_counterpart(node):
             raise LoweringError(problem)
-        result = self._memo[node.args[-1].expr]
+        result = self.memo[node.args[-1].expr]
         for pair in reversed(node.args[:-1]):
-            result = ca.if_else(self._memo[pair.cond], self._memo[pair.expr], result)
+            result = ca.if_else(self.memo[pair.cond], self.memo[pair.expr], result)
         return result
 
 
