@@ -125,6 +125,13 @@ class Converter:
         self._numbers: set[sp.Basic] = set()
 
     def __call__(self, root: sp.Basic) -> ca.SX:
+        """Return the SX scalar of an expression.
+
+        Raises
+        ------
+        LoweringError
+            If a function has no counterpart or a symbol has neither a value nor a definition.
+        """
         stack, entered = [root], set()
         while stack:
             node = stack[-1]
