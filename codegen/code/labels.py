@@ -287,7 +287,7 @@ def _statements(tape: Tape, unnamed: set[int], elements: Mapping[Element, str]) 
         kind, members = _KINDS.get(i.op, i.op), list[_Node]()
         node: _Node = ""
         if i.op == "input":
-            node = elements.get(_element(i), str(i.args))
+            node = elements.get(_element(i)) or str(i.args)
         elif _is_multiple(i):
             node = shown[i.args[0]]
             if i.args[0] not in unnamed and not tape.instructions[i.args[0]].name:
@@ -335,7 +335,7 @@ def _leaves(tape: Tape, elements: Mapping[Element, str]) -> dict[int, str]:
     for k, (i, operands) in enumerate(zip(tape.instructions, tape.operands, strict=True)):
         own = 0
         if i.op == "input":
-            own = bits.setdefault(elements.get(_element(i), str(i.args)), 1 << len(bits))
+            own = bits.setdefault(elements.get(_element(i)) or str(i.args), 1 << len(bits))
         for a in operands:
             own |= sets[a]
         sets.append(1 if i.name else own)

@@ -242,7 +242,7 @@ def _name(builder: Builder, derivation: NamedSteps) -> None:
 
 
 def _identities(instructions: Iterable[Instruction]) -> list[int]:
-    """Number the values; those that differ only in operand order of commutative operations share a number."""
+    """Return a number for each value, the same for values that differ only in operand order."""
     known: dict[tuple[object, ...], int] = {}
     numbers: list[int] = []
     for op, args, value, _ in instructions:
@@ -277,7 +277,7 @@ def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
     """Return for each value True if it depends on parameters only."""
     constant: list[bool] = []
     for i in tape_.instructions:
-        constant.append(i.args[0] in parameters if i.op == "input" else all([constant[a] for a in i.args]))
+        constant.append(i.args[0] in parameters if i.op == "input" else all(constant[a] for a in i.args))
     return constant
 
 
