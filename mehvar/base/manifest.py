@@ -10,7 +10,7 @@ import hashlib
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -550,7 +550,7 @@ def files_on_first_use(model: str) -> frozenset[str]:
     )
 
 
-_PLANT: Mapping[str, str] = {
+_PLANT = {
     "rhs": "x u p -> dx",
     "outputs": "x u r p -> y",
     "limits": "x u p -> margin",
@@ -575,17 +575,26 @@ _PLANT: Mapping[str, str] = {
 """Arguments and results of each function of a plant. A model has only the functions that its features need."""
 _NEEDED = ("rhs", "outputs", "limits", "initial", "reference", "constraints")
 """Functions of every plant."""
-_LAW: Mapping[str, str] = {
-    "_start": "x r p c -> z",
-    "_constraints": "p c s -> margin",
-    "_warnings": "p c s -> margin",
-    "_outputs": "x r p c -> w",
-    "_loop": "q r p c -> dq",
-    "_observe": "q r p c -> x u",
-    "_guards": "q r p c -> g",
-    "_defaults": "c -> derived",
-}
-"""Arguments and results of each function of a law, by the end of its name."""
+
+
+def _law_signatures(manifest: Manifest, law: Controller) -> Iterator[tuple[str, str]]:
+    """Yield the name of each function of a law, with its arguments and results."""
+    name, x, continuous = identifier(law.name), "seen" if manifest.measured else "x", law.period is None
+    command = f"{x} r z p c -> u dz" if continuous else f"{x} r v z p c -> u z_next"
+    reports = manifest.functions.get(f"{name}_outputs")
+    for end, present, signature in (
+        ("", True, command if law.memory else f"{x} r p c -> u"),
+        ("_start", law.memory, "x r p c -> z"),
+        ("_constraints", law.constraints, "p c s -> margin"),
+        ("_warnings", law.warnings, "p c s -> margin"),
+        ("_outputs", law.outputs, "x r z p c -> w" if reports and reads_memory(reports) else "x r p c -> w"),
+        ("_loop", continuous, "q r p c -> dq"),
+        ("_observe", continuous, "q r p c -> x u u_cmd" if "actuate" in manifest.functions else "q r p c -> x u"),
+        ("_guards", continuous and (manifest.events or law.events), "q r p c -> g"),
+        ("_defaults", any(q.formula is not None for q in law.parameters), "c -> derived"),
+    ):
+        if present:
+            yield f"{name}{end}", signature
 
 
 def _check_functions(manifest: Manifest) -> None:
@@ -594,31 +603,18 @@ def _check_functions(manifest: Manifest) -> None:
     A run passes arguments by position. The digest protects everything else.
     """
     functions = {identifier(f.name): f for f in manifest.functions.values()}
-    signatures = dict(_PLANT)
-    if manifest.projects_by_parameters:
-        signatures["project"] = "q p -> q_next"
-    if manifest.measured:
-        signatures["measure"] = "x e p -> seen"
-    needed = list(_NEEDED)
+    plant = _PLANT | ({"project": "q p -> q_next"} if manifest.projects_by_parameters else {})
+    plant |= {"measure": "x e p -> seen"} if manifest.measured else {}
+    expected = {name: signature for name, signature in plant.items() if name in (*_NEEDED, *functions)}
     for law in manifest.controllers.values():
-        name, x = identifier(law.name), "seen" if manifest.measured else "x"
-        own = {name: f"{x} r p c -> u"} | {f"{name}{end}": signature for end, signature in _LAW.items()}
-        if law.memory:
-            own[name] = f"{x} r v z p c -> u z_next" if law.period else f"{x} r z p c -> u dz"
-        if f"{name}_outputs" in functions and reads_memory(functions[f"{name}_outputs"]):
-            own[f"{name}_outputs"] = "x r z p c -> w"
-        if "actuate" in functions:
-            own[f"{name}_observe"] = "q r p c -> x u u_cmd"
-        signatures |= own
-        needed += [name] if law.period else [name, f"{name}_loop", f"{name}_observe"]
-    for name in needed:
+        expected |= _law_signatures(manifest, law)
+    for name, signature in expected.items():
         if name not in functions:
             raise SchemaError(f": {name!r} is missing", "functions")
-    for name in signatures.keys() & functions.keys():
-        f = functions[name]
-        present = " -> ".join(" ".join(array.name for array in side) for side in (f.arguments, f.results))
-        if present != signatures[name]:
-            raise SchemaError(f" = {present!r}: must be {signatures[name]!r}", f"functions.{name}")
+        sides = (functions[name].arguments, functions[name].results)
+        present = " -> ".join(" ".join(array.name for array in side) for side in sides)
+        if present != signature:
+            raise SchemaError(f" = {present!r}: must be {signature!r}", f"functions.{name}")
 
 
 def reads_memory(outputs: Function) -> bool:
