@@ -10,7 +10,7 @@ import hashlib
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -495,8 +495,7 @@ def read_manifest(folder: str | os.PathLike[str], any_age: bool = False) -> Mani
     Raises
     ------
     InputError
-        If the file is missing or is not JSON of this schema, a field is missing, unknown or of a wrong type, or parts
-        contradict each other.
+        If the file is missing or is not JSON of this schema, or a field is missing, unknown or of a wrong type.
     """
     path = Path(folder) / FILE
     try:
@@ -526,33 +525,10 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
     try:
         manifest = read(Manifest, data, any_age, folder=path.parent, text=text)
         if not any_age:
-            check_manifest(manifest)
+            _check_functions(manifest)
         return manifest
     except SchemaError as error:
         raise InputError(f"{path}: {error}; generate the model again") from error
-
-
-def check_manifest(manifest: Manifest) -> None:
-    """Refuse a manifest with contradictory parts; a run allocates its arrays by the manifest's sizes.
-
-    Raises
-    ------
-    SchemaError
-        With the place and the correct value.
-    """
-    _check_words(manifest)
-    _check_vectors(manifest)
-    _check_functions(manifest)
-    for law in manifest.controllers.values():
-        _check_controller(manifest, law)
-    for parameter in (*manifest.parameters, *manifest.scenario_parameters):
-        _check_parameter(parameter, "parameters")
-    for choice in manifest.choices.values():
-        if len(set(choice.values)) < max(len(choice.values), 2):
-            raise SchemaError(
-                f" = {list(choice.values)}: must be two or more different values", f"choices.{choice.name}.values"
-            )
-    _check_scenarios(manifest)
 
 
 def file_of(model: str, part: Part, kind: Literal["c", "py"] = "c") -> str:
@@ -574,38 +550,7 @@ def files_on_first_use(model: str) -> frozenset[str]:
     )
 
 
-def _check_words(manifest: Manifest) -> None:
-    """Refuse names that are not valid C names: they occur in code and in file names."""
-    words = [("model", manifest.model)]
-    for f in manifest.functions.values():
-        words += [
-            (f"functions.{f.name}", name)
-            for name in (identifier(f.name), *(a.name for a in (*f.arguments, *f.results)))
-        ]
-        if f.file not in (file_of(manifest.model, part) for part in get_args(Part)):
-            raise SchemaError(f" = {f.file!r}: must be a C file of {manifest.model}", f"functions.{f.name}.file")
-    for place, word in words:
-        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", word, re.ASCII):
-            raise SchemaError(f" = {word!r}: must be letters, digits and underscores", place)
-
-
-def _check_vectors(manifest: Manifest) -> None:
-    if not manifest.states:
-        raise SchemaError(" = []: must have at least one state", "states")
-    vectors = {name: getattr(manifest, name) for name in (
-        "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
-        "measured", "wiener", "random_step",
-    )}  # fmt: skip
-    for law in manifest.controllers.values():
-        vectors |= {f"controllers.{law.name}.{name}": getattr(law, name) for name in ("memory", "parameters")}
-    for place, quantities in vectors.items():
-        names = [q.name for q in quantities]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise SchemaError(f": {twice!r} is defined twice", place)
-
-
-_SIGNATURES: Mapping[str, str] = {
+_PLANT = {
     "rhs": "x u p -> dx",
     "outputs": "x u r p -> y",
     "limits": "x u p -> margin",
@@ -632,138 +577,49 @@ _NEEDED = ("rhs", "outputs", "limits", "initial", "reference", "constraints")
 """Functions of every plant."""
 
 
+def _law_signatures(manifest: Manifest, law: Controller) -> Iterator[tuple[str, str]]:
+    """Yield the name of each function of a law, with its arguments and results."""
+    name, x, continuous = identifier(law.name), "seen" if manifest.measured else "x", law.period is None
+    command = f"{x} r z p c -> u dz" if continuous else f"{x} r v z p c -> u z_next"
+    reports = manifest.functions.get(f"{name}_outputs")
+    for end, present, signature in (
+        ("", True, command if law.memory else f"{x} r p c -> u"),
+        ("_start", law.memory, "x r p c -> z"),
+        ("_constraints", law.constraints, "p c s -> margin"),
+        ("_warnings", law.warnings, "p c s -> margin"),
+        ("_outputs", law.outputs, "x r z p c -> w" if reports and reads_memory(reports) else "x r p c -> w"),
+        ("_loop", continuous, "q r p c -> dq"),
+        ("_observe", continuous, "q r p c -> x u u_cmd" if "actuate" in manifest.functions else "q r p c -> x u"),
+        ("_guards", continuous and (manifest.events or law.events), "q r p c -> g"),
+        ("_defaults", any(q.formula is not None for q in law.parameters), "c -> derived"),
+    ):
+        if present:
+            yield f"{name}{end}", signature
+
+
 def _check_functions(manifest: Manifest) -> None:
-    """Refuse functions if their sizes contradict the lengths of the model's vectors."""
-    for event in manifest.all_events:
-        if event.direction not in DIRECTIONS:
-            raise SchemaError(f" = {event.direction!r}: must be one of {', '.join(DIRECTIONS)}", f"events.{event.name}")
-        if event.ends not in ENDS:
-            raise SchemaError(f" = {event.ends!r}: must be one of {', '.join(map(repr, ENDS))}", f"events.{event.name}")
-    nx, nu = len(manifest.states), len(manifest.inputs)
-    own = {
-        "limits": {"margin": len(manifest.limits)}, "constraints": {"margin": len(manifest.constraints)},
-        "jump": {"e": len(manifest.random_step)}, "jac_x": {"J": nx * nx}, "jac_u": {"J": nx * nu},
-    }  # fmt: skip
-    features = {
-        "diffuse": manifest.wiener, "jump": manifest.jump, "input_delays": manifest.delays,
-        "guards": manifest.events, "resets": any(event.resets for event in manifest.events),
-        "geometry": manifest.geometry,
-    }  # fmt: skip
-    other = {"project": "q p -> q_next"} if manifest.projects_by_parameters else {}
-    other |= {"measure": "x e p -> seen"} if manifest.measured else {}
-    needed = {*_NEEDED, *(name for name, part in features.items() if part), *map(identifier, manifest.functions)}
-    for name, signature in _SIGNATURES.items():
-        if name in needed:
-            _check_sizes(manifest, name, other.get(name, signature), _sizes(manifest) | own.get(name, {}))
+    """Refuse functions with other arguments or results, as another version of mehvar generates them.
 
-
-def _sizes(manifest: Manifest) -> dict[str, int]:
-    """Return the sizes of arguments and results by name."""
-    nq, nu = len(manifest.coordinates or manifest.states), len(manifest.inputs)
-    return {
-        **dict.fromkeys(("x", "dx", "x_seen", "x_step", "x_after", "x_next", "m"), len(manifest.states)),
-        **dict.fromkeys(("u", "u_cmd", "v", "d"), nu), "q": nq, "q_next": nq, "dq": nq,
-        "r": len(manifest.references), "p": len(manifest.parameters), "s": len(manifest.scenario_parameters),
-        "y": len(manifest.outputs), "e": len(manifest.noise), "seen": len(manifest.measured),
-        "dw": len(manifest.wiener), "g": len(manifest.events),
-        "points": 3 * sum(shape.points for shape in manifest.geometry),
-    }  # fmt: skip
-
-
-def _law_signature(manifest: Manifest, law: Controller) -> str:
-    """Return arguments and results of a law's function."""
-    x = "seen" if manifest.measured else "x"
-    if not law.memory:
-        return f"{x} r p c -> u"
-    return f"{x} r z p c -> u dz" if law.period is None else f"{x} r v z p c -> u z_next"
+    A run passes arguments by position. The digest protects everything else.
+    """
+    functions = {identifier(f.name): f for f in manifest.functions.values()}
+    plant = _PLANT | ({"project": "q p -> q_next"} if manifest.projects_by_parameters else {})
+    plant |= {"measure": "x e p -> seen"} if manifest.measured else {}
+    expected = {name: signature for name, signature in plant.items() if name in (*_NEEDED, *functions)}
+    for law in manifest.controllers.values():
+        expected |= _law_signatures(manifest, law)
+    for name, signature in expected.items():
+        if name not in functions:
+            raise SchemaError(f": {name!r} is missing", "functions")
+        sides = (functions[name].arguments, functions[name].results)
+        present = " -> ".join(" ".join(array.name for array in side) for side in sides)
+        if present != signature:
+            raise SchemaError(f" = {present!r}: must be {signature!r}", f"functions.{name}")
 
 
 def reads_memory(outputs: Function) -> bool:
     """Return True if a report of the law depends on its memory."""
     return any(array.name == "z" for array in outputs.arguments)
-
-
-def _check_sizes(manifest: Manifest, name: str, signature: str, sizes: Mapping[str, int]) -> None:
-    function = next((f for f in manifest.functions.values() if identifier(f.name) == name), None)
-    if function is None:
-        raise SchemaError(f": {name!r} is missing", "functions")
-    sides = zip(("args", "results"), (function.arguments, function.results), signature.split(" -> "), strict=True)
-    for place, arrays, names in sides:
-        expected = [[n, sizes.get(n)] for n in names.split()]
-        present = [[a.name, a.length] for a in arrays]
-        if present != expected:
-            raise SchemaError(f" = {present}: must be {expected}", f"functions.{name}.{place}")
-
-
-def _check_controller(manifest: Manifest, law: Controller) -> None:
-    if law.name == OPEN_LOOP:
-        raise SchemaError(f": {OPEN_LOOP!r} is reserved for a run without a law", "controllers")
-    place, name = f"controllers.{law.name}", identifier(law.name)
-    parameters, own = ([q.name for q in group] for group in (manifest.parameters, law.parameters))
-    for field_name, value, allowed in (("period", law.period, parameters), ("delay", law.delay, own)):
-        if value is not None and value not in allowed:
-            raise SchemaError(
-                f" = {value!r}: must be one of {', '.join(allowed) or 'no parameters'}", f"{place}.{field_name}"
-            )
-    for parameter in law.parameters:
-        _check_parameter(parameter, f"{place}.parameters")
-    nz, guards = len(law.memory), len(manifest.events) + len(law.events)
-    nq, derived = _sizes(manifest)["q"] + (0 if law.period else nz), sum(q.formula is not None for q in law.parameters)
-    shown = sum(1 + warning.shown for warning in law.warnings)
-    sizes = _sizes(manifest) | {
-        "c": len(law.parameters), "q": nq, "dq": nq, **dict.fromkeys(("z", "z_next", "dz"), nz),
-        "w": len(law.outputs), "g": guards, "derived": derived,
-    }  # fmt: skip
-    function, continuous = manifest.functions.get(f"{name}_outputs"), law.period is None
-    reports = "x r z p c -> w" if function and reads_memory(function) else "x r p c -> w"
-    observed = "q r p c -> x u u_cmd" if "actuate" in manifest.functions else "q r p c -> x u"
-    for suffix, present, signature, more in (
-        ("", True, _law_signature(manifest, law), {}),
-        ("_start", law.memory, "x r p c -> z", {}),
-        ("_constraints", law.constraints, "p c s -> margin", {"margin": len(law.constraints)}),
-        ("_warnings", law.warnings, "p c s -> margin", {"margin": shown}),
-        ("_outputs", law.outputs, reports, {}),
-        ("_loop", continuous, "q r p c -> dq", {}),
-        ("_observe", continuous, observed, {}),
-        ("_guards", continuous and guards, "q r p c -> g", {}),
-        ("_defaults", derived, "c -> derived", {}),
-    ):
-        if present:
-            _check_sizes(manifest, name + suffix, signature, sizes | more)
-
-
-def _check_parameter(parameter: Parameter, place: str) -> None:
-    if parameter.default is not None and parameter.formula is not None:
-        raise SchemaError(": must have a default or a formula, not both", f"{place}.{parameter.name}")
-    if parameter.default is not None and not parameter.allows(parameter.default):
-        raise SchemaError(
-            f" = {parameter.default}: must be in {parameter.interval}", f"{place}.{parameter.name}.default"
-        )
-
-
-def _check_scenarios(manifest: Manifest) -> None:
-    """Refuse scenarios that cannot run, and metrics of an unknown kind."""
-    shared = {q.name for q in (*manifest.parameters, *manifest.scenario_parameters)}
-    for scenario in manifest.scenarios.values():
-        place = f"scenarios.{scenario.name}"
-        for name in ("duration", "step"):
-            if not 0 < getattr(scenario, name) < math.inf:
-                raise SchemaError(f" = {getattr(scenario, name)}: must be a number > 0", f"{place}.{name}")
-        own = {q.name for law in manifest.controllers.values() for q in law.parameters}
-        for name in scenario.values:
-            if name not in shared | own:
-                raise SchemaError(f": {name!r} is no parameter", f"{place}.set")
-        for by_law in (scenario.controllers, scenario.expect):
-            for name in by_law:
-                if name not in manifest.controllers:
-                    raise SchemaError(
-                        f": {name!r} is none of {', '.join(manifest.controllers)}", f"{place}.controllers"
-                    )
-    for metric in manifest.metrics.values():
-        if metric.kind not in METRIC_KINDS:
-            raise SchemaError(
-                f" = {metric.kind!r}: must be one of {', '.join(METRIC_KINDS)}", f"metrics.{metric.name}.kind"
-            )
 
 
 def manifest_text(manifest: Manifest) -> str:

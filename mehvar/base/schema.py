@@ -15,14 +15,14 @@ because evaluating them costs more than reading a manifest.
 from __future__ import annotations
 
 import functools
-import itertools
 import json
 import math
 import re
 import tomllib
 import types
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
+from functools import partial
 from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
 
 from mehvar.base.errors import MehvarError, printable
@@ -52,6 +52,10 @@ class SchemaError(MehvarError, ValueError):
     def __str__(self) -> str:
         place = self.place.removeprefix(".")
         return f"{place}{self.problem}" if place else self.problem.removeprefix(": ")
+
+    def within(self, place: str) -> SchemaError:
+        """Return the error with the place of the surrounding data."""
+        return SchemaError(self.problem, place + self.place)
 
 
 def json_key(key: str | None) -> dict[str, str | None]:
@@ -189,123 +193,75 @@ def plain(schema: type, value: object) -> Any:
 
 @functools.cache
 def _reader(kind: Any, any_age: bool) -> _Convert:
+    """Return the function that converts JSON data to a type."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin is Annotated or origin is types.UnionType:
-        return _optional_reader(_reader(inner[0], any_age), inner[1] if origin is Annotated else None)
+        convert, null = _reader(inner[0], any_age), inner[1] if origin is Annotated else None
+        return lambda value: null if value is None else convert(value)
     if origin is tuple:
-        return _list_reader(_reader(inner[0], any_age))
+        return partial(_read_list, _reader(inner[0], any_age))
     if origin is Mapping:
-        return _mapping_reader(_reader(inner[1], any_age), is_dataclass(inner[1]))
+        return partial(_read_mapping, _reader(inner[1], any_age), is_dataclass(inner[1]))
     if is_dataclass(kind):
-        return _record_reader(kind, any_age)
+        rows = {key: (name, _reader(hint, any_age)) for name, key, hint in _rows(kind)}
+        return partial(_read_record, kind, rows, any_age)
     if issubclass(kind, tuple):
-        return _row_reader(kind, any_age)
-    return _scalar_reader(kind)
+        return partial(_read_row, kind, [_reader(hint, any_age) for hint in kind.__annotations__.values()])
+    return partial(_read_scalar, kind)
 
 
-def _scalar_reader(kind: Any) -> _Convert:
-    def convert(value: Any) -> Any:
-        if type(value) is kind:
-            return value
-        if kind is float and type(value) is int and abs(value) < 2**1023:
-            return float(value)
-        raise _wrong(value, _SCALARS[kind])
-
-    return convert
+def _read_scalar(kind: Any, value: Any) -> Any:
+    if type(value) is kind:
+        return value
+    if kind is float and type(value) is int and abs(value) < 2**1023:
+        return float(value)
+    raise _wrong(value, _SCALARS[kind])
 
 
-def _optional_reader(convert: _Convert, null: object) -> _Convert:
-    return lambda value: null if value is None else convert(value)
+def _read_list(convert: _Convert, values: Any) -> Any:
+    if type(values) is not list:
+        raise _wrong(values, "a list")
+    result: list[Any] = []
+    try:
+        for value in values:
+            result.append(convert(value))
+    except SchemaError as error:
+        raise error.within(f"[{len(result)}]") from None
+    return tuple(result)
 
 
-def _list_reader(convert: _Convert) -> _Convert:
-    def read_list(values: Any) -> Any:
-        if type(values) is not list:
-            raise _wrong(values, "a list")
-        try:
-            return tuple(map(convert, values))
-        except SchemaError:
-            raise _placed((f"[{place}]", convert, value) for place, value in enumerate(values)) from None
-
-    return read_list
+def _read_mapping(convert: _Convert, named: bool, values: Any) -> Any:
+    entries, result = _table(values), {}
+    try:
+        for name, value in entries.items():
+            result[name] = convert({**value, "name": name} if named and type(value) is dict else value)
+    except SchemaError as error:
+        raise error.within(f".{name}") from None
+    return result
 
 
-def _mapping_reader(convert: _Convert, named: bool) -> _Convert:
-    def read_mapping(values: Any) -> Any:
-        entries = _table(values)
-        if named:
-            entries = {name: {**v, "name": name} if type(v) is dict else v for name, v in entries.items()}
-        try:
-            return dict(zip(entries, map(convert, entries.values()), strict=True))
-        except SchemaError:
-            raise _placed((f".{name}", convert, value) for name, value in entries.items()) from None
-
-    return read_mapping
+def _read_row(kind: Any, converts: Sequence[_Convert], values: Any) -> Any:
+    if type(values) is not list or len(values) != len(converts):
+        raise _wrong(values, f"[{', '.join(kind._fields)}]")
+    return kind(*[convert(value) for convert, value in zip(converts, values, strict=True)])
 
 
-def _row_reader(kind: Any, any_age: bool) -> _Convert:
-    hints = kind.__annotations__.values()
-    exact = set(itertools.product(*map(_exact, hints)))
-    make = functools.partial(tuple.__new__, kind)
-    converts = [_reader(hint, any_age) for hint in hints]
-
-    def read_row(values: Any) -> Any:
-        if type(values) is list and tuple(map(type, values)) in exact:
-            return make(values)
-        if type(values) is not list or len(values) != len(converts):
-            raise _wrong(values, f"[{', '.join(kind._fields)}]")
-        return kind(*(convert(value) for convert, value in zip(converts, values, strict=True)))
-
-    return read_row
-
-
-def _record_reader(kind: Any, any_age: bool) -> _Convert:
-    rows = [(name, key, _exact(hint), _reader(hint, any_age)) for name, key, hint in _rows(kind)]
-    keys = {key for _, key, *_ in rows}
-    defaults = {f.name for f in fields(kind) if f.default is not MISSING or f.default_factory is not MISSING}
-    required = {key for name, key, *_ in rows if name not in defaults} if any_age else keys
-
-    def read_record(data: Any) -> Any:
-        present = rows
-        if _table(data).keys() != keys:
-            problems = [f"{key!r} is missing" for key in sorted(required - data.keys())]
-            problems += [] if any_age else [f"{key!r} is not known" for key in sorted(data.keys() - keys)]
-            if problems:
-                raise SchemaError(f": {' and '.join(problems)}")
-            present = [row for row in rows if row[1] in data]
-        try:
-            values = {
-                name: value if type(value := data[key]) in exact else convert(value)
-                for name, key, exact, convert in present
-            }
-        except SchemaError:
-            raise _placed((f".{key}", convert, data[key]) for _, key, _, convert in present) from None
-        if present is not rows:
-            return kind(**values)
-        record = object.__new__(kind)  # __init__ of a frozen class would add a quarter to the time of reading
-        object.__setattr__(record, "__dict__", values)
-        return record
-
-    return read_record
-
-
-def _exact(hint: Any) -> frozenset[type]:
-    """Return the types whose values JSON represents without conversion."""
-    if get_origin(hint) is types.UnionType:
-        return frozenset((*_exact(get_args(hint)[0]), type(None)))
-    if get_origin(hint) is Annotated:
-        return _exact(get_args(hint)[0])
-    return frozenset((hint,) if hint in _SCALARS else ())
-
-
-def _placed(parts: Iterable[tuple[str, _Convert, Any]]) -> SchemaError:
-    """Search the first invalid part after a failure, and return its error with the location."""
-    for place, convert, value in parts:
-        try:
-            convert(value)
-        except SchemaError as error:
-            return SchemaError(error.problem, place + error.place)
-    raise AssertionError("the data changed while it was read")
+def _read_record(kind: Any, rows: Mapping[str, tuple[str, _Convert]], any_age: bool, data: Any) -> Any:
+    if _table(data).keys() != rows.keys():
+        optional = {f.name for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING)}
+        required = {key for key, (name, _) in rows.items() if not any_age or name not in optional}
+        problems = [f"{key!r} is missing" for key in sorted(required - data.keys())]
+        problems += [] if any_age else [f"{key!r} is not known" for key in sorted(data.keys() - rows.keys())]
+        if problems:
+            raise SchemaError(f": {' and '.join(problems)}")
+        rows = {key: row for key, row in rows.items() if key in data}
+    values = {}
+    try:
+        for key, (name, convert) in rows.items():
+            values[name] = convert(data[key])
+    except SchemaError as error:
+        raise error.within(f".{key}") from None
+    return kind(**values)
 
 
 def _rows(kind: Any) -> list[tuple[str, str, Any]]:

@@ -8,7 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ import pytest
 
 import mehvar
 from mehvar import runtime
-from mehvar.base.errors import MehvarError
 from mehvar.base.manifest import FILE, read_manifest
 from mehvar.runtime import InputError, Model
 from mehvar.runtime.model.catalogue import find_model
@@ -265,15 +264,11 @@ def test_import_is_light() -> None:
     ("old", "new", "message"),
     [
         ('"states": [', '"states": [], "stats": [', "'stats' is not known"),
-        ('"period": "Ts"', '"period": "nosuch"', r"controllers.p-sum.period = 'nosuch': must be one of"),
-        ('["x", 2], ["u", 1], ["p', '["x", 3], ["u", 1], ["p', r"functions.rhs.args = .*: must be \[\['x', 2\]"),
-        ('"kind": "max_abs"', '"kind": "nosuch"', "kind = 'nosuch': must be one of settling"),
-        ('"duration": 2.0', '"duration": -2.0', r"scenarios.swing.duration = -2.0: must be a number > 0"),
+        ('["x", 2], ["u", 1], ["p', '["u", 1], ["x", 2], ["p', "functions.rhs = 'u x p -> dx': must be 'x u p -> dx'"),
+        ('"rhs": {', '"slope": {', "functions: 'rhs' is missing"),
         ('"duration": 2.0', '"duration": NaN', "NaN is not a JSON number"),
         ('"duration": 2.0', '"duration": 1' + "0" * 400, "duration = 10000.*must be a number"),
         ('"duration": 2.0', '"duration": ' + "1" * 5000, "is not JSON"),
-        ('"model": "pendulum"', '"model": "../pendulum"', "must be a C file of ../pendulum"),
-        ('"file": "pendulum.c"', '"file": "/etc/passwd"', "file = '/etc/passwd': must be a C file of pendulum"),
         ('"schema": 1', '"x": ' + "[" * 100_000, "nested too deeply"),
     ],
 )
@@ -328,31 +323,3 @@ def test_whatever_is_edited_in_a_manifest_by_hand_it_is_refused(edited: Edit) ->
             read_manifest(copy)
     (copy / FILE).write_text(text)
     read_manifest(copy)
-
-
-def test_whatever_is_dropped_from_a_manifest_it_is_refused_or_runs(edited: Edit) -> None:
-    """One entry less in any list or table, or one twice: refused with one line, or of no account to a run."""
-    copy = edited(FILE, "pendulum", "pendulum")
-    whole = json.loads((copy / FILE).read_text())
-    refused = 0
-    for path in list(places(whole)):
-        data = json.loads(json.dumps(whole))
-        *above, last = path
-        place = data
-        for part in above:
-            place = place[part]
-        del place[last]
-        write_manifest(copy, data)
-        try:
-            runtime.simulate(runtime.load(copy, backend="python"), "pd", t_end=0.1)
-        except MehvarError:
-            refused += 1
-    assert refused > 100
-
-
-def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the place of each entry of each list and table."""
-    entries = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
-    for key, value in entries:
-        yield (*path, key)
-        yield from places(value, (*path, key))
