@@ -24,8 +24,31 @@ def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Exp
     rates : mapping of Symbol to Expr
         Time derivative of each symbol that depends on time; all others are constant.
     """
-    subject = expression("expr", expr)
-    return sp.Add(*(sp.diff(subject, symbol) * rate for symbol, rate in rates_of(rates).items()))
+    subject, slopes = expression("expr", expr), _Slopes()
+    return sp.Add(*(slopes(subject, symbol) * rate for symbol, rate in rates_of(rates).items()))
+
+
+class _Slopes:
+    """Partial derivatives as SymPy's, which collects the symbols of every subexpression anew for each symbol."""
+
+    def __init__(self) -> None:
+        self._symbols: dict[sp.Basic, set[sp.Basic]] = {}
+
+    def __call__(self, expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+        """Differentiate sums and products here, and leave other functions to SymPy."""
+        if expr not in self._symbols:
+            self._symbols[expr] = expr.free_symbols
+        if symbol not in self._symbols[expr]:
+            return sp.S.Zero
+        if type(expr) is sp.Add:
+            return sp.Add(*(self(term, symbol) for term in expr.args))
+        if type(expr) is sp.Mul:
+            factors = expr.args
+            slopes = [self(factor, symbol) for factor in factors]
+            return sp.Add(
+                *(sp.Mul(*factors[:k], s, *factors[k + 1 :]) for k, s in enumerate(slopes) if s is not sp.S.Zero)
+            )
+        return expr.diff(symbol)
 
 
 def matrix_rate(matrix: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:

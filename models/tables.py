@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import tomllib
@@ -147,17 +148,22 @@ def place_in(path: Path, *keys: str) -> str:
     *keys : str
         Names of the tables, outermost first, and of the entry.
     """
-    table: tuple[str, ...] = ()
-    best, depth = 1, 0
-    for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
+    lines = _lines_of(path.read_text(encoding="utf-8-sig"))
+    beginnings = (keys[:depth] for depth in range(len(keys), 0, -1))
+    return place(str(path), next((lines[start] for start in beginnings if start in lines), 1))
+
+
+@functools.lru_cache(maxsize=8)
+def _lines_of(text: str) -> dict[tuple[str, ...], int]:
+    """Return the first line of each table and entry of a TOML file."""
+    table, lines = tuple[str, ...](), dict[tuple[str, ...], int]()
+    for number, line in enumerate(text.splitlines(), 1):
         header, entry = _HEADER.match(line), _ENTRY.match(line)
         if header:
             table = _keys_of(header[1])
-        here = table if header else (*table, *_keys_of(entry[1])) if entry else ()
-        common = len(here) if here == keys[: len(here)] else 0
-        if common > depth:
-            best, depth = number, common
-    return place(str(path), best)
+        if header or entry:
+            lines.setdefault((*table, *_keys_of(entry[1])) if entry and not header else table, number)
+    return lines
 
 
 def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
@@ -173,8 +179,13 @@ def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
         File and line of the system.
     """
     path = None if folder is None else folder / "scenarios.toml"
-    written = path is not None and path.is_file() and name in read_toml(path).get(kind, {})
+    written = path is not None and path.is_file() and name in _names_of(path, path.read_bytes(), kind)
     return place_in(path, kind, name) if path is not None and written else otherwise
+
+
+@functools.lru_cache(maxsize=8)
+def _names_of(path: Path, _contents: bytes, kind: str) -> frozenset[str]:
+    return frozenset(read_toml(path).get(kind, {}))
 
 
 _HEADER = re.compile(r"\s*\[([^\[\]]+)\]")

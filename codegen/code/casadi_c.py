@@ -6,6 +6,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 
@@ -39,5 +40,5 @@ def casadi_c(model: str, functions: Sequence[FunctionGraph]) -> dict[str, str]:
 
 
 def _renamed(graph: ca.Function, name: str) -> ca.Function:
-    arguments = graph.sx_in()
+    arguments: list[Any] = graph.sx_in() if graph.is_a("SXFunction") else graph.mx_in()
     return ca.Function(name, arguments, graph.call(arguments), graph.name_in(), graph.name_out())

@@ -51,11 +51,27 @@ class PrintedFunction:
     tape: Tape
     labels: Labels = PLAIN
     families: Families = field(default_factory=dict)
+    change: PrintedFunction | None = None
+    """For a Jacobian, the directional derivative that gives its columns in Python, and in C if the tape is empty."""
 
     @property
     def operations(self) -> int:
         """Operations of one evaluation."""
+        if self.change and self.by_columns:
+            return self.change.operations * sum(count for _, _, count in self.matrices)
         return self.tape.operations
+
+    @property
+    def by_columns(self) -> bool:
+        """True for a Jacobian whose columns C computes as directional derivatives."""
+        return not self.tape.results
+
+    @property
+    def matrices(self) -> list[tuple[str, str, int]]:
+        """For a Jacobian, its results with the name and the number of elements of the argument that each is for."""
+        sizes = dict(self.arguments)
+        by = [(name, self.name[-1] if name == "J" else name.removeprefix("J_")) for name, _ in self.results]
+        return [(name, argument, sizes[argument] or 0) for name, argument in by]
 
     def c_signature(self, real: str) -> str:
         """Return the parameters of the C function: the public function has the type `mv_real`, its body `real`."""
@@ -65,6 +81,8 @@ class PrintedFunction:
     @property
     def unused(self) -> list[str]:
         """Names of unused arguments, and of results without elements."""
+        if self.by_columns:
+            return []
         read = {i.args[0] for i in self.tape.instructions if i.op == "input"}
         unread = [name for k, (name, _) in enumerate(self.arguments) if k not in read]
         return unread + [name for name, size in self.results if size == 0]
@@ -109,11 +127,13 @@ class PrintedFunction:
 
     @property
     def python_lines(self) -> list[str]:
-        """Body of the Python function with its return statement; Jacobians of the rates are columns of `jvp`."""
-        if self.part == "jac" and self.name != "jvp":
-            names, sizes = [name for name, _ in self.arguments], dict(self.arguments)
-            along, point = ("x", "u"), ", ".join(names)
-            return [f"return _columns(jvp, ({point}), {tuple(sizes[n] for n in along)}, {along.index(self.name[-1])})"]
+        """Body of the Python function with its return statement."""
+        if self.change:
+            point, sizes = ", ".join(name for name, _ in self.arguments), dict(self.arguments)
+            along = [name.removeprefix("along_") for name, _ in self.change.arguments[len(self.arguments) :]]
+            counts = tuple(sizes[name] for name in along)
+            columns = (f"{self.change.name}, ({point}), {counts}, {along.index(by)}" for _, by, _ in self.matrices)
+            return [f"return {', '.join(f'_columns({arguments})' for arguments in columns)}"]
         lines, values = self._statements(PYTHON)
         returned = [self._python_result(result, v) for result, v in zip(self.results, values, strict=True)]
         return [*lines, *f"return {', '.join(returned)}".split("\n")]
@@ -157,12 +177,19 @@ def printed_functions(functions: Sequence[FunctionGraph]) -> list[PrintedFunctio
         PrintedFunction(f.name, f.description, f.arguments, f.results, f.part, _tape(f), _labels(f), f.families)
         for f in functions
     ]
+    by_name = {p.name: p for p in whole}
+    whole = [replace(p, change=by_name[f.change]) if f.change else p for p, f in zip(whole, functions, strict=True)]
     parts = (_in_parts(p, f.parameters, f.held) for p, f in zip(whole, functions, strict=True))
     return [*whole, *(part for several in parts for part in several)]
 
 
 def _tape(f: FunctionGraph) -> Tape:
-    """Convert a graph to a list of instructions, with sums over equal parts in an order that a loop can compute."""
+    """Convert a graph to a list of instructions, with sums over equal parts in an order that a loop can compute.
+
+    A Jacobian by columns has no instructions of its own.
+    """
+    if not f.graph.is_a("SXFunction"):
+        return Tape((), ())
     plain, tags = tape(f.graph, f.parameters, f.derivation), tags_of(f.arguments, f.families)
     ordered = in_order(plain, tags, f.parameters)
     return plain if ordered is plain else arranged(ordered, f.derivation)

@@ -4,11 +4,15 @@
 Rates, outputs and closed loops get Jacobians with all elements. Laws get directional derivatives, which cost two to
 three times the law: the Jacobian of an estimator's memory would cost seventeen times. Directional derivatives along
 unit vectors give the same numbers.
+
+The text of a Jacobian grows with the square of the number of equal parts, such as pendulums. From `MANY` parts on its
+columns are directional derivatives, whose text is a loop over the parts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import casadi as ca
 
@@ -16,7 +20,7 @@ from mehvar.base.manifest import Part
 from mehvar.base.names import identifier
 from mehvar.models.system import System
 
-from .function import FunctionGraph
+from .function import MANY, FunctionGraph
 from .plateaus import plateaus
 
 
@@ -32,16 +36,13 @@ def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[Func
     """
     by_name = {function.name: function for function in functions}
     rhs, outputs = by_name["rhs"], by_name["outputs"]
-    derived = [
-        jacobian(rhs, ["x"], "jac_x", "jac"),
-        jacobian(rhs, ["u"], "jac_u", "jac"),
-        directional(rhs, "xu", "jac"),
-    ]
+    change = directional(rhs, "xu", "jac")
+    derived = [_jacobian_of_rates(rhs, change, "x"), _jacobian_of_rates(rhs, change, "u"), change]
     if system.outputs:
-        derived.append(jacobian(outputs, _present(outputs, "xur"), "outputs_jac", "outputs_jac"))
+        derived += _jacobian(outputs, _present(outputs, "xur"), "outputs_jac", "outputs_jac")
     for function, name in ((rhs, "jac_p"), (outputs, "outputs_jac_p")):
         if system.parameters and _rows(function):
-            derived.append(jacobian(function, ["p"], name, "parameters_jac"))
+            derived += _jacobian(function, ["p"], name, "parameters_jac")
     if system.actuator:
         derived.append(directional(by_name["actuate"], ["x", "u_cmd"], "loops_jac"))
     if system.seen is not system.states:
@@ -51,8 +52,27 @@ def derivatives(system: System, functions: Sequence[FunctionGraph]) -> list[Func
         derived.append(directional(by_name[name], _present(by_name[name], ("x", "seen", *"rvz")), "loops_jac"))
         if not law.period:
             loop = by_name[f"{name}_loop"]
-            derived.append(jacobian(loop, _present(loop, "qr"), f"{name}_loop_jac", "loops_jac"))
+            derived += _jacobian(loop, _present(loop, "qr"), f"{name}_loop_jac", "loops_jac")
     return derived
+
+
+def _jacobian_of_rates(rhs: FunctionGraph, change: FunctionGraph, by: str) -> FunctionGraph:
+    name = f"jac_{by}"
+    if _many(rhs) and dict(rhs.arguments)[by]:
+        return columns(rhs, change, [by], name)
+    return replace(jacobian(rhs, [by], name, "jac"), change=change.name)
+
+
+def _jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) -> list[FunctionGraph]:
+    """Return a Jacobian, for many equal parts with the directional derivative that gives its columns."""
+    if not _many(function):
+        return [jacobian(function, by, name, part)]
+    change = replace(directional(function, by, part), name=name.replace("jac", "jvp"))
+    return [columns(function, change, by, name), change]
+
+
+def _many(function: FunctionGraph) -> bool:
+    return any(number >= MANY for tags in function.families.values() for _, number in tags)
 
 
 def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) -> FunctionGraph:
@@ -94,6 +114,43 @@ def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) 
     )
 
 
+def columns(function: FunctionGraph, change: FunctionGraph, by: Sequence[str], name: str) -> FunctionGraph:
+    """Return the Jacobian of a function with directional derivatives along unit vectors as its columns.
+
+    Parameters
+    ----------
+    function : FunctionGraph
+        Function with a single result.
+    change : FunctionGraph
+        Its directional derivative along `by` and perhaps other arguments.
+    by : sequence of str
+        Names of arguments, one matrix each.
+    name : str
+        As for `jacobian`.
+    """
+    arguments, directions = function.graph.mx_in(), change.arguments[len(function.arguments) :]
+    matrices = []
+    for argument in by:
+        count = dict(function.arguments)[argument] or 0
+        along = [ca.DM.eye(count) if n == f"along_{argument}" else ca.DM(size or 0, count) for n, size in directions]
+        point = [ca.repmat(vector, 1, count) for vector in arguments]
+        matrices.append(ca.densify(change.graph.map(count)(*point, *along)))
+    flat = [ca.vec(matrix.T) for matrix in matrices]
+    names = ["J" if name.startswith("jac_") else f"J_{argument}" for argument in by]
+    graph = ca.Function(name, arguments, flat, function.graph.name_in(), [f"res_{result}" for result in names])
+    return FunctionGraph(
+        name,
+        f"Jacobian of {function.name} with respect to {_and(by)}, row by row",
+        function.arguments,
+        tuple((result, matrix.numel()) for result, matrix in zip(names, matrices, strict=True)),
+        graph,
+        change.part,
+        function.name,
+        change.name,
+        elements=function.elements,
+    )
+
+
 def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> FunctionGraph:
     """Return the directional derivative of a function, at a few times the cost of the function.
 
@@ -129,8 +186,15 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
         part,
         function.name,
         elements={**function.elements, **_changes(function, by)},
+        families={**function.families, **_families_of_changes(function, by)},
         derivation=function.derivation,
     )
+
+
+def _families_of_changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[tuple[str, int], ...]]:
+    """Return the families of a direction's elements, which are those of its arguments."""
+    tags = ((name, function.families.get(name, ())) for name in names)
+    return {f"along_{name}": tuple((family and f"along_{family}", k) for family, k in own) for name, own in tags}
 
 
 def _changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[str, ...]]:

@@ -13,6 +13,12 @@ from mehvar.base.manifest import Part
 Signature = tuple[tuple[str, int | None], ...]
 LEAST = 8
 """Smallest number of equal parts, such as pendulums, for a loop in generated C."""
+MANY = 16
+"""Smallest number of equal parts for Jacobians by columns.
+
+With 8 pendulums a Jacobian with all elements is ten times as fast. With 16 it takes 1.5 times as long to compile and
+run once, and its text grows with the square of the number.
+"""
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,8 @@ class FunctionGraph:
         The C file that contains it; files that runs do not need are compiled on first use.
     of : str
         For a derivative, the differentiated function.
+    change : str
+        For a Jacobian, the directional derivative that gives its columns, if there is one.
     parameters : set of int
         Arguments that are constant in a run; empty for a function that a run calls only once.
     held : set of int
@@ -66,6 +74,7 @@ class FunctionGraph:
     graph: ca.Function
     part: Part = ""
     of: str = ""
+    change: str = ""
     parameters: frozenset[int] = frozenset()
     held: frozenset[int] = frozenset()
     elements: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

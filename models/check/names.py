@@ -31,7 +31,7 @@ _TAKEN = ("jac", "hess", "null")
 _GENERATED = frozenset("""
     rhs outputs geometry limits initial reference constraints to_coordinates from_coordinates project actuate measure
     mass_diagonal measure_jvp diffuse jump input_delays guards resets
-    jvp jac_x jac_u jac_p outputs_jac outputs_jac_p actuate_jvp
+    jvp jac_x jac_u jac_p jvp_p outputs_jac outputs_jac_p outputs_jvp outputs_jvp_p actuate_jvp
 """.split())  # fmt: skip  # noqa: SIM905
 """Names of functions that every system has. No law and no other function may use one."""
 _LOCAL = re.compile(r"[mt]_[a-z2-7]{5}(_\d+)?")

@@ -61,9 +61,33 @@ class CasadiBackend(CBackend):
         return load_library(identifier(file.removesuffix(".c")), sources, ["calls.c"], ["-O0"])
 
 
+_CALL = """
+#include <stdlib.h>
+#include <string.h>
+
+typedef int (*function)(const double **, double **, casadi_int *, double *, int);
+typedef int (*sizes)(casadi_int *, casadi_int *, casadi_int *, casadi_int *);
+
+static void call(function f, sizes work, const double *const *a, int arguments, double *const *r, int results)
+{
+    casadi_int n_arg, n_res, n_iw, n_w;
+    work(&n_arg, &n_res, &n_iw, &n_w);
+    const double *arg[n_arg];
+    double *res[n_res], *w = malloc((n_w + 1) * sizeof *w);
+    casadi_int iw[n_iw + 1];
+    if (!w)
+        abort();
+    memcpy(arg, a, arguments * sizeof *a);
+    memcpy(res, r, results * sizeof *r);
+    f(arg, res, iw, w, 0);
+    free(w);
+}
+"""
+
+
 def _calls_text(model: str, file: str, functions: Iterable[Function]) -> str:
-    """Return C code that adapts CasADi's functions to mehvar's two signatures, without work space."""
-    lines = [f'#include "{file}"', ""]
+    """Return C code that adapts CasADi's functions, which take work space, to mehvar's two signatures."""
+    lines = [f'#include "{file}"', _CALL]
     for function in functions:
         name, symbol = identifier(function.name), f"{identifier(model)}_{identifier(function.name)}"
         arguments = [f"a{k}" for k in range(len(function.arguments))]
@@ -71,12 +95,12 @@ def _calls_text(model: str, file: str, functions: Iterable[Function]) -> str:
         signature = [f"const double *{a}" for a in arguments] + [f"double *{r}" for r in results]
         lines += [
             f"void call_{name}(const double *const *a, double *const *r)",
-            f"{{ {symbol}((const double **)a, (double **)r, 0, 0, 0); }}",
+            f"{{ call({symbol}, {symbol}_work, a, {len(arguments)}, r, {len(results)}); }}",
             f"void direct_{name}({', '.join(signature)})",
             "{",
             f"    const double *a[] = {{{', '.join(arguments)}}};",
             f"    double *r[] = {{{', '.join(results)}}};",
-            f"    {symbol}(a, r, 0, 0, 0);",
+            f"    call_{name}(a, r);",
             "}",
         ]
     return "\n".join(lines) + "\n"

@@ -10,12 +10,12 @@ from __future__ import annotations
 import ast
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from mehvar.base.manifest import Manifest
+from mehvar.base.manifest import Function, Manifest
 
 from .replacement import Translation, library
 
@@ -31,36 +31,55 @@ def numba_functions(manifest: Manifest) -> Translation:
     njit = library("numba", "numba", "to_numba").njit
 
     def translate(name: str, generated: Callable[..., Any]) -> Any:
-        if name in _COLUMNS:
-            return _jacobian(njit, translate("jvp", generated.__globals__["jvp"]), name, manifest)
         tree = ast.parse(inspect.getsource(generated))
-        scalar = ast.fix_missing_locations(_Scalar(manifest.functions[name].shapes).visit(tree))
         names: dict[str, Any] = {"np": np, "_erf": math.erf}
+        if calls := _calls_of_columns(tree):
+            change = ast.unparse(calls[0].args[0])
+            names[change] = translate(change, generated.__globals__[change])
+            return njit(_jacobian(calls, names, manifest.functions[name]))
+        scalar = ast.fix_missing_locations(_Scalar(manifest.functions[name].shapes).visit(tree))
         exec(compile(scalar, f"<{manifest.model} {name} for numba>", "exec"), names)
         return njit(names[generated.__name__])
 
     return Translation(manifest, translate)
 
 
-_COLUMNS = {"jac_x": 0, "jac_u": 1}
-"""Jacobians computed by columns with `jvp`, and the positions of its direction arguments."""
+def _calls_of_columns(tree: ast.Module) -> list[ast.Call]:
+    """Return the calls of `_columns` that compute the results of a Jacobian; empty for other functions."""
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return [call for call in calls if ast.unparse(call.func) == "_columns"]
 
 
-def _jacobian(njit: Callable[..., Any], jvp: Any, name: str, manifest: Manifest) -> Any:
-    """Return a Jacobian whose columns are changes along unit vectors, as generated code computes it."""
-    (shape,), place = manifest.functions[name].shapes, _COLUMNS[name]
-    sizes = (len(manifest.states), len(manifest.inputs))
+def _jacobian(calls: Sequence[ast.Call], names: Mapping[str, Any], function: Function) -> Callable[..., Any]:
+    """Return a Jacobian whose columns are changes along unit vectors, as generated code computes it.
 
-    def jacobian(x: Any, u: Any, p: Any) -> Any:
-        result, along_x, along_u = np.empty(shape), np.zeros(sizes[0]), np.zeros(sizes[1])
-        along = along_u if place else along_x
-        for k in range(shape[1]):
-            along[k] = 1.0
-            result[:, k] = jvp(x, u, p, along_x, along_u)
-            along[k] = 0.0
-        return result
-
-    return njit(jacobian)
+    Parameters
+    ----------
+    calls : sequence of ast.Call
+        One for each result: the directional derivative, the point, the sizes of the directions, and the place of the
+        one that varies.
+    names : mapping
+        The compiled directional derivative by its name, and NumPy.
+    function : Function
+        Of the manifest.
+    """
+    change, _, sizes, _ = calls[0].args
+    arguments = ", ".join(argument.name for argument in function.arguments)
+    directions = [f"along_{k}" for k in range(len(ast.literal_eval(sizes)))]
+    lines = [f"{name} = np.zeros({n})" for name, n in zip(directions, ast.literal_eval(sizes), strict=True)]
+    for result, shape, call in zip(function.results, function.shapes, calls, strict=True):
+        direction = f"{directions[ast.literal_eval(call.args[3])]}[k]"
+        lines += [
+            f"{result.name} = np.empty({shape})",
+            f"for k in range({shape[1]}):",
+            f"    {direction} = 1.0",
+            f"    {result.name}[:, k] = {ast.unparse(change)}({arguments}, {', '.join(directions)})",
+            f"    {direction} = 0.0",
+        ]
+    lines.append(f"return {', '.join(result.name for result in function.results)}")
+    namespace = dict(names)
+    exec("\n    ".join([f"def jacobian({arguments}):", *lines]), namespace)
+    return namespace["jacobian"]  # type: ignore[no-any-return]
 
 
 class _Scalar(ast.NodeTransformer):
