@@ -47,6 +47,17 @@ LONG = (
 _CASES: Counter[str] = Counter()
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Name the server of commands to a process of the run; it imports while they collect."""
+    node.workerinput["python"] = commands.started()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Use that server."""
+    commands.adopt(getattr(config, "workerinput", {}).get("python", ""))
+
+
 def pytest_itemcollected(item: pytest.Item) -> None:
     """Move the cases of a test beyond its `share` to soak."""
     if share := item.get_closest_marker("share"):
