@@ -24,7 +24,10 @@ from tests import commands
 hypothesis.settings.register_profile("any load", deadline=None)
 hypothesis.settings.load_profile("any load")
 
-PAPERS = ("tests/papers/", "tests/mehvar/report/test_backends.py", "tests/mehvar/cli/test_reproduce.py")
+PAPERS = (
+    *("tests/papers/", "tests/mehvar/report/test_backends.py"),
+    *("tests/mehvar/reproduction/test_ledger_page.py", "tests/mehvar/cli/test_reproduce.py"),
+)
 TOGETHER = (PAPERS, ("tests/models/slosh/",), ("tests/mehvar/physics/",))
 PAGES = "tests/docs/test_docs.py::test_what_a_page_shows_runs["
 LONG = (

@@ -25,7 +25,7 @@ from tests.codegen.diff.pairs import SEED, pairs
 @pytest.mark.parametrize(
     "name", [n if n != "six saturations" else pytest.param(n, marks=pytest.mark.soak) for n in SAME]
 )
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_what_is_only_written_differently_is_the_same(name):
     old, new = (document(text) for text in SAME[name])
     for comparison in (compare(old, new), compare(new, old)):

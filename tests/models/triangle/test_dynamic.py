@@ -178,6 +178,7 @@ def turns_by_twice_the_area(model, p, radius, centre):
 
 
 @pytest.mark.parametrize(("radius", "centre"), [(0.3, 0.0), (0.2, 0.3)])
+@pytest.mark.share(2)
 def test_a_loop_of_shapes_turns_by_the_kinematic_angle_without_gradient(model, radius, centre):
     turns_by_twice_the_area(model, model.parameters(), radius, centre)
 

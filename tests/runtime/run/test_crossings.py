@@ -165,7 +165,7 @@ def test_backends_sample_the_same_end(ground, law, settings):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("law", "settings"), [("free", {}), ("steps", {}), ("steps", {"dt_out": 0.05, "delay": 2})])
-@pytest.mark.share(7)
+@pytest.mark.share(8)
 def test_ends_in_a_batch_have_the_bits_of_runs_alone(ground, tmp_path, law, settings, method):
     """All kinds of metrics, some of windows that only the last sample is in or that no sample is in."""
     where = tmp_path / "throws.zarr"
