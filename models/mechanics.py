@@ -249,7 +249,8 @@ def kirchhoff(
         d/dt(dT/dV) + Omega x dT/dV, N, and d/dt(dT/dOmega) + Omega x dT/dOmega + V x dT/dV, N m.
     """
     total, v, w = expression("energy", energy), symbols("velocity", velocity, 3), symbols("rate", rate, 3)
-    linear, angular = (sp.Matrix([total.diff(symbol) for symbol in group]) for group in (v, w))
+    slopes = _Slopes()
+    linear, angular = (sp.Matrix([slopes(total, symbol) for symbol in group]) for group in (v, w))
     force = matrix_rate(linear, rates) + sp.Matrix(w).cross(linear)
     moment = matrix_rate(angular, rates) + sp.Matrix(w).cross(angular) + sp.Matrix(v).cross(linear)
     return force, moment
@@ -274,9 +275,9 @@ def lagrange(
         Time derivative of each symbol that depends on time, as for `time_derivative`.
     """
     q = symbols("coordinates", coordinates)
-    kinetic, lost = expression("energy", energy), expression("dissipation", dissipation)
+    kinetic, lost, slopes = expression("energy", energy), expression("dissipation", dissipation), _Slopes()
     rows = [
-        time_derivative(kinetic.diff(speed), rates) - kinetic.diff(coordinate) + lost.diff(speed)
+        time_derivative(slopes(kinetic, speed), rates) - slopes(kinetic, coordinate) + slopes(lost, speed)
         for coordinate, speed in zip(q, symbols("speeds", speeds, len(q)), strict=True)
     ]
     return sp.Matrix(rows)
