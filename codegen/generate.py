@@ -244,7 +244,7 @@ def generated_files(
     manifest = replace(manifest, versions=dict(sorted({**(libraries or {}), **manifest.versions}.items())))
     _check_constants(manifest, [f.name for f in functions])
     left_out = frozenset() if whole else files_on_first_use(system.name)
-    files = {name: text for name, text in code_files(manifest, functions).items() if name not in left_out}
+    files = code_files(manifest, functions, left_out)
     files["equations.json"] = equations_json(system)
     files["equations.md"] = equations_markdown(system)
     if casadi:

@@ -56,16 +56,20 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
         Name of the model's package, whose imports count even if they were executed before.
     """
     before, original = set(sys.modules), builtins.__import__
-    known = set[tuple[object, ...]]()
+    known, libraries = set[tuple[object, ...]](), set[str]()
 
     def imported(
         name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
     ) -> Any:
         module = original(name, globals, locals, fromlist, level)
         importer = globals.get("__name__", "") if globals else ""
+        if importer in libraries:  # SymPy imports inside functions: a derivation executes 100 000 such statements
+            return module
         statement = (importer, name, tuple(fromlist or ()), level)
-        if statement not in known:  # SymPy imports inside functions: a derivation executes 100 000 such statements
+        if statement not in known:
             known.add(statement)
+            if _is_of_library(importer):
+                libraries.add(importer)
             _IMPORTS[importer] |= _names(module, name, fromlist, level)
         return module
 
@@ -79,6 +83,11 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
             )
     finally:
         builtins.__import__ = original
+
+
+def _is_of_library(module: str) -> bool:
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return file is not None and is_library(Path(file).resolve())
 
 
 def _names(module: Any, name: str, wanted: Any = None, level: int = 0) -> set[str]:

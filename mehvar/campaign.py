@@ -5,32 +5,28 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
-from mehvar.base.errors import InputError, either, value_text
-from mehvar.base.schema import parse_toml
+from mehvar.base.errors import InputError
+from mehvar.base.schema import SchemaError, parse_toml, read
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.sampling import DESIGNS, Design
+from mehvar.runtime.batch.sampling import Design
 from mehvar.runtime.model.catalogue import find_folder, find_model
 from mehvar.runtime.run.options import split_settings
 from mehvar.runtime.units import distribution, read_value, setting_units
 
 
-class _Table(BaseModel):
-    # Strict, so that booleans are not numbers; the rows of the options define their numbers.
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class Save(_Table):
+@dataclass(frozen=True)
+class Save:
     """Settings of stored series: one sample every `every` seconds."""
 
     every: Any
 
 
-class CampaignFile(_Table):
+@dataclass(frozen=True)
+class CampaignFile:
     """Contents of a campaign file, overridden by the command line. `Campaign` defines the valid values.
 
     `set` has parameters, options and choices as in `--set`, `vary` distributions as in `--vary`, `initial` states,
@@ -47,17 +43,17 @@ class CampaignFile(_Table):
     success: str | None = None
     until: str | None = None
     confidence: Any = None
-    out: Annotated[Path | None, Field(strict=False)] = None
+    out: Path | None = None
     save: Save | None = None
-    set: dict[str, Any] = {}
-    initial: dict[str, Any] = {}
-    vary: dict[str, str] = {}
-    require: dict[str, str] = {}
+    set: Mapping[str, Any] = field(default_factory=dict)
+    initial: Mapping[str, Any] = field(default_factory=dict)
+    vary: Mapping[str, str] = field(default_factory=dict)
+    require: Mapping[str, str] = field(default_factory=dict)
 
     def under(self, flags: Mapping[str, Any]) -> CampaignFile:
         """Return the campaign with values of the command line; `set` and `vary` are merged by name."""
         tables = {name: {**getattr(self, name), **flags.get(name, {})} for name in ("set", "vary")}
-        return self.model_copy(update={**flags, **tables})
+        return replace(self, **{**flags, **tables})
 
     def campaign(self, origin: str) -> Campaign:
         """Return the part of the campaign that determines the numbers of the batch.
@@ -106,34 +102,12 @@ def read_campaign(path: Path) -> CampaignFile:
         If the file cannot be read, is not TOML, or has an invalid field, which the message names.
     """
     try:
-        file = CampaignFile.model_validate(parse_toml(path.read_text(encoding="utf-8-sig")))
+        file = read(CampaignFile, parse_toml(path.read_text(encoding="utf-8-sig")), "table")
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not TOML: {error}") from error
-    except ValidationError as error:
-        raise InputError("\n".join(f"{path}: {_sentence(dict(item))}" for item in error.errors())) from error
+    except SchemaError as error:
+        raise InputError(f"{path}: {error}") from error
     out = None if file.out is None else path.parent / file.out
-    return file.model_copy(update={"model": str(find_folder(file.model, path.parent)), "out": out})
-
-
-_KINDS = {
-    **dict.fromkeys(("dict_type", "model_type", "model_attributes_type"), "a table, as in [name]"),
-    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "a whole number"),
-    **dict.fromkeys(("float_type", "float_parsing"), "a number"),
-    **dict.fromkeys(("string_type", "path_type"), "a text"),
-    "literal_error": either(DESIGNS),
-}
-"""Messages for pydantic's error types in a TOML file; the only literal field is the sampling design."""
-
-
-def _sentence(item: dict[str, object]) -> str:
-    """Return pydantic's error as a message with field, value and allowed values."""
-    place = item["loc"]
-    field = ".".join(map(str, place)) if isinstance(place, tuple) else ""
-    if item["type"] == "missing":
-        return f"{field} is missing"
-    if item["type"] == "extra_forbidden":
-        return f"{field} is not known; known: {', '.join(CampaignFile.model_fields)}"
-    allowed = _KINDS.get(str(item["type"]))
-    return f"{field} = {value_text(item['input'])}: " + (f"must be {allowed}" if allowed else str(item["msg"]))
+    return replace(file, model=str(find_folder(file.model, path.parent)), out=out)

@@ -24,8 +24,31 @@ def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Exp
     rates : mapping of Symbol to Expr
         Time derivative of each symbol that depends on time; all others are constant.
     """
-    subject = expression("expr", expr)
-    return sp.Add(*(sp.diff(subject, symbol) * rate for symbol, rate in rates_of(rates).items()))
+    subject, slopes = expression("expr", expr), _Slopes()
+    return sp.Add(*(slopes(subject, symbol) * rate for symbol, rate in rates_of(rates).items()))
+
+
+class _Slopes:
+    """Partial derivatives as SymPy's, which collects the symbols of every subexpression anew for each symbol."""
+
+    def __init__(self) -> None:
+        self._symbols: dict[sp.Basic, set[sp.Basic]] = {}
+
+    def __call__(self, expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+        """Differentiate sums and products here, and leave other functions to SymPy."""
+        if expr not in self._symbols:
+            self._symbols[expr] = expr.free_symbols
+        if symbol not in self._symbols[expr]:
+            return sp.S.Zero
+        if type(expr) is sp.Add:
+            return sp.Add(*(self(term, symbol) for term in expr.args))
+        if type(expr) is sp.Mul:
+            factors = expr.args
+            slopes = [self(factor, symbol) for factor in factors]
+            return sp.Add(
+                *(sp.Mul(*factors[:k], s, *factors[k + 1 :]) for k, s in enumerate(slopes) if s is not sp.S.Zero)
+            )
+        return expr.diff(symbol)
 
 
 def matrix_rate(matrix: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
@@ -226,7 +249,8 @@ def kirchhoff(
         d/dt(dT/dV) + Omega x dT/dV, N, and d/dt(dT/dOmega) + Omega x dT/dOmega + V x dT/dV, N m.
     """
     total, v, w = expression("energy", energy), symbols("velocity", velocity, 3), symbols("rate", rate, 3)
-    linear, angular = (sp.Matrix([total.diff(symbol) for symbol in group]) for group in (v, w))
+    slopes = _Slopes()
+    linear, angular = (sp.Matrix([slopes(total, symbol) for symbol in group]) for group in (v, w))
     force = matrix_rate(linear, rates) + sp.Matrix(w).cross(linear)
     moment = matrix_rate(angular, rates) + sp.Matrix(w).cross(angular) + sp.Matrix(v).cross(linear)
     return force, moment
@@ -251,9 +275,9 @@ def lagrange(
         Time derivative of each symbol that depends on time, as for `time_derivative`.
     """
     q = symbols("coordinates", coordinates)
-    kinetic, lost = expression("energy", energy), expression("dissipation", dissipation)
+    kinetic, lost, slopes = expression("energy", energy), expression("dissipation", dissipation), _Slopes()
     rows = [
-        time_derivative(kinetic.diff(speed), rates) - kinetic.diff(coordinate) + lost.diff(speed)
+        time_derivative(slopes(kinetic, speed), rates) - slopes(kinetic, coordinate) + slopes(lost, speed)
         for coordinate, speed in zip(q, symbols("speeds", speeds, len(q)), strict=True)
     ]
     return sp.Matrix(rows)

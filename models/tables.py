@@ -3,21 +3,19 @@
 
 from __future__ import annotations
 
-import difflib
+import functools
 import math
 import re
 import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
-
-from mehvar.base.errors import either
+from mehvar.base.errors import either, suggestion, value_text
 from mehvar.base.intervals import REALS, Interval
 from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
-from mehvar.base.schema import parse_toml
+from mehvar.base.schema import SchemaError, parse_toml, read
 from mehvar.base.units import dimension
 
 from .arrays import INCREASING, Table, Tensor, array_of, elements
@@ -25,77 +23,26 @@ from .quantities import Group, ModelError, Parameter, place, wrong
 
 OF_COUNTS = ("sign_changes",)
 """Kinds of metrics that use the band; kinds in seconds require it."""
+_Row = TypeVar("_Row")
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-_Table = TypeVar("_Table", bound=_Strict)
-
-
-class _ParameterRow(_Strict):
+@dataclass(frozen=True)
+class _ParameterRow:
     unit: str
-    default: float | str | list[float] | list[list[float]]
+    default: Any
     bounds: str = str(REALS)
     source: str = ""
     description: str = ""
     latex: str = ""
     form: str = ""
-    over: list[str] = []
+    over: tuple[str, ...] = ()
     outside: str = ""
 
-    @field_validator("default", mode="before")
-    @classmethod
-    def _number(cls, value: object) -> object:
-        if isinstance(value, list):
-            return [cls._number(entry) for entry in value]
-        if not isinstance(value, int | float | str) or isinstance(value, bool):
-            raise ValueError("must be a number, a formula or a list of numbers")
-        return float(value) if isinstance(value, int) else value
 
-    @field_validator("unit")
-    @classmethod
-    def _unit(cls, value: str) -> str:
-        dimension(value)
-        return value
-
-    @field_validator("bounds")
-    @classmethod
-    def _bounds(cls, value: str) -> str:
-        Interval.parse(value)
-        return value
-
-
-class _MetricRow(_Strict):
-    kind: str
-    of: list[str]
-    unit: str
-    description: str
-    band: float = 0.0
-    since: float = 0.0
-    until: float = float("inf")
-
-    @field_validator("kind")
-    @classmethod
-    def _kind(cls, value: str) -> str:
-        if value not in METRIC_KINDS:
-            raise ValueError(f"must be {either(METRIC_KINDS)}")
-        return value
-
-
-class _ScenarioRow(_Strict):
-    title: str
-    duration: float = Field(gt=0)
-    step: float = Field(gt=0)
-    values: dict[str, float] = {}
-    controllers: dict[str, dict[str, float]] = {}
-    expect: dict[str, dict[str, float]] = {}
-
-
-class _ScenarioFile(_Strict):
-    scenarios: dict[str, _ScenarioRow]
-    metrics: dict[str, _MetricRow] = {}
+@dataclass(frozen=True)
+class _ScenarioFile:
+    scenarios: Mapping[str, Scenario]
+    metrics: Mapping[str, Metric] = field(default_factory=dict)
 
 
 def read_parameters(path: Path) -> dict[str, Group]:
@@ -141,9 +88,8 @@ def read_scenarios(path: Path) -> tuple[tuple[Scenario, ...], tuple[Metric, ...]
     ModelError
         If the file is unreadable or malformed or a key is unknown.
     """
-    table = _validate(_ScenarioFile, read_toml(path), path)
-    metrics = tuple(Metric(name, **{**row.model_dump(), "of": tuple(row.of)}) for name, row in table.metrics.items())
-    scenarios = tuple(Scenario(name, **row.model_dump()) for name, row in table.scenarios.items())
+    table = _read(_ScenarioFile, read_toml(path), path)
+    scenarios, metrics = tuple(table.scenarios.values()), tuple(table.metrics.values())
     for scenario in scenarios:
         check_scenario_numbers(scenario, f"{place_in(path, 'scenarios', scenario.name)}: scenario {scenario.name!r}")
     for metric in metrics:
@@ -163,7 +109,9 @@ def check_scenario_numbers(scenario: Scenario, where: str) -> None:
 
 
 def check_metric_numbers(metric: Metric, where: str) -> None:
-    """Refuse a band or window that a metric's kind does not use."""
+    """Refuse an unknown kind of metric, and a band or window that the kind does not use."""
+    if metric.kind not in METRIC_KINDS:
+        raise ModelError(f"{where}: kind = {metric.kind!r}: must be {either(METRIC_KINDS)}")
     if metric.kind not in (*OF_SECONDS, *OF_COUNTS) and metric.band != 0:
         raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} uses none")
     least = "above zero" if metric.kind in OF_SECONDS else "zero or above"
@@ -173,12 +121,6 @@ def check_metric_numbers(metric: Metric, where: str) -> None:
         raise ModelError(
             f"{where}: since = {metric.since:g} and until = {metric.until:g}: must be 0 <= since < until, in seconds"
         )
-
-
-def suggestion(word: str, names: Iterable[str]) -> str:
-    """Return " (did you mean ...?)" with the most similar names; empty if none is similar."""
-    near = difflib.get_close_matches(word, list(names), n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
 
 
 def check_names(names: Iterable[str], allowed: Collection[str], what: str) -> None:
@@ -206,17 +148,22 @@ def place_in(path: Path, *keys: str) -> str:
     *keys : str
         Names of the tables, outermost first, and of the entry.
     """
-    table: tuple[str, ...] = ()
-    best, depth = 1, 0
-    for number, line in enumerate(path.read_text(encoding="utf-8-sig").splitlines(), 1):
+    lines = _lines_of(path.read_text(encoding="utf-8-sig"))
+    beginnings = (keys[:depth] for depth in range(len(keys), 0, -1))
+    return place(str(path), next((lines[start] for start in beginnings if start in lines), 1))
+
+
+@functools.lru_cache(maxsize=8)
+def _lines_of(text: str) -> dict[tuple[str, ...], int]:
+    """Return the first line of each table and entry of a TOML file."""
+    table, lines = tuple[str, ...](), dict[tuple[str, ...], int]()
+    for number, line in enumerate(text.splitlines(), 1):
         header, entry = _HEADER.match(line), _ENTRY.match(line)
         if header:
             table = _keys_of(header[1])
-        here = table if header else (*table, *_keys_of(entry[1])) if entry else ()
-        common = len(here) if here == keys[: len(here)] else 0
-        if common > depth:
-            best, depth = number, common
-    return place(str(path), best)
+        if header or entry:
+            lines.setdefault((*table, *_keys_of(entry[1])) if entry and not header else table, number)
+    return lines
 
 
 def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
@@ -232,8 +179,13 @@ def place_of(folder: Path | None, kind: str, name: str, otherwise: str) -> str:
         File and line of the system.
     """
     path = None if folder is None else folder / "scenarios.toml"
-    written = path is not None and path.is_file() and name in read_toml(path).get(kind, {})
+    written = path is not None and path.is_file() and name in _names_of(path, path.read_bytes(), kind)
     return place_in(path, kind, name) if path is not None and written else otherwise
+
+
+@functools.lru_cache(maxsize=8)
+def _names_of(path: Path, _contents: bytes, kind: str) -> frozenset[str]:
+    return frozenset(read_toml(path).get(kind, {}))
 
 
 _HEADER = re.compile(r"\s*\[([^\[\]]+)\]")
@@ -263,9 +215,14 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 def _parameters(path: Path, group: str, name: str, row: object) -> Iterator[Parameter]:
     """Yield the parameter of an entry, or all parameters of an array."""
-    entry = _validate(_ParameterRow, row, path, group, name)
-    bounds, default = Interval.parse(entry.bounds), entry.default
+    entry = _read(_ParameterRow, row, path, group, name)
+    for key, check in (("unit", dimension), ("bounds", Interval.parse)):
+        try:
+            check(getattr(entry, key))
+        except ValueError as error:
+            raise ModelError(f"{place_in(path, group, name, key)}: [{group}.{name}]: {error}") from None
     where = f"{place_in(path, group, name, 'default')}: [{group}.{name}]"
+    bounds, default = Interval.parse(entry.bounds), _default(entry.default, where)
     whole = Parameter(name, entry.unit, entry.description, entry.latex, bounds.positive, 0.0, bounds, entry.source)
     if isinstance(default, list):
         array = array_of(name, default, entry.form, entry.over, entry.outside, where)
@@ -280,6 +237,19 @@ def _parameters(path: Path, group: str, name: str, row: object) -> Iterator[Para
         if isinstance(q.default, float) and q.default not in bounds:
             raise ModelError(f"{where}: {_called(name, q)} = {q.default:g} is outside its bounds {bounds}")
     yield from parameters
+
+
+def _default(value: Any, where: str) -> Any:
+    """Return a number, a formula, or a list of numbers or of lists of numbers."""
+    if isinstance(value, list):
+        rows = [entry if isinstance(entry, list) else [entry] for entry in value]
+        if all(type(number) in (int, float) for row in rows for number in row):
+            return [_default(entry, where) for entry in value]
+    elif isinstance(value, str):
+        return value
+    elif type(value) is float or (type(value) is int and abs(value) < 2**1023):
+        return float(value)
+    raise ModelError(f"{where}: default = {value_text(value)}: must be a number, a formula or a list of numbers")
 
 
 def _called(name: str, parameter: Parameter) -> str:
@@ -305,25 +275,10 @@ def _check_axes(path: Path, group: Group) -> None:
                     )
 
 
-def _validate(model: type[_Table], row: object, path: Path, *keys: str) -> _Table:
+def _read(kind: type[_Row], data: object, path: Path, *keys: str) -> _Row:
+    """Read an entry of a table; an error names file, line and entry."""
     try:
-        return model.model_validate(row)
-    except ValidationError as error:
-        problems = error.errors()
-        where = place_in(path, *keys, *map(str, problems[0]["loc"]))
-        named = f" [{'.'.join(keys)}]:" if keys else ""
-        raise ModelError(f"{where}:{named} {'; '.join(_explain(model, dict(e)) for e in problems)}") from None
-
-
-def _explain(model: type[_Strict], error: Mapping[str, Any]) -> str:
-    place = ".".join(str(part) for part in error["loc"])
-    if error["type"] == "extra_forbidden":
-        return f"unknown key {place!r}{suggestion(str(error['loc'][-1]), _fields(model))}"
-    if error["type"] == "missing":
-        return f"{place!r} is missing"
-    return f"{place or 'entry'} = {error['input']!r}: {error['msg'].removeprefix('Value error, ')}"
-
-
-def _fields(model: type[_Strict]) -> set[str]:
-    nested = {"_ScenarioFile": (_ScenarioRow, _MetricRow)}.get(model.__name__, ())
-    return set(model.model_fields).union(*(set(inner.model_fields) for inner in nested))
+        return read(kind, data, "table")
+    except SchemaError as error:
+        whole = error.within(*keys)
+        raise ModelError(f"{place_in(path, *map(str, whole.place))}: {whole}") from None

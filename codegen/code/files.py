@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -274,8 +274,17 @@ def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
     return digest.hexdigest()
 
 
-def code_files(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict[str, str]:
+def code_files(
+    manifest: Manifest, functions: Sequence[PrintedFunction], left_out: Collection[str] = ()
+) -> dict[str, str]:
     """Return the filled templates.
+
+    Parameters
+    ----------
+    manifest, functions
+        As of the model.
+    left_out : collection of str
+        Names of files that are not written.
 
     Returns
     -------
@@ -299,9 +308,10 @@ def code_files(manifest: Manifest, functions: Sequence[PrintedFunction]) -> dict
     files = {f"{name}.h": fill("model.h.j2", functions)}
     for part, title in _TITLES.items():
         chosen = [f for f in functions if f.part == part]
-        if chosen:
-            files[file_of(name, part)] = fill("model.c.j2", chosen, title)
-        if part in ("", "variants", "outputs_jac", "parameters_jac", "loops_jac") and chosen:
+        source, module = file_of(name, part), file_of(name, part, "py")
+        if chosen and source not in left_out:
+            files[source] = fill("model.c.j2", chosen, title)
+        if part in ("", "variants", "outputs_jac", "parameters_jac", "loops_jac") and chosen and module not in left_out:
             own = [f for f in functions if not part and f.part == "jac"]
-            files[file_of(name, part, "py")] = fill("model.py.j2", [*chosen, *own], title)
+            files[module] = fill("model.py.j2", [*chosen, *own], title)
     return files

@@ -13,6 +13,7 @@ import keyword
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from mehvar.base.names import identifier
 
@@ -20,6 +21,8 @@ from .tape import COMMUTATIVE, MASKS, Instruction, Tape, is_sum
 
 Element = tuple[int, int]
 """Position of an argument, and of an element in it."""
+_Node: TypeAlias = "str | int | tuple[str, bool, list[_Node]]"
+"""A description, a value with a statement, or an operation, True if its operands commute, and its operands."""
 LEAVES = 8
 """Largest number of operands in a statement. Longer expressions are split into statements of about a hundred
 characters, long sums into one line per term. Half the limit gives more statements, twice gives longer lines; results
@@ -82,11 +85,17 @@ class Names:
         The values with their own statements.
     values : mapping of int to str
         Names of these values.
+    pairs : mapping of int to int
+        Sines and cosines of the same angle, in both directions.
+    long : set of int
+        Additions that start a new line.
     """
 
     elements: Mapping[Element, str]
     lined: set[int]
     values: Mapping[int, str]
+    pairs: Mapping[int, int]
+    long: set[int]
 
 
 def names_of(
@@ -111,35 +120,49 @@ def names_of(
     more : iterable of int
         Further values to name, although they have no statement.
     """
-    elements, lined = element_names(arguments, results, labels), lines_of(tape) | set(more)
-    return Names(elements, lined, value_names(tape, lined, elements, {*(name for name, _ in arguments), *results}))
+    elements, pairs = element_names(arguments, results, labels), sincos_pairs(tape)
+    lined = lines_of(tape, pairs) | set(more)
+    values = value_names(tape, lined, elements, {*(name for name, _ in arguments), *results}, pairs)
+    return Names(elements, lined, values, pairs, long_sums(tape, lined))
 
 
-def lines_of(tape: Tape) -> set[int]:
+def lines_of(tape: Tape, pairs: Mapping[int, int]) -> set[int]:
     """Return the values that have their own statements.
 
     These are values that are used more than once or defined in the model, truth values, sines paired with cosines,
     and values that would make a statement longer than LEAVES operands, except the beginning of a sum.
     """
-    uses, users = tape.uses(), _users(tape)
-    paired = sincos_pairs(tape)
+    uses, operands = tape.uses(), tape.operands
+    user = {a: k for k, below in enumerate(operands) for a in below}
     lined, weight = set[int](), list[int]()
     for k, i in enumerate(tape.instructions):
-        size = sum(weight[a] for a in i.operands) or 1
-        if i.op in ("input", "const"):
+        size = sum([weight[a] for a in operands[k]]) or 1
+        if not operands[k]:
             size = 1
-        elif uses[k] > 1 or i.name or i.op in MASKS or k in paired or _too_long(tape, k, size, users):
+        elif (
+            uses[k] > 1
+            or i.name
+            or i.op in MASKS
+            or k in pairs
+            or (size > LEAVES and k in user and not _begins(tape, k, user[k]))
+        ):
             lined.add(k)
             size = 1
         weight.append(size)
     return lined
 
 
+def _begins(tape: Tape, k: int, user: int) -> bool:
+    """Return True if a value is a sum and the beginning of the sum that uses it."""
+    sums = is_sum(tape.instructions[k]) and is_sum(tape.instructions[user])
+    return sums and tape.instructions[user].args[0] == k
+
+
 def long_sums(tape: Tape, lined: set[int]) -> set[int]:
     """Return the additions that start a new line in sums with more than LEAVES operands."""
     weight: list[int] = []
-    for i in tape.instructions:
-        weight.append(sum(1 if a in lined else weight[a] for a in i.operands) or 1)
+    for below in tape.operands:
+        weight.append(sum([1 if a in lined else weight[a] for a in below]) or 1)
     long = set[int]()
     for k in range(len(tape.instructions) - 1, -1, -1):
         i = tape.instructions[k]
@@ -148,19 +171,6 @@ def long_sums(tape: Tape, lined: set[int]) -> set[int]:
             if i.args[0] not in lined and is_sum(tape.instructions[i.args[0]]):
                 long.add(i.args[0])
     return long
-
-
-def _users(tape: Tape) -> dict[int, int]:
-    """Return one user of each value; values that only results use are omitted."""
-    return {a: k for k, i in enumerate(tape.instructions) for a in i.operands}
-
-
-def _too_long(tape: Tape, k: int, size: int, users: Mapping[int, int]) -> bool:
-    """Return True if a value that is used once has too many operands to stay inside another statement."""
-    if size <= LEAVES or k not in users:
-        return False
-    user = tape.instructions[users[k]]
-    return not (is_sum(tape.instructions[k]) and is_sum(user) and user.args[0] == k)
 
 
 def sincos_pairs(tape: Tape) -> dict[int, int]:
@@ -187,7 +197,9 @@ def element_names(
     return names
 
 
-def value_names(tape: Tape, lined: set[int], elements: Mapping[Element, str], taken: set[str]) -> dict[int, str]:
+def value_names(
+    tape: Tape, lined: set[int], elements: Mapping[Element, str], taken: set[str], pairs: Mapping[int, int]
+) -> dict[int, str]:
     """Name the values that have statements.
 
     Parameters
@@ -200,6 +212,8 @@ def value_names(tape: Tape, lined: set[int], elements: Mapping[Element, str], ta
         Names of the elements of arguments.
     taken : set of str
         Names of arguments and results.
+    pairs : mapping of int to int
+        As of `sincos_pairs`.
     """
     taken = {*taken, *elements.values(), *_RESERVED}
     names: dict[int, str] = {}
@@ -207,16 +221,17 @@ def value_names(tape: Tape, lined: set[int], elements: Mapping[Element, str], ta
         if tape.instructions[k].name:
             names[k] = _free(identifier(tape.instructions[k].name), taken)
             taken.add(names[k])
-    contents, pairs = _contents(tape, lined, elements), sincos_pairs(tape)
+    unnamed = sorted(lined - names.keys())
+    contents = _contents(tape, unnamed, elements)
     seen: Counter[str] = Counter()
-    for k in sorted(lined - names.keys()):
+    for k in unnamed:
         i = tape.instructions[k]
         name = _hashed("m_" if i.op in MASKS else "t_", contents[k])
         if k in pairs:
             angle = i.args[0]
             source = tape.instructions[angle]
             known = elements.get(_element(source)) if source.op == "input" else names.get(angle)
-            name = f"{i.op}_{known or _hashed('', contents[angle])}"
+            name = f"{i.op}_{known or _hashed('', contents.get(angle) or str(source.args))}"
         seen[name] += 1
         names[k] = _free(name if seen[name] == 1 else f"{name}_{seen[name]}", taken)
         taken.add(names[k])
@@ -235,68 +250,73 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def _hashed(kind: str, content: str) -> str:
-    digest = base64.b32encode(hashlib.sha256(content.encode()).digest()).decode().lower()
-    return kind + digest[:_LETTERS]
+    digest = base64.b32encode(hashlib.sha256(content.encode()).digest()[:_LETTERS]).decode().lower()
+    return kind + digest[:_LETTERS]  # a letter has five bits of a byte
 
 
-def _contents(tape: Tape, lined: set[int], elements: Mapping[Element, str]) -> list[str]:
-    """Describe each value by its statement and the statements of its operands, without coefficients and signs.
+def _contents(tape: Tape, unnamed: Sequence[int], elements: Mapping[Element, str]) -> dict[int, str]:
+    """Describe values by their statements and the statements of their operands, without coefficients and signs.
 
     A definition is described by the elements it depends on. Neither its name nor an edit with the same elements then
     changes other names.
     """
-    leaves, contents = _leaves(tape, elements), _kinds(tape)
+    statements = _statements(tape, set(unnamed), elements)
+    contents = {k: _kind(tape, k) for k in unnamed}
     for _ in range(_DEPTH + 1):
-        contents = _described(tape, lined, elements, leaves, contents)
+        contents = {k: _text(statements[k], contents) for k in unnamed}
     return contents
 
 
-def _kinds(tape: Tape) -> list[str]:
-    """Return the operation of each value, without sign and coefficient."""
-    kinds: list[str] = []
-    for i in tape.instructions:
-        scaled = [a for a in i.operands if tape.instructions[a].op != "const"] if i.op == "mul" else []
-        if _is_multiple(i) or len(scaled) == 1:
-            kinds.append(kinds[scaled[0] if scaled else i.args[0]])
-        else:
-            kinds.append(f".{_KINDS.get(i.op, i.op)}")
-    return kinds
+def _kind(tape: Tape, k: int) -> str:
+    """Return the operation of a value, without sign and coefficient."""
+    while True:
+        i = tape.instructions[k]
+        scaled = [a for a in i.args if tape.instructions[a].op != "const"] if i.op == "mul" else []
+        if not _is_multiple(i) and len(scaled) != 1:
+            return f".{_KINDS.get(i.op, i.op)}"
+        k = scaled[0] if scaled else i.args[0]
 
 
-def _described(
-    tape: Tape,
-    lined: set[int],
-    elements: Mapping[Element, str],
-    leaves: Mapping[int, str],
-    operands: Sequence[str],
-) -> list[str]:
-    """Describe each value by its statement, with `operands` as the descriptions of its operands."""
-    own: list[str] = []
-    shown: list[str] = []
-    parts: list[tuple[str, tuple[str, ...]]] = []
+def _statements(tape: Tape, unnamed: set[int], elements: Mapping[Element, str]) -> list[_Node]:
+    """Return the statement of each value, without coefficients and signs, nested sums and products as one."""
+    leaves, operands = _leaves(tape, elements), tape.operands
+    own: list[_Node] = []
+    shown: list[_Node] = []
+    parts: list[tuple[str, list[_Node]]] = []
     for k, i in enumerate(tape.instructions):
-        kind, members = _KINDS.get(i.op, i.op), tuple[str, ...]()
+        kind, members = _KINDS.get(i.op, i.op), list[_Node]()
+        node: _Node = ""
         if i.op == "input":
-            text = elements.get(_element(i), str(i.args))
-        elif i.op == "const":
-            text = ""
+            node = elements.get(_element(i)) or str(i.args)
         elif _is_multiple(i):
-            text = shown[i.args[0]]
-            if i.args[0] not in lined:
+            node = shown[i.args[0]]
+            if i.args[0] not in unnamed and not tape.instructions[i.args[0]].name:
                 kind, members = parts[i.args[0]]
         elif kind in ("add", "mul"):
             for a in i.args:
-                flat = a not in lined and parts[a][0] == kind
-                members += parts[a][1] if flat else (shown[a],) if shown[a] else ()
-            members = tuple(sorted(members))
-            text = members[0] if len(members) == 1 else _short(kind, members)
-        else:
-            members = tuple([shown[a] for a in i.args])
-            text = _short(kind, sorted(members) if i.op in COMMUTATIVE else members)
-        own.append(text)
-        shown.append(leaves[k] if i.name else operands[k] if k in lined else text)
+                if a not in unnamed and parts[a][0] == kind and not tape.instructions[a].name:
+                    members = [*members, *parts[a][1]] if members else parts[a][1]
+                elif shown[a] != "":
+                    members = [*members, shown[a]]
+            node = members[0] if len(members) == 1 else (kind, True, members)
+        elif i.op != "const":
+            members = [shown[a] for a in operands[k]]
+            node = (kind, i.op in COMMUTATIVE, members)
+        own.append(node)
+        shown.append(leaves[k] if i.name else k if k in unnamed else node)
         parts.append((kind, members))
     return own
+
+
+def _text(node: _Node, contents: Mapping[int, str]) -> str:
+    """Return a statement as text, with `contents` as the descriptions of other statements."""
+    if isinstance(node, str):
+        return node
+    if isinstance(node, int):
+        return contents[node]
+    kind, sortable, members = node
+    texts = [m if isinstance(m, str) else contents[m] if isinstance(m, int) else _text(m, contents) for m in members]
+    return _short(kind, sorted(texts) if sortable else texts)
 
 
 def _is_multiple(instruction: Instruction) -> bool:
@@ -312,13 +332,13 @@ def _leaves(tape: Tape, elements: Mapping[Element, str]) -> dict[int, str]:
     bits = {"=": 1}
     sets: list[int] = []
     leaves: dict[int, str] = {}
-    for k, i in enumerate(tape.instructions):
+    for k, (i, operands) in enumerate(zip(tape.instructions, tape.operands, strict=True)):
         own = 0
         if i.op == "input":
-            own = bits.setdefault(elements.get(_element(i), str(i.args)), 1 << len(bits))
-        for a in i.operands:
-            own |= 1 if tape.instructions[a].name else sets[a]
-        sets.append(own)
+            own = bits.setdefault(elements.get(_element(i)) or str(i.args), 1 << len(bits))
+        for a in operands:
+            own |= sets[a]
+        sets.append(1 if i.name else own)
         if i.name:
             leaves[k] = _short("=", sorted(name for name, bit in bits.items() if own & bit))
     return leaves

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from .labels import PLAIN, Element, Labels, Names, long_sums, names_of, sincos_pairs
+from .labels import PLAIN, Element, Labels, Names, names_of
 from .tape import MASKS, OPERATIONS, Instruction, Tape
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -152,7 +152,7 @@ class Printer:
         self._precedence: dict[int, int] = {}
         self._lines: list[str] = []
         self._elements, self._lined, self._names = names.elements, names.lined, names.values
-        self._partner, self._long = sincos_pairs(tape), long_sums(tape, names.lined)
+        self._partner, self._long = names.pairs, names.long
 
     def print(self) -> tuple[list[str], list[list[str]]]:
         """Return assignments, and an expression for each element of each result; a long sum has several lines.

@@ -8,8 +8,10 @@ its reciprocal; sine and cosine of one angle are fused; CasADi's pair of `if_els
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 import casadi as ca
@@ -38,6 +40,9 @@ _NAMES = {
 }  # fmt: skip
 OPERATIONS = frozenset(_NAMES.values())
 """Names of CasADi's operations on a tape."""
+_SPECIAL = frozenset({"assign", "not", "and", "or", "select0", "lt", "sq", "twice", "inv"})
+_PLAIN = {code: name for code, name in _NAMES.items() if name not in _SPECIAL}
+"""Operations whose result depends on their operands in no special way."""
 _FREE = frozenset({"input", "const", "neg", "truth", "num"})
 _CALLS = frozenset({
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "log1p", "expm1", "pow", "fmod", "hypot",
@@ -93,6 +98,11 @@ class Tape:
     instructions: tuple[Instruction, ...]
     results: tuple[tuple[int, ...], ...]
 
+    @cached_property
+    def operands(self) -> list[tuple[int, ...]]:
+        """Positions of the operands of each value."""
+        return [() if i.op == "input" else i.args for i in self.instructions]
+
     @property
     def operations(self) -> int:
         """Number of arithmetic operations, comparisons and function calls."""
@@ -100,9 +110,7 @@ class Tape:
 
     def uses(self) -> Counter[int]:
         """Count the uses of each value, including results."""
-        counts = Counter(a for i in self.instructions for a in i.operands)
-        counts.update(v for result in self.results for v in result)
-        return counts
+        return Counter(chain(*self.operands, *self.results))
 
 
 def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), derivation: NamedSteps | None = None) -> Tape:
@@ -123,9 +131,15 @@ def tape(function: ca.Function, parameters: frozenset[int] = frozenset(), deriva
     TapeError
         If the function uses an operation that cannot be printed.
     """
-    plain = _read(function)
-    named = plain if derivation is None else _named(plain, derivation)
-    return arranged(_share_reciprocals(_fuse_selects(named), parameters), derivation)
+    builder = Builder()
+    results = _read(function, builder)
+    size = len(builder.instructions)
+    if derivation is not None:
+        _name(builder, derivation)
+    _fuse_selects(builder)
+    moved = _share_reciprocals(builder, size, parameters)
+    results = [[moved.get(v, v) for v in result] for result in results]
+    return arranged(Tape(tuple(builder.instructions), tuple(map(tuple, results))), derivation)
 
 
 class Builder:
@@ -133,30 +147,34 @@ class Builder:
 
     def __init__(self) -> None:
         self.instructions: list[Instruction] = []
-        self._known: dict[tuple[str, tuple[int, ...], str], int] = {}
+        self.masks = set[int]()
+        self._known: dict[tuple[str, object], int] = {}
 
     def add(self, op: str, *args: int, value: float = 0.0) -> int:
         """Return the position of an operation; append it if it is new."""
         # repr tells -0.0 from 0.0, which compare equal
-        position = self._known.setdefault((op, args, repr(value) if op == "const" else ""), len(self.instructions))
-        if position == len(self.instructions):
+        key = (op, repr(value) if op == "const" else args)
+        position = self._known.get(key)
+        if position is None:
+            position = self._known[key] = len(self.instructions)
             self.instructions.append(Instruction(op, args, value))
+            if op in MASKS:
+                self.masks.add(position)
         return position
 
     def mark(self, position: int, name: str) -> None:
         """Give a value a name unless it has one."""
         instruction = self.instructions[position]
-        self.instructions[position] = instruction._replace(name=instruction.name or name)
+        if name and not instruction.name:
+            self.instructions[position] = instruction._replace(name=name)
 
     def mask(self, position: int) -> int:
         """Return a truth value: the value itself, or its comparison with zero."""
-        if self.instructions[position].op in MASKS:
-            return position
-        return self.add("truth", position)
+        return position if position in self.masks else self.add("truth", position)
 
     def number(self, position: int) -> int:
         """Return a number: the value itself, or 1 and 0 for a truth value."""
-        return self.add("num", position) if self.instructions[position].op in MASKS else position
+        return self.add("num", position) if position in self.masks else position
 
     def is_flag(self, bound: int, position: int) -> bool:
         """Return True if a number exceeds a bound exactly when its truth value is true."""
@@ -167,24 +185,27 @@ class Builder:
         return high.op == "const" and 0.0 <= low.value < high.value
 
 
-def _read(function: ca.Function) -> Tape:
-    builder, register = Builder(), dict[int, int]()
+def _read(function: ca.Function, builder: Builder) -> list[list[int]]:
+    """Append a function's instructions, and return the positions of its results."""
+    register: dict[int, int] = {}
     results = [[0] * function.nnz_out(i) for i in range(function.n_out())]
+    code, source, target = function.instruction_id, function.instruction_input, function.instruction_output
     for k in range(function.n_instructions()):
-        op = function.instruction_id(k)
+        op = code(k)
         if op == ca.OP_OUTPUT:
-            result, element = function.instruction_output(k)
-            results[result][element] = builder.number(register[function.instruction_input(k)[0]])
-            continue
-        target = function.instruction_output(k)[0]
-        if op == ca.OP_CONST:
-            register[target] = builder.add("const", value=function.instruction_constant(k))
+            result, element = target(k)
+            results[result][element] = builder.number(register[source(k)[0]])
+        elif op == ca.OP_CONST:
+            register[target(k)[0]] = builder.add("const", value=function.instruction_constant(k))
         elif op == ca.OP_INPUT:
-            argument, element = function.instruction_input(k)
-            register[target] = builder.add("input", argument, element)
+            register[target(k)[0]] = builder.add("input", *source(k))
         else:
-            register[target] = _operation(builder, op, [register[i] for i in function.instruction_input(k)], function)
-    return Tape(tuple(builder.instructions), tuple(tuple(r) for r in results))
+            operands, plain = [register[i] for i in source(k)], _PLAIN.get(op)
+            if plain and builder.masks.isdisjoint(operands):
+                register[target(k)[0]] = builder.add(plain, *operands)
+            else:
+                register[target(k)[0]] = _operation(builder, op, operands, function)
+    return results
 
 
 def _operation(builder: Builder, op: int, operands: list[int], function: ca.Function) -> int:
@@ -197,7 +218,7 @@ def _operation(builder: Builder, op: int, operands: list[int], function: ca.Func
         return builder.add(name, *map(builder.mask, operands))
     if name == "select0":
         return builder.add(name, builder.mask(operands[0]), builder.number(operands[1]))
-    numbers = [builder.number(o) for o in operands]
+    numbers = operands if builder.masks.isdisjoint(operands) else [builder.number(o) for o in operands]
     if name == "lt" and builder.is_flag(*numbers):
         return builder.instructions[numbers[1]].args[0]
     if name in ("sq", "twice"):
@@ -207,46 +228,40 @@ def _operation(builder: Builder, op: int, operands: list[int], function: ca.Func
     return builder.add(name, *numbers)
 
 
-def _named(tape_: Tape, derivation: NamedSteps) -> Tape:
+def _name(builder: Builder, derivation: NamedSteps) -> None:
     """Name the values of definitions, which are identified by equal operations on equal values."""
+    size = len(builder.instructions)
+    (steps,) = _read(derivation.graph, builder)
+    identities, names = _identities(builder.instructions), dict[int, str]()
+    for name, position in zip(derivation.numbers, steps, strict=True):
+        if builder.instructions[position].op not in ("input", "const"):
+            names.setdefault(identities[position], name)
+    for position, identity in enumerate(identities[:size]):
+        if identity in names:
+            builder.mark(position, names.pop(identity))
+
+
+def _identities(instructions: Iterable[Instruction]) -> list[int]:
+    """Return a number for each value, the same for values that differ only in operand order."""
     known: dict[tuple[object, ...], int] = {}
-    steps = _read(derivation.graph)
-    own, others = _identities(tape_, known), _identities(steps, known)
-    names: dict[int, str] = {}
-    for name, position in zip(derivation.numbers, steps.results[0], strict=True):
-        if steps.instructions[position].op not in ("input", "const"):
-            names.setdefault(others[position], name)
-    marked: list[Instruction] = []
-    for identity, instruction in zip(own, tape_.instructions, strict=True):
-        marked.append(instruction._replace(name=names.pop(identity)) if identity in names else instruction)
-    return Tape(tuple(marked), tape_.results)
-
-
-def _identities(tape_: Tape, known: dict[tuple[object, ...], int]) -> list[int]:
-    """Return numbers for the values of several functions; values with equal operations and operands share a number."""
     numbers: list[int] = []
-    for i in tape_.instructions:
-        if i.op == "input":
-            content: tuple[object, ...] = (i.op, *i.args)
-        elif i.op == "const":
-            content = (i.op, repr(i.value))
+    for op, args, value, _ in instructions:
+        if op == "input":
+            content: tuple[object, ...] = (op, *args)
+        elif op == "const":
+            content = (op, repr(value))
         else:
-            operands = [numbers[a] for a in i.args]
-            content = (i.op, *(sorted(operands) if i.op in COMMUTATIVE else operands))
+            operands = [numbers[a] for a in args]
+            content = (op, *(sorted(operands) if op in COMMUTATIVE else operands))
         numbers.append(known.setdefault(content, len(known)))
     return numbers
 
 
-def _rewrite(tape_: Tape, change: dict[int, Instruction]) -> Tape:
-    instructions = tuple(
-        change[k]._replace(name=i.name) if k in change else i for k, i in enumerate(tape_.instructions)
-    )
-    return Tape(instructions, tape_.results)
-
-
-def _fuse_selects(tape_: Tape) -> Tape:
+def _fuse_selects(builder: Builder) -> None:
     """Replace select0(c, a) + select0(not c, b) by select(c, a, b)."""
-    instructions, change = tape_.instructions, {}
+    instructions = builder.instructions
+    if not any(i.op == "select0" for i in instructions):
+        return
     for k, instruction in enumerate(instructions):
         if instruction.op != "add":
             continue
@@ -254,15 +269,15 @@ def _fuse_selects(tape_: Tape) -> Tape:
         if first.op == second.op == "select0":
             negated = instructions[second.args[0]]
             if negated.op == "not" and negated.args[0] == first.args[0]:
-                change[k] = Instruction("select", (first.args[0], first.args[1], second.args[1]))
-    return _rewrite(tape_, change)
+                args = (first.args[0], first.args[1], second.args[1])
+                instructions[k] = instruction._replace(op="select", args=args)
 
 
 def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
     """Return for each value True if it depends on parameters only."""
     constant: list[bool] = []
     for i in tape_.instructions:
-        constant.append(i.args[0] in parameters if i.op == "input" else all(constant[a] for a in i.operands))
+        constant.append(i.args[0] in parameters if i.op == "input" else all(constant[a] for a in i.args))
     return constant
 
 
@@ -276,34 +291,40 @@ def keeps_place(instruction: Instruction) -> bool:
     return instruction.op in _FREE or instruction.op in MASKS
 
 
-def _share_reciprocals(tape_: Tape, parameters: frozenset[int]) -> Tape:
-    """Replace repeated divisions, and those by constant denominators, by products with one reciprocal."""
-    constant = early(tape_, parameters)
-    quotients = [i.args for i in tape_.instructions if i.op == "div"]
+def _share_reciprocals(builder: Builder, size: int, parameters: frozenset[int]) -> dict[int, int]:
+    """Replace repeated divisions, and those by constant denominators, by products with one reciprocal.
+
+    Return the new positions of those of the first `size` values that the replacement changes; the others stay.
+    """
+    instructions = builder.instructions
+    quotients = [i.args for i in instructions[:size] if i.op == "div"]
     divisors = Counter(below for _, below in quotients)
+    constant = early(Tape(tuple(instructions), ()), parameters) if quotients else []
     divisors.update(
         below
         for above, below in quotients
-        if constant[below] and not constant[above] and tape_.instructions[below].op != "const"
+        if constant[below] and not constant[above] and instructions[below].op != "const"
     )
-    builder, moved, inverse = Builder(), {}, {}
-    for k, instruction in enumerate(tape_.instructions):
-        if instruction.op in ("input", "const"):
-            moved[k] = builder.add(instruction.op, *instruction.args, value=instruction.value)
+    moved, inverse = dict[int, int](), dict[int, int]()
+    for k in range(size):
+        op, args, _, name = instructions[k]
+        if op in ("input", "const"):
             continue
-        args = tuple(moved[a] for a in instruction.args)
-        if instruction.op == "div" and divisors[instruction.args[1]] > 1:
-            divisor = instruction.args[1]
+        shared = op == "div" and divisors[args[1]] > 1
+        if not shared and moved.keys().isdisjoint(args):
+            continue
+        new = [moved.get(a, a) for a in args]
+        if shared:
+            divisor = args[1]
             if divisor not in inverse:
-                inverse[divisor] = builder.add("div", builder.add("const", value=1.0), args[1])
-            one = tape_.instructions[instruction.args[0]]
+                inverse[divisor] = builder.add("div", builder.add("const", value=1.0), new[1])
+            one = instructions[args[0]]
             unit = one.op == "const" and one.value == 1.0
-            moved[k] = inverse[divisor] if unit else builder.add("mul", args[0], inverse[divisor])
+            moved[k] = inverse[divisor] if unit else builder.add("mul", new[0], inverse[divisor])
         else:
-            moved[k] = builder.add(instruction.op, *args)
-        builder.mark(moved[k], instruction.name)
-    results = tuple(tuple(moved[v] for v in result) for result in tape_.results)
-    return Tape(tuple(builder.instructions), results)
+            moved[k] = builder.add(op, *new)
+        builder.mark(moved[k], name)
+    return moved
 
 
 def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
@@ -312,12 +333,12 @@ def arranged(tape_: Tape, derivation: NamedSteps | None) -> Tape:
     Function calls come first, in the order of their use, then definitions in derivation order, then results. The
     position of a value thus depends on its uses, not on the number of other values.
     """
-    results = [v for result in tape_.results for v in result]
     place = {tape_.instructions[k].name: k for k in _needed(tape_)}
     names = derivation.numbers if derivation else ()
-    roots = [*(place[name] for name in names if name in place), *results]
-    calls = [k for k in _order(tape_, roots) if tape_.instructions[k].op in _CALLS]
-    return _reordered(tape_, _order(tape_, [*calls, *roots]))
+    order = _order(tape_, [*(place[name] for name in names if name in place), *chain(*tape_.results)])
+    first = _order(tape_, [k for k in order if tape_.instructions[k].op in _CALLS])
+    early_ones = set(first)
+    return _reordered(tape_, [*first, *(k for k in order if k not in early_ones)])
 
 
 def prune(tape_: Tape) -> Tape:
@@ -327,22 +348,26 @@ def prune(tape_: Tape) -> Tape:
 
 def _needed(tape_: Tape) -> list[int]:
     """Return the values that results need, in order."""
-    needed = [False] * len(tape_.instructions)
-    for result in tape_.results:
-        for v in result:
-            needed[v] = True
+    needed, operands = [False] * len(tape_.instructions), tape_.operands
+    for v in chain(*tape_.results):
+        needed[v] = True
     for k in range(len(needed) - 1, -1, -1):
         if needed[k]:
-            for a in tape_.instructions[k].operands:
+            for a in operands[k]:
                 needed[a] = True
     return [k for k, wanted in enumerate(needed) if wanted]
 
 
 def _reordered(tape_: Tape, order: Sequence[int]) -> Tape:
     position = {old: new for new, old in enumerate(order)}
+    old, operands = tape_.instructions, tape_.operands
     instructions = tuple(
-        Instruction(i.op, tuple([position[a] for a in i.args]), i.value, i.name) if i.operands else i
-        for i in (tape_.instructions[k] for k in order)
+        [
+            Instruction(old[k].op, tuple([position[a] for a in operands[k]]), old[k].value, old[k].name)
+            if operands[k]
+            else old[k]
+            for k in order
+        ]
     )
     return Tape(instructions, tuple(tuple(position[v] for v in result) for result in tape_.results))
 
@@ -350,16 +375,17 @@ def _reordered(tape_: Tape, order: Sequence[int]) -> Tape:
 def _order(tape_: Tape, roots: Sequence[int]) -> list[int]:
     """Return the values that others need, each after its operands, by depth-first search."""
     order: list[int] = []
-    entered, seen = set[int](), set[int]()
+    operands = tape_.operands
+    entered, done = bytearray(len(operands)), bytearray(len(operands))
     stack = list(reversed(roots))
     while stack:
         k = stack[-1]
-        if k in seen or k in entered:
+        if entered[k] or not operands[k]:
             stack.pop()
-            if k not in seen:
-                seen.add(k)
+            if not done[k]:
+                done[k] = entered[k] = True
                 order.append(k)
             continue
-        entered.add(k)
-        stack.extend(a for a in reversed(tape_.instructions[k].operands) if a not in seen)
+        entered[k] = True
+        stack.extend([a for a in reversed(operands[k]) if not done[a]])
     return order

@@ -4,20 +4,19 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import replace
 from itertools import islice
 
 import casadi as ca
 import sympy as sp
 
-from mehvar.models.derivation import used_definitions
 from mehvar.models.system import Expr, Group, System
 
 from .derivatives import derivatives
 from .function import LEAST, FunctionGraph, NamedSteps
-from .lower import to_casadi
 from .requests import ROLES, Request, bindings, held_arguments, parameter_arguments, requests
+from .shared import SharedDefinitions
 
 
 def generate_functions(system: System) -> list[FunctionGraph]:
@@ -30,12 +29,12 @@ def generate_functions(system: System) -> list[FunctionGraph]:
     """
     listing = requests(system)
     named, expressions = _common_subexpressions(system, listing)
-    functions, rest = [], iter(expressions)
+    functions, rest, shared = [], iter(expressions), SharedDefinitions(named)
     for request in listing:
         results = [
             (name, exprs if request.alone else list(islice(rest, len(exprs)))) for name, exprs in request.results
         ]
-        functions.append(_build(system, request, results, named))
+        functions.append(_build(system, request, results, shared))
     return [*functions, *derivatives(system, functions)]
 
 
@@ -58,26 +57,28 @@ def _build(
     system: System,
     request: Request,
     results: Sequence[tuple[str, Sequence[Expr]]],
-    named: dict[sp.Symbol, Expr],
+    shared: SharedDefinitions,
 ) -> FunctionGraph:
-    vectors = [ca.SX.sym(group.name, max(len(group), 1)) for group in request.arguments]
+    vectors = [shared.vector(group)[0] for group in request.arguments]
     symbols = {
-        symbol: vector[i]
-        for group, vector in zip(request.arguments, vectors, strict=True)
-        for i, symbol in enumerate(group.symbols)
+        symbol: element
+        for group in request.arguments
+        for symbol, element in zip(group.symbols, shared.vector(group)[1], strict=True)
     }
-    bound = bindings(system, request)
-    definitions = named | {symbol: expr for symbol, expr in bound.items() if symbol not in symbols}
-    numbers = _numbers(system, bound, [e for _, exprs in results for e in exprs], definitions)
-    values = iter(to_casadi([*(e for _, exprs in results for e in exprs), *numbers], symbols, definitions))
+    bound = {symbol: expr for symbol, expr in bindings(system, request).items() if symbol not in symbols}
+    wanted = [e for _, exprs in results for e in exprs]
+    reached = shared.reached(wanted, bound)
+    numbers = _numbers(system, bound, reached)
+    convert = shared.converter(symbols, bound, reached)
+    values = iter([convert(sp.sympify(value)) for value in (*wanted, *numbers)])
     outputs = [_vector(islice(values, len(exprs))) for _, exprs in results]
     steps = ca.Function("steps", vectors, [_vector(values)])
-    shared = ca.cse(outputs)
+    lean = ca.cse(outputs)
     groups = {group.name: group for group in request.arguments if not _is_scalar(system, group)}
     signature = tuple((g.name, len(g) if g.name in groups else None) for g in request.arguments)
     sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
-    graph = ca.Function(request.name, vectors, shared, argument_names, [f"res_{name}" for name, _ in results])
+    graph = ca.Function(request.name, vectors, lean, argument_names, [f"res_{name}" for name, _ in results])
     function = FunctionGraph(
         request.name,
         request.description,
@@ -99,18 +100,12 @@ def _vector(values: Iterable[ca.SX]) -> ca.SX:
     return ca.vertcat(*entries) if entries else ca.SX(0, 1)
 
 
-def _numbers(
-    system: System,
-    bound: Mapping[sp.Symbol, Expr],
-    results: Sequence[Expr],
-    definitions: Mapping[sp.Symbol, Expr],
-) -> dict[sp.Symbol, str]:
+def _numbers(system: System, bound: Iterable[sp.Symbol], reached: Set[sp.Symbol]) -> dict[sp.Symbol, str]:
     """Return the definitions that results need, and expressions for states and inputs that are no arguments.
 
     Each has its equation number; the order is that of the derivation.
     """
     numbers = {step.symbol: step.number for step in system.definitions_in_order} | dict.fromkeys(bound, "")
-    reached = used_definitions(results, definitions)
     return {symbol: number for symbol, number in numbers.items() if symbol in reached}
 
 

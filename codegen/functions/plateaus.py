@@ -55,6 +55,8 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
     varying : collection of int
         Positions of the arguments of differentiation.
     """
+    if not _saturable(function, varying):
+        return Plateaus(function.call(arguments), [], [])
     walk = _Walk()
     values = [ca.SX(function.sparsity_out(k)) for k in range(function.n_out())]
     for k in range(function.n_instructions()):
@@ -71,6 +73,31 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
     if not walk.symbols:
         return Plateaus(function.call(arguments), [], [])
     return Plateaus(values, walk.symbols, walk.constants)
+
+
+def _saturable(function: ca.Function, varying: Collection[int]) -> bool:
+    """Return True if a steep function has an argument that may be constant in places, judged without graphs."""
+    always: dict[int, bool | None] = {}  # None: in places
+    for k in range(function.n_instructions()):
+        op, of = function.instruction_id(k), function.instruction_input(k)
+        if op == ca.OP_OUTPUT:
+            continue
+        if op == ca.OP_CONST or op in _STEPS:
+            constant: bool | None = True
+        elif op == ca.OP_INPUT:
+            constant = of[0] not in varying
+        else:
+            operands = [always[a] for a in of]
+            if op in _STEEP and operands[0] is None:
+                return True
+            if op == ca.OP_IF_ELSE_ZERO:
+                constant = operands[1] or None
+            elif op in (ca.OP_FMIN, ca.OP_FMAX):
+                constant = all(operands) or (None if any(o is not False for o in operands) else False)
+            else:
+                constant = False if False in operands else None if None in operands else True
+        always[function.instruction_output(k)[0]] = constant
+    return False
 
 
 class _Walk:

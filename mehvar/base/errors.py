@@ -106,6 +106,12 @@ def either(words: Iterable[str]) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
+def suggestion(word: str, names: Iterable[str]) -> str:
+    """Return " (did you mean ...?)" with the most similar names; empty if none is similar."""
+    near = difflib.get_close_matches(word, list(names), n=1)
+    return f" (did you mean {near[0]!r}?)" if near else ""
+
+
 def unknown_name(kind: str, name: object, known: Iterable[str], origin: str = "", note: str = "") -> InputError:
     """Return the error for an unknown name, with the most similar known names.
 

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conversion of frozen dataclasses to and from JSON, with their type hints as the schema.
+"""Conversion of dataclasses to and from JSON, and from TOML, with their type hints as the schema.
 
-A hint is str, int, float, bool, `X | None`, `tuple[X, ...]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which
-is a list in JSON. Three rules are special:
+A hint is str, int, float, bool, Any, Path, a Literal of texts, `X | None`, `tuple[X, ...]`, `tuple[X, Y]`,
+`Mapping[str, X]`, a dataclass, or a NamedTuple, which is a list in JSON. Three rules are special:
 
-- In a mapping of dataclasses the key is the entry's `name`.
+- In a mapping of dataclasses with a `name` the key is the entry's name.
 - `Upper` and `Lower` are floats whose infinity becomes null, because JSON has no infinity.
 - `json_key` gives a field another key in JSON, or omits it.
 
-The module that defines the classes must not postpone the evaluation of hints (`from __future__ import annotations`),
+The module that defines a manifest must not postpone the evaluation of hints (`from __future__ import annotations`),
 because evaluating them costs more than reading a manifest.
 """
 
@@ -23,9 +23,10 @@ import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import partial
-from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
-from mehvar.base.errors import MehvarError, printable
+from mehvar.base.errors import MehvarError, either, printable, suggestion, value_text
 
 Upper = Annotated[float, math.inf]
 Lower = Annotated[float, -math.inf]
@@ -33,8 +34,6 @@ Lower = Annotated[float, -math.inf]
 T = TypeVar("T")
 _Convert = Callable[..., Any]
 _KEY = "json_key"
-_LONGEST = 60
-"""Largest number of characters of a value in a message, so that value and location fit one line."""
 _WIDTH = 120
 """Largest number of characters in a line of JSON that people read."""
 _MAY_CONTROL = re.compile(r"[\x7f-\x9f]|\\(?:u|[bfr])")
@@ -45,17 +44,17 @@ _SCALARS = {str: "a text", int: "a whole number", float: "a number", bool: "true
 class SchemaError(MehvarError, ValueError):
     """Error for data that contradict the schema; the message begins with a location such as "controllers.pd.delay"."""
 
-    def __init__(self, problem: str, place: str = "") -> None:
-        super().__init__(problem, place)
+    def __init__(self, problem: str, *place: str | int) -> None:
+        super().__init__(problem, *place)
         self.problem, self.place = problem, place
 
     def __str__(self) -> str:
-        place = self.place.removeprefix(".")
-        return f"{place}{self.problem}" if place else self.problem.removeprefix(": ")
+        steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in self.place)
+        return f"{''.join(steps)}{self.problem}".removeprefix("." if self.place else ": ")
 
-    def within(self, place: str) -> SchemaError:
+    def within(self, *place: str | int) -> SchemaError:
         """Return the error with the place of the surrounding data."""
-        return SchemaError(self.problem, place + self.place)
+        return SchemaError(self.problem, *place, *self.place)
 
 
 def json_key(key: str | None) -> dict[str, str | None]:
@@ -80,7 +79,7 @@ def parse(text: str) -> Any:
     try:
         data = json.loads(text, parse_constant=_no_number, object_pairs_hook=_once)
         if _MAY_CONTROL.search(text):
-            _check_texts(data, "")
+            _check_texts(data)
         return data
     except SchemaError:
         raise
@@ -128,17 +127,13 @@ def _json_lines(value: Any, start: str) -> str:
     return f"{opening}{inner}{f',{inner}'.join(parts)}{start}{closing}"
 
 
-def _check_texts(data: object, place: str) -> None:
+def _check_texts(data: object, *place: str | int) -> None:
     """Refuse texts with control characters, because texts appear on terminals, pages and pictures."""
     if isinstance(data, str) and printable(data) != data:
-        raise SchemaError(_wrong(data, "a text without control characters").problem, place)
-    if isinstance(data, dict):
-        for key, value in data.items():
-            _check_texts(key, place)
-            _check_texts(value, f"{place}.{key}")
-    elif isinstance(data, list):
-        for number, value in enumerate(data):
-            _check_texts(value, f"{place}[{number}]")
+        raise _wrong(data, "a text without control characters").within(*place)
+    for step, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
+        _check_texts(step, *place)
+        _check_texts(value, *place, step)
 
 
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -154,17 +149,22 @@ def _no_number(word: str) -> float:
     raise ValueError(f"{word} is not a JSON number")
 
 
-def read(schema: type[T], data: object, any_age: bool = False, **others: object) -> T:
-    """Convert JSON data to a dataclass.
+Form = Literal["exact", "table", "any_age"]
+"""Demands on data: exactly the fields; a table that people write, without fields that have a default; data of another
+version, also with unknown fields."""
+
+
+def read(schema: type[T], data: object, form: Form = "exact", **others: object) -> T:
+    """Convert JSON or TOML data to a dataclass.
 
     Parameters
     ----------
     schema : type
         The dataclass.
     data : object
-        What `json.loads` returns.
-    any_age : bool
-        Accept data of another version: ignore unknown keys and use defaults for missing fields.
+        What `json.loads` or `tomllib.loads` returns.
+    form : {"exact", "table", "any_age"}
+        Fields that data must and may have. A table has fields by their names, not by their keys in JSON.
     **others : object
         Values of fields that JSON omits.
 
@@ -173,7 +173,7 @@ def read(schema: type[T], data: object, any_age: bool = False, **others: object)
     SchemaError
         If a field is missing, unknown or of the wrong type.
     """
-    record = _reader(cast(Any, schema), any_age)(data)
+    record = _reader(cast(Any, schema), form)(data)
     record.__dict__.update(others)
     return cast(T, record)
 
@@ -192,21 +192,30 @@ def plain(schema: type, value: object) -> Any:
 
 
 @functools.cache
-def _reader(kind: Any, any_age: bool) -> _Convert:
-    """Return the function that converts JSON data to a type."""
+def _reader(kind: Any, form: Form) -> _Convert:
+    """Return the function that converts data to a type."""
     origin, inner = get_origin(kind), get_args(kind)
+    if kind is Any:
+        return lambda value: value
+    if origin is Literal:
+        return partial(_read_word, inner)
     if origin is Annotated or origin is types.UnionType:
-        convert, null = _reader(inner[0], any_age), inner[1] if origin is Annotated else None
+        convert, null = _reader(inner[0], form), inner[1] if origin is Annotated else None
         return lambda value: null if value is None else convert(value)
+    if origin is tuple and inner[-1] is not ...:
+        return partial(_read_row, tuple, f"a list of {len(inner)}", [_reader(hint, form) for hint in inner])
     if origin is tuple:
-        return partial(_read_list, _reader(inner[0], any_age))
+        return partial(_read_list, _reader(inner[0], form))
     if origin is Mapping:
-        return partial(_read_mapping, _reader(inner[1], any_age), is_dataclass(inner[1]))
+        return partial(_read_mapping, _reader(inner[1], form), _is_named(inner[1]))
     if is_dataclass(kind):
-        rows = {key: (name, _reader(hint, any_age)) for name, key, hint in _rows(kind)}
-        return partial(_read_record, kind, rows, any_age)
+        rows = {f.name if form == "table" else key: (f, _reader(hint, form)) for f, key, hint in _rows(kind)}
+        return partial(_read_record, kind, rows, form)
     if issubclass(kind, tuple):
-        return partial(_read_row, kind, [_reader(hint, any_age) for hint in kind.__annotations__.values()])
+        converts = [_reader(hint, form) for hint in kind.__annotations__.values()]
+        return partial(_read_row, kind._make, f"[{', '.join(kind._fields)}]", converts)
+    if kind is Path:
+        return lambda value: Path(_read_scalar(str, value))
     return partial(_read_scalar, kind)
 
 
@@ -218,6 +227,12 @@ def _read_scalar(kind: Any, value: Any) -> Any:
     raise _wrong(value, _SCALARS[kind])
 
 
+def _read_word(words: Sequence[str], value: Any) -> Any:
+    if not isinstance(value, str) or value not in words:
+        raise _wrong(value, either(words))
+    return value
+
+
 def _read_list(convert: _Convert, values: Any) -> Any:
     if type(values) is not list:
         raise _wrong(values, "a list")
@@ -226,7 +241,7 @@ def _read_list(convert: _Convert, values: Any) -> Any:
         for value in values:
             result.append(convert(value))
     except SchemaError as error:
-        raise error.within(f"[{len(result)}]") from None
+        raise error.within(len(result)) from None
     return tuple(result)
 
 
@@ -234,40 +249,52 @@ def _read_mapping(convert: _Convert, named: bool, values: Any) -> Any:
     entries, result = _table(values), {}
     try:
         for name, value in entries.items():
-            result[name] = convert({**value, "name": name} if named and type(value) is dict else value)
+            if named and type(value) is dict:
+                if "name" in value:
+                    raise SchemaError(" is not known: the name of the table is the name", "name")
+                value = {**value, "name": name}
+            result[name] = convert(value)
     except SchemaError as error:
-        raise error.within(f".{name}") from None
+        raise error.within(name) from None
     return result
 
 
-def _read_row(kind: Any, converts: Sequence[_Convert], values: Any) -> Any:
+def _read_row(make: _Convert, allowed: str, converts: Sequence[_Convert], values: Any) -> Any:
     if type(values) is not list or len(values) != len(converts):
-        raise _wrong(values, f"[{', '.join(kind._fields)}]")
-    return kind(*[convert(value) for convert, value in zip(converts, values, strict=True)])
+        raise _wrong(values, allowed)
+    return make([convert(value) for convert, value in zip(converts, values, strict=True)])
 
 
-def _read_record(kind: Any, rows: Mapping[str, tuple[str, _Convert]], any_age: bool, data: Any) -> Any:
+def _read_record(kind: Any, rows: Mapping[str, tuple[Field[Any], _Convert]], form: Form, data: Any) -> Any:
     if _table(data).keys() != rows.keys():
-        optional = {f.name for f in fields(kind) if (f.default, f.default_factory) != (MISSING, MISSING)}
-        required = {key for key, (name, _) in rows.items() if not any_age or name not in optional}
-        problems = [f"{key!r} is missing" for key in sorted(required - data.keys())]
-        problems += [] if any_age else [f"{key!r} is not known" for key in sorted(data.keys() - rows.keys())]
-        if problems:
-            raise SchemaError(f": {' and '.join(problems)}")
+        for key in data:
+            if key not in rows and form != "any_age":
+                near = suggestion(key, rows) or f"; known: {', '.join(rows)}"
+                raise SchemaError(f" is not known{near if form == 'table' else ''}", key)
+        for key, (f, _) in rows.items():
+            if key not in data and (form == "exact" or (f.default, f.default_factory) == (MISSING, MISSING)):
+                raise SchemaError(" is missing", key)
         rows = {key: row for key, row in rows.items() if key in data}
     values = {}
     try:
-        for key, (name, convert) in rows.items():
-            values[name] = convert(data[key])
+        for key, (f, convert) in rows.items():
+            values[f.name] = convert(data[key])
     except SchemaError as error:
-        raise error.within(f".{key}") from None
+        raise error.within(key) from None
     return kind(**values)
 
 
-def _rows(kind: Any) -> list[tuple[str, str, Any]]:
-    """Return name, key and type hint of each field that JSON has."""
+def _rows(kind: Any) -> list[tuple[Field[Any], str, Any]]:
+    """Return each field that JSON has, with its key and type hint."""
+    late = any(isinstance(f.type, str) for f in fields(kind))
+    hints = get_type_hints(kind, include_extras=True) if late else {f.name: f.type for f in fields(kind)}
     keys = [(f, key_of(f)) for f in fields(kind)]
-    return [(f.name, key, f.type) for f, key in keys if key is not None]
+    return [(f, key, hints[f.name]) for f, key in keys if key is not None]
+
+
+def _is_named(kind: Any) -> bool:
+    """Return True for a dataclass whose entries in a mapping have their names as keys."""
+    return is_dataclass(kind) and any(f.name == "name" for f in fields(kind))
 
 
 def _table(value: Any) -> dict[str, Any]:
@@ -277,8 +304,7 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _wrong(value: object, allowed: str) -> SchemaError:
-    text = repr(value)
-    return SchemaError(f" = {text if len(text) <= _LONGEST else text[:_LONGEST] + '...'}: must be {allowed}")
+    return SchemaError(f" = {value_text(value)}: must be {allowed}")
 
 
 @functools.cache
@@ -291,10 +317,10 @@ def _writer(kind: Any) -> Callable[[Any], Any]:
         write = _writer(inner[0])
         return lambda values: [write(value) for value in values]
     if origin is Mapping:
-        write, named = _writer(inner[1]), is_dataclass(inner[1])
+        write, named = _writer(inner[1]), _is_named(inner[1])
         return lambda values: {name: _nameless(write(value), named) for name, value in values.items()}
     if is_dataclass(kind):
-        rows = [(name, key, _writer(hint)) for name, key, hint in _rows(kind)]
+        rows = [(f.name, key, _writer(hint)) for f, key, hint in _rows(kind)]
         return lambda value: {key: write(getattr(value, name)) for name, key, write in rows}
     return list if issubclass(kind, tuple) else kind
 

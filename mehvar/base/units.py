@@ -66,7 +66,8 @@ def product(*factors: tuple[Dimension, Fraction | int]) -> Dimension:
     total: dict[str, Fraction] = {}
     for factor, power in factors:
         for base, exponent in factor.items():
-            total[base] = total.get(base, Fraction()) + exponent * power
+            raised = exponent if power == 1 else exponent * power
+            total[base] = total[base] + raised if base in total else raised
     return {base: exponent for base, exponent in total.items() if exponent}
 
 

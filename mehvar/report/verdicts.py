@@ -110,7 +110,7 @@ def _rare(
         return RareVerdicts(runs, campaign, requirements or {}, confidence, threads, own, report)
     check_file_determines(runs, batch)
     file, origin = read_campaign(Path(str(runs))), str(runs)
-    _check_not_stored({name: str(value) for name, value in file if value is not None}, origin)
+    _check_not_stored({name: str(value) for name, value in vars(file).items() if value is not None}, origin)
     requirements = file.require if requirements is None else requirements
     confidence = file.confidence if confidence is None else confidence
     campaign = file.campaign(origin)

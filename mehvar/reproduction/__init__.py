@@ -19,7 +19,7 @@ from .claims import (
     count,
     not_essential,
 )
-from .data import FileTable, read_data
+from .data import read_data
 from .paper import Reproduction, read_reproduction
 from .runs import Runs
 
@@ -32,7 +32,6 @@ __all__ = [
     "Claim",
     "ClaimKind",
     "Expected",
-    "FileTable",
     "Readings",
     "Reproduction",
     "Runs",

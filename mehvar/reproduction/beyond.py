@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from mehvar.base.names import identifier
 
 from .claims import Check, Checks, Claim, ClaimKind, ClaimText, Expected, decide
-from .data import FileTable, read_data
+from .data import read_data
 from .paper import FigureCaption, PaperFigure, check_functions, load_reproduction, paper_part
 from .runs import Runs
 
@@ -31,7 +31,7 @@ BothFigure: TypeAlias = "Callable[[Runs, Runs], Figure]"
 
 
 @dataclass(frozen=True)
-class BeyondWords(FileTable):
+class BeyondWords:
     """Contents of a paper's `beyond.toml`.
 
     Attributes

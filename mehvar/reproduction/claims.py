@@ -11,7 +11,6 @@ from typing import TypeAlias
 
 from mehvar.base.errors import InputError
 
-from .data import FileTable
 from .runs import Runs, WatchedRuns
 
 TIMES = 0.01
@@ -207,7 +206,7 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class ReadingText(FileTable):
+class ReadingText:
     """Name of an alternative reading for a claim, and one sentence about its change."""
 
     name: str
@@ -215,7 +214,7 @@ class ReadingText(FileTable):
 
 
 @dataclass(frozen=True)
-class ClaimText(FileTable):
+class ClaimText:
     """Entry of a paper's `claims.toml`: the text of a claim, and the expected numbers of its checks.
 
     `own` marks a finding that the paper does not state.

@@ -33,7 +33,7 @@ from mehvar.pictures.style import style
 from mehvar.runtime.model.catalogue import is_installed
 
 from .claims import Checks, Claim, ClaimText, Readings, decide
-from .data import FileTable, read_data
+from .data import read_data
 from .runs import Runs
 from .statements import Statements
 from .study import Study
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class FigureCaption(FileTable):
+class FigureCaption:
     """Texts of a figure, by its number in the paper; `claims` are the numbers of the claims that it supports.
 
     `label` is the paper's name for it, if the paper numbers several kinds of pictures. If the picture is `lost`, the
@@ -64,7 +64,7 @@ class FigureCaption(FileTable):
 
 
 @dataclass(frozen=True)
-class SceneCaption(FileTable):
+class SceneCaption:
     """Texts of the animation: title, a caption for any run, and the events `shown` in the paper's runs."""
 
     title: str
@@ -73,7 +73,7 @@ class SceneCaption(FileTable):
 
 
 @dataclass(frozen=True)
-class Captions(FileTable):
+class Captions:
     """Contents of a paper's `captions.toml`: authors, reading, and texts of figures and animation.
 
     `cover` is the number of the figure that represents the paper on the overview.
@@ -88,7 +88,7 @@ class Captions(FileTable):
 
 
 @dataclass(frozen=True)
-class Claims(FileTable):
+class Claims:
     """Contents of a paper's `claims.toml`."""
 
     claim: tuple[ClaimText, ...]

@@ -30,7 +30,6 @@ from enum import StrEnum
 from mehvar.base.errors import InputError
 
 from .claims import Claim, ClaimVerdict
-from .data import FileTable
 
 BEYOND = "beyond the paper"
 """Place of a statement that is our own."""
@@ -68,7 +67,7 @@ _EQUATIONS = {
 
 
 @dataclass(frozen=True)
-class PrintedCounts(FileTable):
+class PrintedCounts:
     """Numbers of the equations, tables and figures that a paper prints."""
 
     equations: int
@@ -77,7 +76,7 @@ class PrintedCounts(FileTable):
 
 
 @dataclass(frozen=True)
-class StatementText(FileTable):
+class StatementText:
     """A sentence of a paper with its evidence: claims, equations of the ledger, figures."""
 
     place: str
@@ -89,7 +88,7 @@ class StatementText(FileTable):
 
 
 @dataclass(frozen=True)
-class Statements(FileTable):
+class Statements:
     """A paper's `statements.toml`."""
 
     printed: PrintedCounts

@@ -7,11 +7,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .data import FileTable
-
 
 @dataclass(frozen=True)
-class Band(FileTable):
+class Band:
     """A stored series to draw over time: its axis label, and True for an angle in degrees."""
 
     label: str
@@ -24,7 +22,7 @@ class Band(FileTable):
 
 
 @dataclass(frozen=True)
-class Study(FileTable):
+class Study:
     """A batch for each of several laws: dispersions, success condition, and series to show.
 
     Attributes

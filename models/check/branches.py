@@ -17,7 +17,7 @@ from sympy.core.relational import Relational
 from ..quantities import ModelError, advise, place
 from ..system import Expr
 
-_BY_FORM = ("sympy.", "mpmath.", "mehvar.models.parts.", "mehvar.models.estimation.")
+_BY_FORM = ("sympy.", "mpmath.", "mehvar.models.mechanics.", "mehvar.models.parts.", "mehvar.models.estimation.")
 """Packages whose code may test the form of expressions, for example to skip structural zeros."""
 
 
@@ -47,7 +47,8 @@ def no_branching() -> Iterator[None]:
 
     def equal(expr: Expr, other: object) -> Any:
         same = plain_eq(expr, other)
-        if same is not True and isinstance(other, int | float | sp.Expr) and (_symbolic(expr) or _symbolic(other)):
+        comparable = same is not True and isinstance(other, int | float | sp.Expr) and not _tests_form(_caller())
+        if comparable and (_symbolic(expr) or _symbolic(other)):
             _refuse(expr if _symbolic(expr) else other, "equality with", other if _symbolic(expr) else expr)
         return same
 
@@ -77,11 +78,8 @@ def _symbolic(value: object) -> bool:
 
 def _refuse(expr: Expr | Relational, what: str, other: object = None) -> None:
     """Refuse a test of a symbolic expression unless SymPy itself makes it or the result is the same for all values."""
-    frame = sys._getframe(2)
-    while frame.f_globals.get("__name__") == __name__ and frame.f_back:
-        frame = frame.f_back
-    module = f"{frame.f_globals.get('__name__', '')}."
-    if module.startswith(_BY_FORM) or not expr.free_symbols:
+    frame = _caller()
+    if _tests_form(frame) or not expr.free_symbols:
         return
     zero = isinstance(other, int | float | sp.Number) and sp.sympify(other).is_zero
     if zero and (expr.is_zero is False or _is_entry_with_zero(frame)):
@@ -90,6 +88,18 @@ def _refuse(expr: Expr | Relational, what: str, other: object = None) -> None:
         f"{place(frame.f_code.co_filename, frame.f_lineno)}: a Python branch asks for {what} the symbolic expression "
         f"{expr}; use sympy.Piecewise so that both branches are kept, and sympy.Min, Max and Abs for min, max and abs"
     )
+
+
+def _caller() -> FrameType:
+    """Return the frame outside of this module."""
+    frame = sys._getframe(2)
+    while frame.f_globals.get("__name__") == __name__ and frame.f_back:
+        frame = frame.f_back
+    return frame
+
+
+def _tests_form(frame: FrameType) -> bool:
+    return f"{frame.f_globals.get('__name__', '')}.".startswith(_BY_FORM)
 
 
 def _is_entry_with_zero(frame: FrameType) -> bool:

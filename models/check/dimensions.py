@@ -214,10 +214,12 @@ class Dimensions:
 
         Half and twice this factor convert too: SymPy merges the numbers of a product, and quaternions use half angles.
         """
-        power = dimension.get(_DEGREE, Fraction())
+        power = dimension.get(_DEGREE)
+        if not power:
+            return dimension
         number = sp.Mul(*(factor for factor in node.args if factor.is_number))
         turns = abs(float(number / (sp.pi / 180) ** sp.Rational(power)))
-        if not power or abs(math.remainder(math.log2(turns), 1)) > _ROUNDING:
+        if abs(math.remainder(math.log2(turns), 1)) > _ROUNDING:
             return dimension
         return {base: exponent for base, exponent in dimension.items() if base != _DEGREE}
 

@@ -8,10 +8,11 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import sympy as sp
 
+from mehvar.base.errors import suggestion
+
 from ..derivation import Definition
 from ..quantities import TIME, ModelError
 from ..system import System
-from ..tables import suggestion
 from .names import role
 from .vectors import Vector
 

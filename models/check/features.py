@@ -11,12 +11,13 @@ import sympy as sp
 
 from mehvar.base import capabilities
 from mehvar.base.capabilities import Feature, Names
+from mehvar.base.errors import suggestion
 from mehvar.base.manifest import SHAPE_COLORS, SHAPE_KINDS
 
 from ..forms import algebraic_rows, has_rates
 from ..quantities import Group, Located, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
-from ..tables import check_names, suggestion
+from ..tables import check_names
 from .events import check_events
 from .names import check_distinct
 

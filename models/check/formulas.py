@@ -8,9 +8,10 @@ from typing import Any
 
 import sympy as sp
 
+from mehvar.base.errors import suggestion
+
 from ..quantities import Group, ModelError, Parameter
 from ..system import Expr
-from ..tables import suggestion
 
 _NAMESPACE: dict[str, Any] = {"sqrt": sp.sqrt, "pi": sp.pi}
 

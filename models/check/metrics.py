@@ -7,8 +7,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from mehvar.base.errors import either
-from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS
+from mehvar.base.manifest import OF_SECONDS
 from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
@@ -27,13 +26,11 @@ def check_metrics(system: System, folder: Path | None = None) -> None:
     for metric in system.metrics:
         place = place_of(folder, "metrics", metric.name, system.origin)
         where = f"{place}: metric {metric.name!r} of {system.name}"
-        if metric.kind not in METRIC_KINDS:
-            raise ModelError(f"{where}: kind = {metric.kind!r}: must be {either(METRIC_KINDS)}")
+        check_metric_numbers(metric, where)
         if metric.kind == "events":
             _check_events(metric, system, where)
         else:
             _check_variables(metric, units, where)
-        check_metric_numbers(metric, where)
 
 
 def _check_events(metric: Metric, system: System, where: str) -> None:

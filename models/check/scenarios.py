@@ -8,12 +8,12 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from mehvar.base.errors import value_text
+from mehvar.base.errors import suggestion, value_text
 
 from ..derivation import free_symbols
 from ..quantities import Group, ModelError, Parameter
 from ..system import Controller, Expr, System
-from ..tables import check_names, check_scenario_numbers, check_values, place_of, suggestion
+from ..tables import check_names, check_scenario_numbers, check_values, place_of
 from .formulas import formulas
 from .names import check_distinct
 from .vectors import Vector

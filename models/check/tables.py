@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from mehvar.base.errors import suggestion
+
 from ..quantities import ModelError
 from ..system import System
-from ..tables import place_in, read_parameters, read_scenarios, suggestion
+from ..tables import place_in, read_parameters, read_scenarios
 
 
 def check_tables(system: System, folder: Path, choices: Mapping[str, Sequence[str]]) -> None:

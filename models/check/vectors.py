@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from mehvar.base.errors import suggestion
+
 from ..derivation import free_symbols
 from ..events import Event
 from ..forms import mass_rows
 from ..geometry import shape_coordinates
 from ..quantities import TIME, Group, ModelError, Quantity
 from ..system import Condition, Controller, Coordinates, Expr, Function, System, Variant
-from ..tables import suggestion
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mehvar.base.errors import value_text
+from mehvar.base.errors import suggestion, value_text
 from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
-from ..tables import place_in, read_toml, suggestion
+from ..tables import place_in, read_toml
 from .values import Kind, Value, kinds
 
 KEYS = ("unit", "default", "source", "bounds")

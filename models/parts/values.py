@@ -19,14 +19,13 @@ from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
 
 import sympy as sp
 
-from mehvar.base.errors import value_text
+from mehvar.base.errors import suggestion, value_text
 from mehvar.base.intervals import Interval
 
 from ..arrays import Tensor as Array
 from ..derivation import Expr
 from ..quantities import ModelError, Parameter, ParameterArray
 from ..system import Condition
-from ..tables import suggestion
 from .frame import AXES
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, ClaimKind, FileTable, Runs, not_essential, read_data
+from mehvar.reproduction import AMPLITUDES, TIMES, Check, Claim, ClaimKind, Runs, not_essential, read_data
 from mehvar.runtime import Status
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ Three: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class TableRow(FileTable):
+class TableRow:
     """A run of the table: its name, what distinguishes it in words, law, scenario and settings; and its numbers."""
 
     name: str
@@ -66,7 +66,7 @@ class TableRow(FileTable):
 
 
 @dataclass(frozen=True)
-class AxisTable(FileTable):
+class AxisTable:
     """The contents of expected.toml; `explanation` is about the rows that may not be run."""
 
     explanation: str

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.reproduction import TIMES, Check, Claim, ClaimKind, FileTable, Runs, not_essential, read_data
+from mehvar.reproduction import TIMES, Check, Claim, ClaimKind, Runs, not_essential, read_data
 
 if TYPE_CHECKING:
     from mehvar.runtime import Run
@@ -24,7 +24,7 @@ FULL: Mapping[str, Any] = {}
 
 
 @dataclass(frozen=True)
-class TableColumn(FileTable):
+class TableColumn:
     """A run of the table: its description, law and settings."""
 
     title: str
@@ -33,7 +33,7 @@ class TableColumn(FileTable):
 
 
 @dataclass(frozen=True)
-class TableGroup(FileTable):
+class TableGroup:
     """Numbers that are shown in one line: one value for each column, by the name of a metric or an input."""
 
     what: str
@@ -43,7 +43,7 @@ class TableGroup(FileTable):
 
 
 @dataclass(frozen=True)
-class LoopTable(FileTable):
+class LoopTable:
     """The contents of expected.toml; `explanation` is about inputs that are larger between whole seconds."""
 
     explanation: str

@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import sympy as sp
 
+from mehvar.base.errors import suggestion
+
 from ...derivation import Expr, free_symbols
 from ...quantities import Group, ModelError, Parameter, Quantity
 from ...system import Controller, Output
-from ...tables import suggestion
 from ..part import Craft, Moments, Part
 from ..sensors import Gyro, Instrument, StarTracker
 from ..values import Parameters, Value

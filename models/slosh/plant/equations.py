@@ -8,6 +8,7 @@ uses another form (fast/), which generation checks against them.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 
 import sympy as sp
@@ -60,6 +61,7 @@ def hull_momentum(p: Group) -> tuple[Expr, ...]:
     return tuple(energy.diff(symbol) for symbol in (*velocity, *rate))
 
 
+@functools.cache
 def hull_wrench(p: Group) -> tuple[Expr, ...]:
     """Return the hull's and fixed fuel's terms on the left sides of (9)-(14)."""
     force, moment = (galilean(side) for side in kirchhoff(hull_energy(p), velocity, rate, frame_rates()))

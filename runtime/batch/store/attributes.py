@@ -126,7 +126,7 @@ def check_attributes(attributes: Mapping[str, Any]) -> None:
             f" = {attributes.get('mehvar_batch')!r}: must be {FORMAT}, the only version that this mehvar reads",
             NAMES[0],
         )
-    about = read(Attributes, attributes, any_age=True)
+    about = read(Attributes, attributes, "any_age")
     texts = _texts(about)
     campaign, options = texts.campaign, parse(about.campaign)["options"]
     profile = options.get("profile", "portable")

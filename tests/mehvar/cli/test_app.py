@@ -154,7 +154,7 @@ def test_a_broken_table_is_named_when_generating(tmp_path):
     table = tmp_path / "models" / "triangle" / "parameters.toml"
     table.write_text(table.read_text().replace('unit = "1/s", default = 3.0', "default = 3.0"))
     text = refused("generate", "triangle", cwd=tmp_path)
-    assert "parameters.toml:25: [sliding.k_phi]: 'unit' is missing" in text
+    assert "parameters.toml:25: sliding.k_phi.unit is missing" in text
     stale = run("generate", "--check", "triangle", cwd=tmp_path)
     assert stale.returncode == 1
     assert "models/triangle/parameters.toml changed" in stale.stdout

@@ -208,7 +208,7 @@ def test_a_batch_in_memory() -> None:
     ("toml", "message"),
     [
         ("n = 0", r"n = 0 \(from .*campaign.toml\): must be a whole number >= 1"),
-        ("n = 5\nnn = 3", "campaign.toml: nn is not known; known: model, controller, n"),
+        ("n = 5\nnn = 3", r"campaign.toml: nn is not known \(did you mean 'n'\?\)"),
         ("n = 5\nsampling = 'halton'", "campaign.toml: sampling = 'halton': must be random, latin"),
         ("n = 5\nsave = { evry = 1 }", "campaign.toml: save.e"),
         ("n = 5\n[vary]\nR = 3", "campaign.toml: vary.R = 3"),

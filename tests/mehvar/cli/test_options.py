@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 from pathlib import Path
 from typing import Any, get_args
@@ -66,7 +67,7 @@ def test_set_and_a_campaign_file_take_every_option_or_say_why_not(name):
 
 
 def test_a_campaign_file_has_the_fields_and_defaults_of_a_campaign():
-    fields = CampaignFile.model_fields
+    fields = {f.name: f for f in dataclasses.fields(CampaignFile)}
     assert {name for name in CAMPAIGN_OPTIONS if name != "save_every"} <= fields.keys()
     for name in ("seed", "sampling"):
         assert fields[name].default == getattr(Campaign, name) == CAMPAIGN_OPTIONS[name].default

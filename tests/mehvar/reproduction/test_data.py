@@ -19,9 +19,9 @@ DATA = Path(triangle.__file__).parent
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('title = "What ρ', 'titel = "What ρ', r"captions.toml: figure 2, title: Field required"),
-        ("number = 3", 'number = "three"', r"captions.toml: figure 3, number: .*integer"),
-        ("[scene]", "[stage]", r"captions.toml: scene: Field required\n.*stage: Unexpected"),
+        ('title = "What ρ', 'titel = "What ρ', r"captions.toml: figure\[1\].titel is not known \(did you mean 'title'"),
+        ("number = 3", 'number = "three"', r"captions.toml: figure\[2\].number = 'three': must be a whole number"),
+        ("[scene]", "[stage]", r"captions.toml: stage is not known; known: citation, "),
         ("number = 4", "number = 44", r"captions.toml: figures \[1, 2, 3, 44"),
         ('citation = """', "citation = ", r"captions.toml is not TOML: .*line"),
     ],
