@@ -341,7 +341,7 @@ def run_lines(runs: Runs, comparison: Comparison) -> Iterator[str]:
     yield from same_runs(runs, comparison)
     yield from refused_runs(runs)
     for change in runs.margins:
-        yield f"margins under {change.law} where {change.scenario} ends:"
+        yield f"{change.title}:"
         for name, old, new in margin_rows(change):
             yield f"  {name}  {old} -> {new}"
     if runs.note:
