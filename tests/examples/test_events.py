@@ -215,7 +215,7 @@ BATCHES = [
         for m, method in enumerate(METHODS)
     ],
 )
-@pytest.mark.share(12)
+@pytest.mark.share(24)
 def test_a_batch_has_the_bits_of_its_runs(folders, tmp_path, name, law, vary, method):
     runs = mehvar.batch(
         folders[name], law, n=9, seed=1, vary=vary, method=method, t_end=5.0, out=tmp_path / "runs.zarr"

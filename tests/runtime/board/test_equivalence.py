@@ -314,6 +314,7 @@ def test_the_process_ends_with_its_line():
 
 
 @pytest.mark.parametrize("target", ["sil", "unicorn", pytest.param("qemu", marks=needs("qemu-system-arm"))])
+@pytest.mark.share(3)
 def test_the_literal_law_diverges_with_the_same_bits(target):
     """To the end of its own: its torque passes what the model takes for lost, at sample 104 of float.
 

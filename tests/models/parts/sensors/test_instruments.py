@@ -163,6 +163,7 @@ SIZES = {
 }  # fmt: skip
 
 
+@pytest.mark.soak
 def test_allan_variances_are_those_of_the_densities():
     """White noise has sigma^2 / m over means of m measurements, a walk of the gyro's bias K^2 tau / 3 besides."""
     rate = {"every": EVERY}
