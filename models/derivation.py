@@ -156,14 +156,12 @@ def matrix(name: str, values: sp.Matrix, title: str, unit: str, d: Derivation, n
     return vector(f"{name}*", values, title, unit, f"{name}_{{*}}", d, number, labels).reshape(3, 3)
 
 
-def symmetric(
-    name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation, number: str = ""
-) -> sp.Matrix:
+def symmetric(name: str, values: sp.Matrix, title: str, unit: str, latex: str, d: Derivation) -> sp.Matrix:
     """Name the elements of a symmetric matrix."""
     places = [(i, j) for i in range(3) for j in range(i, 3)]
     labels = [f"{i + 1}{j + 1}" for i, j in places]
     upper = [values[place] for place in places]
-    named = dict(zip(places, vector(f"{name}*", upper, title, unit, f"{latex}_{{*}}", d, number, labels), strict=True))
+    named = dict(zip(places, vector(f"{name}*", upper, title, unit, f"{latex}_{{*}}", d, "", labels), strict=True))
     return sp.Matrix(3, 3, lambda i, j: named[min(i, j), max(i, j)])
 
 

@@ -18,6 +18,7 @@ from typing import Literal, NamedTuple, Self, get_args
 
 from mehvar.base.display import heading, table
 from mehvar.base.errors import InputError, unknown_name
+from mehvar.base.intervals import Interval
 from mehvar.base.names import identifier
 from mehvar.base.schema import Lower, SchemaError, Upper, json_key, json_text, parse, plain, read
 
@@ -83,9 +84,7 @@ class Parameter:
 
     def allows(self, value: float) -> bool:
         """Return True for a value within the bounds; NaN never is."""
-        above = value > self.lower if self.lower_open else value >= self.lower
-        below = value < self.upper if self.upper_open else value <= self.upper
-        return above and below
+        return value in Interval(self.lower, self.upper, self.lower_open, self.upper_open)
 
     @property
     def interval(self) -> str:

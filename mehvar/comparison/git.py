@@ -6,7 +6,7 @@ from __future__ import annotations
 import io
 import subprocess
 import tarfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
@@ -45,6 +45,16 @@ class Revision:
         rooms = {f"models/{room}" for room in ROOMS}
         names = {Path(line).name for line in folders.decode().splitlines() if line not in rooms}
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
+
+    def of_today(self, files: Iterable[str]) -> str:
+        """Return the first of some files, given by absolute paths, that the revision has and the working tree holds.
+
+        Modules in Python do not count, since mehvar itself may be one of the repository's.
+        """
+        top = Path(_git(self.root, "rev-parse", "--show-toplevel").decode().strip())
+        own = _git(self.root, "ls-tree", "-r", "--full-tree", "--name-only", "-z", self.commit).decode().split("\0")
+        paths = {str(top / name) for name in own if not name.endswith(".py")}
+        return next((file for file in files if file in paths), "")
 
     def extract(self, paths: Sequence[str], folder: Path) -> None:
         """Write the revision's files below `paths` into `folder`."""

@@ -125,7 +125,7 @@ def _runs(changed: Sequence[RunChange]) -> Iterator[str]:
 
 def _margins(changed: Sequence[MarginChange]) -> Iterator[str]:
     for change in changed:
-        yield from ("", f"Margins under {change.law} where {change.scenario} ends:")
+        yield from ("", f"{change.title[0].upper()}{change.title[1:]}:")
         yield from _table(("input", "old", "new"), list(margin_rows(change)))
 
 

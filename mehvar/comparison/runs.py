@@ -23,7 +23,7 @@ from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
-from ..estimation.margins import Margin, linear_loop, linear_margins
+from ..estimation.margins import Margin, linear_loop, linear_margins, moving
 from .spectra import differentiable
 
 if TYPE_CHECKING:
@@ -98,12 +98,21 @@ class MarginChange:
         The run; the loop is linearised at its end.
     old, new : tuple of Margin
         Margins at the inputs that the law uses; empty for an unstable loop.
+    settled : bool
+        False if the linear loop of a version still changes there.
     """
 
     law: str
     scenario: str
     old: tuple[Margin, ...]
     new: tuple[Margin, ...]
+    settled: bool = True
+
+    @property
+    def title(self) -> str:
+        """Law, and where the loop is linearised."""
+        moment = "" if self.settled else ", a moment of a motion"
+        return f"margins under {self.law} where {self.scenario} ends{moment}"
 
 
 @dataclass(frozen=True)
@@ -185,7 +194,7 @@ def runs(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Runs, Overlay 
     overlay, largest, rest = None, 0.0, 0.0
     done: list[Run] = []
     cases = list(_cases(before, after, names))
-    note = "" if cases else "no run compared: the versions have no law and scenario in common"
+    note = _noise(before, after, names) if cases else "no run compared: the versions have no law and scenario in common"
     for old_law, law, old_scenario, scenario in cases:
         first, second = _run(before, old_law, old_scenario), _run(after, law, scenario)
         change, part = _change(law, scenario, first, second, names)
@@ -208,9 +217,21 @@ def runs(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Runs, Overlay 
         except InputError:  # a copied folder without derivatives of its laws: the note on loops says so
             continue
         if _differ(*edges):
-            moved.append(MarginChange(law, scenario, edges[0], edges[1]))
+            still = not any(
+                moving(model, run) for model, run, own in ((before, first, edges[0]), (after, second, edges[1])) if own
+            )
+            moved.append(MarginChange(law, scenario, *edges, still))
     groups = (tuple(changed), tuple(same), tuple(moved), tuple(refused))
     return Runs(*groups, note, rest, _zero(done, names), tuple(resting)), overlay
+
+
+def _noise(before: Model, after: Model, names: Mapping[str, str]) -> str:
+    """Return a note if the versions draw other random numbers for a sensor, which changes runs."""
+    old, new = ([names.get(q.name, q.name) for q in model.manifest.noise] for model in (before, after))
+    shared = [name for name in old if name in new and old.index(name) != new.index(name)]
+    if not shared:
+        return ""
+    return f"the order of noise changed, so that runs have other random numbers: {', '.join(shared)}"
 
 
 def moves(run: Run) -> bool:
@@ -292,11 +313,13 @@ def _metrics(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float,
 
 
 def _extremes(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float, str]]:
-    """Return the extremes and final values of a run's states, with units."""
+    """Return the extremes and final values of a run's states and of its law's memory, with units."""
     if isinstance(run, str):
         return {}
-    x = np.where(np.abs(run.x) > run.options.get("atol", 0.0), run.x, 0.0)  # the integration resolves no less
-    states = [(k, names.get(q.name, q.name), q.unit) for k, q in enumerate(run.manifest.states)]
+    quantities = (*run.manifest.states, *run.controller.memory)
+    x = np.hstack([run.x, run.z])
+    x = np.where(np.abs(x) > run.options.get("atol", 0.0), x, 0.0)  # the integration resolves no less
+    states = [(k, names.get(q.name, q.name), q.unit) for k, q in enumerate(quantities)]
     reached = {f"largest |{name}|": (float(np.max(np.abs(x[:, k]))), unit) for k, name, unit in states}
     return reached | {f"last {name}": (float(x[-1, k]), unit) for k, name, unit in states}
 

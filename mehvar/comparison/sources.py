@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import itertools
+import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,12 +27,17 @@ from .git import Revision, find_revision, in_repository
 
 _EQUATIONS = "equations.json"
 _BUILD = """
+import json
+import os
 import sys
 from pathlib import Path
 from mehvar.codegen.build import file_folder
-path = Path(sys.argv[1])
+path, read = Path(sys.argv[1]), set()
 sys.path.insert(0, str(path.parent.resolve()))
-print(file_folder(path).resolve())
+sys.addaudithook(lambda event, of: event == "open" and isinstance(of[0], (str, os.PathLike)) and read.add(str(of[0])))
+folder = file_folder(path).resolve()
+print(json.dumps(sorted(os.path.realpath(name) for name in read)))
+print(folder)
 """
 
 
@@ -119,7 +125,7 @@ class Sources:
 
     def _of_file(self, text: str) -> Version:
         """Return the system of a Python file, or of a file of a revision, as in HEAD~1:craft.py."""
-        path, top, label = Path(text), Path.cwd(), text
+        path, top, label, revision = Path(text), Path.cwd(), text, None
         if not path.is_file():
             name, _, file = text.partition(":")
             revision = find_revision(top, name) if file else None
@@ -130,7 +136,9 @@ class Sources:
             if revision is None or not (top / path).is_file():
                 raise InputError(f"{text!r} is no Python file: give one, or one of a git revision, as in HEAD:craft.py")
         with progress(f"deriving {label}"):
-            built = _built(path, top, label)
+            built, read = _built(path, top, label)
+        if revision is not None:
+            _refuse_files_of_today(revision, label, read)
         return self._of_folders({_model_of(built): built}, label, single=True)
 
     def _chosen(self, folders: Mapping[str, Path]) -> dict[str, Path]:
@@ -172,8 +180,21 @@ class Sources:
             if name not in old and (reasons := _outdated(tree, name, folders[name]) or _mixed(folders[name]))
         }
         folders = {name: folder for name, folder in folders.items() if name not in old}
-        folders |= derive(tree, [name for name in derivable if name in old or name in stale], revision.label)
+        fresh = derive(tree, [name for name in derivable if name in old or name in stale], revision.label)
+        for name, folder in fresh.items():
+            read = (os.path.realpath(root / file) for file in read_manifest(folder).inputs_sha256)
+            _refuse_files_of_today(revision, f"{revision.label}: {name}", read)
+        folders |= fresh
         return Version(revision.label, folders, models, tree=tree, stale=stale)
+
+
+def _refuse_files_of_today(revision: Revision, label: str, read: Iterable[str]) -> None:
+    """Refuse a derivation of a revision that read a file of the working tree, by its absolute path."""
+    if mixed := revision.of_today(read):
+        raise InputError(
+            f"{label} reads {mixed}, which is the file of today: give its path relative to the file that reads it or "
+            "to the folder of the command, so that the revision's own file is read"
+        )
 
 
 def _outdated(tree: Tree, model: str, folder: Path) -> tuple[str, ...]:
@@ -254,8 +275,8 @@ def _derive(tree: Tree, model: str, label: str, choices: list[str], folder: Path
         raise InputError(f"{label}: {model} cannot be derived by this version of mehvar: {last_line(process)}")
 
 
-def _built(path: Path, top: Path, label: str) -> Path:
-    """Return the generated folder of a Python file, run in the folder `top` in a process of its own.
+def _built(path: Path, top: Path, label: str) -> tuple[Path, list[str]]:
+    """Return the generated folder of a Python file, run in the folder `top` in a process of its own, and what it read.
 
     Two versions of a file may import modules of one name and read tables at one relative path.
     """
@@ -263,7 +284,8 @@ def _built(path: Path, top: Path, label: str) -> Path:
     if process.returncode:
         message = last_line(process).partition(": ")[2]  # after the class of the exception
         raise InputError(message if label == str(path) else f"{label}: {message}")
-    return Path(process.stdout.splitlines()[-1])
+    *_, read, folder = process.stdout.splitlines()
+    return Path(folder), json.loads(read)
 
 
 def _generated(folder: Path) -> dict[str, Path]:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.names import identifier
@@ -46,6 +47,9 @@ response across the axis at random; true crossings have clear values on both sid
 _MEASURED = 1e-3
 """The same tolerance of a measured response; also its relative error, of 0.01 dB. Ten times the tolerance leaves errors
 of 0.1 dB, a tenth doubles the length of runs with slow transients."""
+_STILL, _ACTING = 0.1, 1e-3
+"""Largest relative change of a mode, in its time, of a loop that is still; margins are judged by factors of two. Least
+angle of a mode in a run: slower ones are integrators, up to what the motion left of their coupling."""
 _LARGEST = 1e3
 """Largest gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
 _PER_DECADE, _SWEPT = 10, 3
@@ -116,7 +120,8 @@ def margins(
     Returns
     -------
     tuple of Margin
-        For each input that the law uses. Factors above 1000 and below 1/1000 are infinite.
+        For each input that the law uses. Factors above 1000 and below 1/1000 are infinite. A warning says that the
+        linear loop still changes where the scenario ends.
 
     Raises
     ------
@@ -150,8 +155,17 @@ def margins(
         if not np.all(np.isfinite(loop.A + loop.B @ loop.C)):
             where = f"where {base.scenario.name} ends"
             raise InputError(f"{base.controller.name} has no derivative {where}; give size to measure the margins")
-        if not (result := linear_margins(loop)):
-            raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
+        result = linear_margins(loop)
+        changing = moving(loaded, base)
+        if not result:
+            moment = ", a moment of a motion: give a longer t_end" if changing else ""
+            where = f"where {base.scenario.name} ends{moment}"
+            raise InputError(f"the linear loop of {base.controller.name} is unstable {where}")
+        if changing:
+            text = (
+                f"the loop of {base.controller.name} still moves where {base.scenario.name} ends, so that the margins "
+            )
+            warnings.warn(text + "are those of a moment: give a longer t_end, or size to measure them", stacklevel=2)
         return result
     if COUNTER in (memory := [q.name for q in base.controller.memory]) and base.z[:, memory.index(COUNTER)].any():
         raise InputError(f"{base.controller.name} commands only at some samples: margins need a command at each sample")
@@ -175,13 +189,42 @@ def _sizes(model: Model, size: object) -> list[tuple[str, float]]:
     return [(name, float(value)) for name, value in sizes.items()]  # type: ignore[arg-type]
 
 
-def linear_loop(model: Model, run: Run) -> LinearSystem:
-    """Return the linear loop at the end of a run, cut between law and plant."""
+def linear_loop(model: Model, run: Run, sample: int = -1) -> LinearSystem:
+    """Return the linear loop at a sample of a run, the last by default, cut between law and plant."""
     p, s, c = run.parameters.p, run.parameters.s, run.parameters.c
-    z = run.z[-1] if run.controller.memory else None
-    held = run.u[-1] if run.controller.memory and run.controller.period else None
-    r = model.functions["reference"](run.t[-1], p, s)
-    return ClosedLoop(model.manifest, model.functions, run.controller, run.x[-1], held, p, r, c, z).cut()
+    z = run.z[sample] if run.controller.memory else None
+    held = run.u[sample] if run.controller.memory and run.controller.period else None
+    r = model.functions["reference"](run.t[sample], p, s)
+    return ClosedLoop(model.manifest, model.functions, run.controller, run.x[sample], held, p, r, c, z).cut()
+
+
+def moving(model: Model, run: Run) -> bool:
+    """Return True if a mode of the linear loop still changes where a run ends: 10 % while it decays, or in another run.
+
+    The margins are then those of a moment. They can mislead: a loop may be near instability, or beyond it, at each
+    moment of a turn that converges.
+    """
+    (before, noise), (last, error) = (_exponents(linear_loop(model, run, k)) for k in (-2, -1))
+    if len(before) != len(last):
+        return True
+    order = linear_sum_assignment(np.abs(before[:, None] - last))[1]
+    last, noise = last[order], noise + error[order]
+    change = np.maximum(np.abs(last - before) - noise, 0) / (run.t[-1] - run.t[-2])
+    shortest = np.maximum(np.abs(last.real), 1 / run.t[-1])
+    acting = np.abs(last) * run.t[-1] > _ACTING
+    return bool(np.any(acting & (change > _STILL * np.abs(last) * shortest)))
+
+
+def _exponents(cut: LinearSystem) -> tuple[NDArray[np.complex128], FloatArray]:
+    """Return the exponents of a closed loop's modes, 1/s, and their errors, without modes that last one sample."""
+    values, errors = modes(cut.A + cut.B @ cut.C)
+    exponents = values.astype(np.complex128)
+    if cut.period is None:
+        return exponents, errors
+    lasting = np.abs(exponents) > np.maximum(errors, np.finfo(float).eps)
+    exponents, errors, period = exponents[lasting], errors[lasting], float(cut.period)
+    exponents = (np.log(exponents) / period).astype(np.complex128)
+    return exponents, errors / np.abs(values[lasting]) / period
 
 
 def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:

@@ -82,9 +82,9 @@ class Symmetry:
         return -1 if name in self.signs else 1
 
 
-def gates(declared: list[Gate], subject: Machine, n: int = 12) -> dict[str, float]:
+def gates(declared: list[Gate], subject: Machine) -> dict[str, float]:
     """Return the error of each gate."""
-    at = points(subject, n)
+    at = points(subject)
     return {gate.name: gate.error(at) for gate in declared}
 
 

@@ -14,9 +14,11 @@ CHANGE = 0.01
 NOISE = 1e-12
 """Relative change of a result that counts as rounding; each operation contributes about 1e-15."""
 _GROUPS = ("p", "s", "c")
+_SIZES = (40, 1500)
+"""Numbers of points that are tried one after the other."""
 
 
-def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> list[str]:
+def idle_parameters(subject: Machine) -> list[str]:
     """Return the parameters of plant, scenario and laws that have no effect at random points.
 
     Most parameters show an effect at a few points, but those of switches need many. In a sampled adaptive law with a
@@ -25,7 +27,7 @@ def idle_parameters(subject: Machine, sizes: tuple[int, ...] = (40, 1500)) -> li
     """
     everything: set[str] = set()
     active = {law.period for law in subject.system.controllers}
-    for n in sizes:
+    for n in _SIZES:
         for request in filter(_counts, subject.requests.values()):
             for place, group in enumerate(request.arguments):
                 if group.name in _GROUPS:

@@ -12,17 +12,25 @@ A table is a TOML file with an entry for each field of the part, and a list of t
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from mehvar.base.errors import suggestion, value_text
+from mehvar.base.schema import read
 from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
 from ..tables import place_in, read_toml
 from .values import Kind, Value, kinds
 
-KEYS = ("unit", "default", "source", "bounds")
+
+@dataclass(frozen=True)
+class _Entry:
+    unit: str
+    default: Any
+    source: str
+    bounds: str = ""
 
 
 def read_table(path: str | Path, of: type, lists: Mapping[str, type]) -> dict[str, Any]:
@@ -75,25 +83,16 @@ def _entry(kind: Kind, row: object, where: str) -> Any:
         raise ModelError(
             f"{where} = {value_text(row)}: must be {{ unit = {kind.unit!r}, default = ..., source = ... }}"
         )
-    for key in row:
-        if key not in KEYS:
-            raise ModelError(f"{where}: unknown key {key!r}{suggestion(key, KEYS)}; must be one of {', '.join(KEYS)}")
-    for key in KEYS[:3]:
-        if key not in row:
-            raise ModelError(f"{where}: {key!r} is missing")
-    unit, source, bounds = row["unit"], row["source"], row.get("bounds", "")
-    for key, text in (("unit", unit), ("source", source), ("bounds", bounds)):
-        if not isinstance(text, str):
-            raise ModelError(f"{where}: {key} = {value_text(text)}: must be a text")
     try:
+        entry = read(_Entry, row, "table")
+        unit, default = entry.unit, entry.default
         fits = dimension(unit) == dimension(kind.unit) and has_radians(unit) == has_radians(kind.unit)
     except ValueError as error:
         raise ModelError(f"{where}: {error}") from error
     if not fits:
         raise ModelError(f"{where}: unit = {unit!r}: must be {kind.unit!r}")
-    default = row["default"]
     along_axis = kind.form == "direction" and isinstance(default, list) and sum(v != 0 for v in default) == 1
-    return default if along_axis else _valued(default, source, bounds)
+    return default if along_axis else _valued(default, entry.source, entry.bounds)
 
 
 def _valued(default: Any, source: str, bounds: str) -> Any:

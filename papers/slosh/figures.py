@@ -31,9 +31,9 @@ V1, V2 = BLUE, VERMILLION
 _DASHED = (0, (4, 2.5))
 
 
-def claimed(ax: Axes, time: float, color: str = GREY) -> None:
+def claimed(ax: Axes, time: float) -> None:
     """Mark the instant that the paper names."""
-    ax.axvline(time, color=color, ls=":", lw=1.2, zorder=0.95, label=_NAMED)
+    ax.axvline(time, color=GREY, ls=":", lw=1.2, zorder=0.95, label=_NAMED)
 
 
 def _draw(ax: Axes, run: Run, name: str, color: str, until: float = np.inf, **look: Any) -> None:

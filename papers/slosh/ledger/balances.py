@@ -34,10 +34,10 @@ def forces(s: Spacecraft) -> Iterator[Printed]:
     )
 
 
-def _scoped(number: str, title: str, inside: Relation, outside: Relation, note: str = "") -> Printed:
+def _scoped(number: str, title: str, inside: Relation, outside: Relation) -> Printed:
     """Return an equation in which one closing bracket is missing."""
     return (
-        printed(number, title, "equation", note=note)
+        printed(number, title, "equation")
         .reading(
             "that term outside the bracket",
             outside,

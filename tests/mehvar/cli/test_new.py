@@ -104,24 +104,28 @@ def test_an_existing_folder_is_left_alone(tmp_path):
     [
         ("p.m * p.g", "p.mm * p.g", r"models/mine/system.py:\d+: AttributeError: group 'p' has no quantity 'mm'"),
         ("import sympy", "import sympyy", r"models/mine/system.py:9: ModuleNotFoundError: No module named 'sympyy'"),
-        ("return body + wheel", "return body wheel", r"models/mine/system.py:\d+: SyntaxError: invalid syntax"),
+        ("body + wheel - potential", "body wheel", r"models/mine/system.py:\d+: SyntaxError: invalid syntax"),
         ("d = Derivation()", "raise SystemExit(0)", r"models/mine/system.py:\d+: SystemExit: 0"),
         ("return System(", "return dict(", r"must be a System"),
         ('name="mine"', 'name="yours"', r"the system's name is 'yours' but must equal the folder's name, 'mine'"),
         (
-            '"theta_ddot", body',
-            '"wheel", body',
+            '"theta_ddot", rates',
+            '"wheel", rates',
             r"models/mine/system.py:\d+: definition 'wheel' at .* of state 'wheel'",
         ),
-        ("        X.theta_dot,\n", "", r"models/mine/system.py:\d+: rhs has 2 entries for 3 states"),
         (
-            "STRUCTURE: dict",
-            "STRUCTURES: dict",
-            r"models/mine/__init__.py:3: ImportError: cannot import name 'STRUCTURE'",
+            "(X.theta_dot, angular, spin)",
+            "(angular, spin)",
+            r"models/mine/system.py:\d+: rhs has 2 entries for 3 states",
+        ),
+        (
+            "from .system import system",
+            "from .system import sistem",
+            r"models/mine/__init__.py:3: ImportError: cannot import name 'sistem'",
         ),
         *(
             (
-                "STRUCTURE: dict[str, tuple[str, ...]] = {}",
+                '__all__ = ["system"]',
                 f"STRUCTURE = {choices}",
                 r"STRUCTURE = .*: must be a mapping",
             )
@@ -132,10 +136,9 @@ def test_an_existing_folder_is_left_alone(tmp_path):
 @pytest.mark.share(2)
 def test_a_mistake_in_a_model_is_one_line_and_nothing_is_written(tmp_path, mine, old, new, message):
     shutil.copytree(mine, tmp_path / "mine")
-    path = tmp_path / "mine" / "models" / "mine" / "system.py"
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new, 1))
+    model = tmp_path / "mine" / "models" / "mine"
+    path = next(path for path in (model / "system.py", model / "__init__.py") if old in path.read_text())
+    path.write_text(path.read_text().replace(old, new, 1))
     before = {p: p.read_bytes() for p in (tmp_path / "mine" / "generated").rglob("*.*")}
     done = run(tmp_path / "mine", "mehvar", "generate")
     assert done.returncode == 2

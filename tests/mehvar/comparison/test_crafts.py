@@ -17,7 +17,7 @@ from mehvar.base.errors import MehvarError
 from mehvar.base.manifest import Scenario
 from mehvar.cli.app import app
 from mehvar.comparison.runs import _extremes
-from mehvar.parts import Hinge, Hub, PointMass, Spacecraft, Tachometer, Torquer, Wheel
+from mehvar.parts import Gyro, Hinge, Hub, PointMass, Spacecraft, Tachometer, Torquer, Wheel
 
 
 def craft_of(axis=(0, 1, 0), *more, mass=100.0):
@@ -127,6 +127,10 @@ def craft():
     assert told.exit_code == 1, told.output
     assert "hub: inertia (1, 1, 1) kg m^2 -> (1, 1, 1.5) kg m^2" in told.output
     assert "spare: mass 2 kg -> 3 kg" in told.output
+    Path("craft.py").write_text(text.replace('"hub.toml"', repr(str(tmp_path / "hub.toml"))), encoding="utf-8")
+    subprocess.run(["git", *me, "commit", "-q", "-m", "a table by its absolute path", "craft.py"], check=True)
+    mixed = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
+    assert f"reads {tmp_path / 'hub.toml'}, which is the file of today" in str(mixed.exception)
 
 
 def test_eigenvalues_are_those_at_a_possible_state():
@@ -279,8 +283,31 @@ def test_rounding_of_a_state_is_no_metric():
     state, options = Quantity("w", "rad/s", "a rate"), {"atol": 1e-11}
     for noise in (2e-12, 0.0):
         manifest = SimpleNamespace(states=(state,))
-        run = SimpleNamespace(manifest=manifest, x=np.array([[noise], [-noise]]), options=options)
+        x, law = np.array([[noise], [-noise]]), SimpleNamespace(memory=())
+        run = SimpleNamespace(manifest=manifest, x=x, z=x[:, :0], controller=law, options=options)
         assert _extremes(run, {"w": "v"}) == {"largest |v|": (0.0, "rad/s"), "last v": (0.0, "rad/s")}
+
+
+def seen(noise=1e-4, turned=False):
+    """A craft whose state nothing moves, with two gyros."""
+    gyros = [Gyro("gyro", noise=noise), Gyro("spare", noise=2e-4)]
+    return craft_of((0, 1, 0), *(reversed(gyros) if turned else gyros))
+
+
+def test_measurements_are_compared_where_no_state_moves():
+    """Twice the noise of a gyro showed nothing, since no state moved."""
+    text = str(mehvar.diff(seen(), seen(noise=2e-4)))
+    (largest,) = re.findall(r"largest \|gyro_x_shown\|.*\((.*) %\)", text)
+    assert float(largest) == pytest.approx(100)
+    assert "spare_x_shown" not in text
+    assert "shows nothing" not in text
+
+
+def test_other_random_numbers_are_said():
+    """Sensors in another order draw other random numbers; runs changed without a reason."""
+    text = str(mehvar.diff(seen(), seen(turned=True)))
+    assert "physics the SAME, names or order CHANGED" in text
+    assert "the order of noise changed, so that runs have other random numbers: gyro_e1" in text
 
 
 def test_that_no_run_is_compared_is_said():

@@ -50,6 +50,10 @@ def test_a_helper_beside_models_counts_in_a_revision(project):
     result = project.json("HEAD~1", "HEAD", status=1)
     assert (result["status"], len(result["notes"])) == ("changed", 1)
     assert "spring.txt changed" in result["notes"][0]
+    absolute = project.root / "spring.txt"
+    project.edit("Path(__file__).parents[2] / 'spring.txt'", f"Path({str(absolute)!r})")
+    project.commit("by its absolute path, without generate")
+    assert f"reads {absolute}, which is the file of today" in project.refused("HEAD~1", "HEAD")
 
 
 def test_a_merge_of_sources_with_the_generated_files_of_one_side_is_derived_anew(project):

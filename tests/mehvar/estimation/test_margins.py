@@ -2,6 +2,7 @@
 """Margins of linear and of running loops against eigenvalues and closed forms."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -195,3 +196,14 @@ def test_a_law_without_derivative_is_no_unstable_loop(monkeypatch):
     monkeypatch.setattr("mehvar.estimation.margins._SWEPT", 1)  # in place of three decades, which take seconds
     (margin,) = mehvar.margins(model, "root", t_end=1.0, dt_out=0.1, size=0.01)
     assert 1.0 < margin.gain < math.inf
+
+
+def test_margins_at_a_moment_of_a_motion_are_said_to_be_so(turner):
+    """Halfway through a turn they were given as if the craft rested there."""
+    with pytest.warns(UserWarning, match="still moves where default ends, so that the margins are those of a moment"):
+        mehvar.margins(turner, "feedback", t_end=2.0, pitch_0=1.0)
+    with pytest.raises(InputError, match="unstable where default ends, a moment of a motion"):
+        mehvar.margins(turner, "feedback", t_end=1.0, pitch_0=3.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mehvar.margins(turner, "feedback", t_end=60.0, pitch_0=1.0)
