@@ -113,11 +113,14 @@ def json_text(table: Mapping[str, Any]) -> str:
 
 def _json_lines(value: Any, start: str) -> str:
     """Return JSON text in which all lines except the first begin with `start`."""
-    line = json.dumps(value, ensure_ascii=False)
     entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     nested = any(isinstance(entry, dict | list) for entry in entries)
-    if not entries or (start != "\n" and (len(start + line) <= _WIDTH or (isinstance(value, list) and not nested))):
-        return line
+    # an entry of a table has at least six characters, one of a list three; a text would else be made at every level
+    fits = len(entries) * (6 if isinstance(value, dict) else 3) <= _WIDTH or (isinstance(value, list) and not nested)
+    if not entries or (start != "\n" and fits):
+        line = json.dumps(value, ensure_ascii=False)
+        if not entries or len(start + line) <= _WIDTH or (isinstance(value, list) and not nested):
+            return line
     inner = start + " "
     if isinstance(value, dict):
         parts = [f"{json.dumps(key, ensure_ascii=False)}: {_json_lines(v, inner)}" for key, v in value.items()]

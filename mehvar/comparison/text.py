@@ -52,8 +52,9 @@ _STYLES = {
 }
 _TOLD = (EquationVerdict.CHANGED, EquationVerdict.UNDECIDED, EquationVerdict.ADDED, EquationVerdict.REMOVED)
 """Verdicts with separate reports, in this order."""
-_WHOLE = 8
-"""Number of causes with counterexample and evidence; the other causes share a line, and a page has all."""
+_WHOLE, _FEW = 8, 2
+"""Numbers of causes with counterexample and evidence, and of further causes of a section with a line each; more share a
+line, and a page has all."""
 _RUNS, _METRICS = 4, 5
 """Numbers of listed runs, most changed first, and of metrics per run; a page has all."""
 HEADLINES = {
@@ -207,24 +208,41 @@ def labels(comparison: Comparison, names: Sequence[str]) -> str:
 def _equations(comparison: Comparison) -> Iterator[Line]:
     for says in stories(comparison):
         yield 2, Text(says, "bold")
+    more: dict[tuple[EquationVerdict, str], list[tuple[EquationChange, EquationGroup | None]]] = {}
     for number, (equation, group) in enumerate(one_by_one(comparison)):
-        head = _head(comparison, equation, group)
         if number < _WHOLE and equation.kind != PICTURE:
-            yield 2, head
+            yield 2, _head(comparison, equation, group)
             yield from _source(comparison, equation, group)
         else:
-            edits = "; ".join(map(edit_title, equation.edits[:2])) + "; ..." * (len(equation.edits) > 2)
-            yield 2, Text.assemble(head, f": {edits}" if edits else "")
+            more.setdefault((equation.verdict, equation.section or equation.kind), []).append((equation, group))
+    for (verdict, section), rows in more.items():
+        if len(rows) > _FEW:
+            names = labels(comparison, [equation.name for equation, _ in rows])
+            yield 2, Text.assemble((_COUNTED[verdict], _style(*rows[0])), f" {len(rows)} more of {section}: {names}")
+        else:
+            yield from (_short(comparison, *row) for row in rows)
     if follows := following(comparison):
         yield 2, Text(follows, "bold")
     for verdict in (EquationVerdict.ADDED, EquationVerdict.REMOVED):
         quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
         if quiet:
-            yield 2, Text.assemble((f"{verdict.value} ", "cyan"), ", ".join(quiet))
+            rest = f" and {len(quiet) - _NAMED} more" if len(quiet) > _NAMED + 1 else ""
+            names = ", ".join(quiet[:_NAMED] if rest else quiet)
+            yield 2, Text.assemble((f"{verdict.value} ", "cyan"), names, rest)
+
+
+def _short(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Line:
+    """Return a cause and its first edits on one line."""
+    edits = "; ".join(map(edit_title, equation.edits[:2])) + "; ..." * (len(equation.edits) > 2)
+    return 2, Text.assemble(_head(comparison, equation, group), f": {edits}" if edits else "")
+
+
+def _style(equation: EquationChange, _: EquationGroup | None = None) -> str:
+    return "yellow" if equation.verdict is EquationVerdict.UNDECIDED else "red" if equation.matters else "cyan"
 
 
 def _head(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Text:
-    style = "yellow" if equation.verdict is EquationVerdict.UNDECIDED else "red" if equation.matters else "cyan"
+    style = _style(equation)
     names = group.names if group else ()
     why = harmless(comparison, equation)
     return Text.assemble(
