@@ -113,11 +113,14 @@ def json_text(table: Mapping[str, Any]) -> str:
 
 def _json_lines(value: Any, start: str) -> str:
     """Return JSON text in which all lines except the first begin with `start`."""
-    line = json.dumps(value, ensure_ascii=False)
     entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     nested = any(isinstance(entry, dict | list) for entry in entries)
-    if not entries or (start != "\n" and (len(start + line) <= _WIDTH or (isinstance(value, list) and not nested))):
-        return line
+    # an entry of a table has at least six characters, one of a list three; a text would else be made at every level
+    fits = len(entries) * (6 if isinstance(value, dict) else 3) <= _WIDTH or (isinstance(value, list) and not nested)
+    if not entries or (start != "\n" and fits):
+        line = json.dumps(value, ensure_ascii=False)
+        if not entries or len(start + line) <= _WIDTH or (isinstance(value, list) and not nested):
+            return line
     inner = start + " "
     if isinstance(value, dict):
         parts = [f"{json.dumps(key, ensure_ascii=False)}: {_json_lines(v, inner)}" for key, v in value.items()]
@@ -207,7 +210,7 @@ def _reader(kind: Any, form: Form) -> _Convert:
     if origin is tuple:
         return partial(_read_list, _reader(inner[0], form))
     if origin is Mapping:
-        return partial(_read_mapping, _reader(inner[1], form), _is_named(inner[1]))
+        return partial(_read_mapping, _reader(inner[1], form), _is_named(inner[1]), form)
     if is_dataclass(kind):
         rows = {f.name if form == "table" else key: (f, _reader(hint, form)) for f, key, hint in _rows(kind)}
         return partial(_read_record, kind, rows, form)
@@ -245,12 +248,12 @@ def _read_list(convert: _Convert, values: Any) -> Any:
     return tuple(result)
 
 
-def _read_mapping(convert: _Convert, named: bool, values: Any) -> Any:
+def _read_mapping(convert: _Convert, named: bool, form: Form, values: Any) -> Any:
     entries, result = _table(values), {}
     try:
         for name, value in entries.items():
             if named and type(value) is dict:
-                if "name" in value:
+                if "name" in value and form != "any_age":
                     raise SchemaError(" is not known: the name of the table is the name", "name")
                 value = {**value, "name": name}
             result[name] = convert(value)

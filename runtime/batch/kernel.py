@@ -32,7 +32,7 @@ from ..run.options import AUTO, Profile, RunOptions, check_effects, first_integr
 from ..run.problem import check_delay, check_hold, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from ..run.user.law import PythonLaw
-from .source import KernelLoop, kernel_sources
+from .source import KernelLoop
 
 _ALIGNMENT = 64  # bytes, of the widest vector
 _CHUNKS = 16  # blocks per thread: the last block takes at most a sixteenth of the time; with half as many, an eighth
@@ -391,7 +391,7 @@ def kernel_flags(loop: KernelLoop, profile: Profile, lanes: int) -> tuple[str, .
 def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
     """Compile a kernel or load it from the cache."""
     name = f"{identifier(loop.manifest.model)}_batch"
-    library = load_library(name, kernel_sources(loop), ["batch.c"], kernel_flags(loop, profile, lanes))
+    library = load_library(name, loop.sources, ["batch.c"], kernel_flags(loop, profile, lanes))
     library.mv_job_size.restype = library.mv_work_size.restype = ctypes.c_int64
     library.mv_work_size.argtypes = [ctypes.c_void_p]
     library.mv_run_blocks.argtypes = [ctypes.c_void_p, *[ctypes.c_int64] * 2, ctypes.c_void_p]

@@ -16,7 +16,7 @@ from ..compiling.compiler import require_compiler
 from ..compiling.library import FLAGS, native_headers, native_sources
 from ..run.results import versions
 from .kernel import Kernel, kernel_flags
-from .source import generated_sources, kernel_sources
+from .source import generated_sources
 
 _DRAWING = (
     *("batch/plan.py", "batch/sampling.py", "batch/dispersions.py", "batch/blocks.py", "batch/kernel.py"),
@@ -70,9 +70,9 @@ def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) ->
     """Return the numerics of a kernel on this machine, for a sampling design and common options."""
     manifest, profile = kernel.loop.manifest, kernel.options.profile
     own = generated_sources(manifest)
-    native = {name: text for name, text in kernel_sources(kernel.loop).items() if name not in own}
+    native = {name: text for name, text in kernel.loop.sources.items() if name not in own}
     if kernel.loop.stiff_test:
-        native["stiff"] = kernel_sources(kernel.loop.stiff)["kernel.h"]
+        native["stiff"] = kernel.loop.stiff.sources["kernel.h"]
     compiler = require_compiler()
     flags = kernel_flags(kernel.loop, profile, kernel.lanes)
     machine = (platform.machine(), compiler.version, *compiler.command[1:], *flags)

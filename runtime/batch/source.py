@@ -6,6 +6,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from mehvar.base.manifest import Controller, Event, Function, Manifest, Metric
@@ -76,7 +77,12 @@ class KernelLoop:
     method: Integrator
     stiff_test: bool = False
 
-    @property
+    @cached_property
+    def sources(self) -> dict[str, str]:
+        """C files of the kernel by name; batch.c is compiled."""
+        return kernel_sources(self)
+
+    @cached_property
     def stiff(self) -> KernelLoop:
         """Loop for stiff runs."""
         return replace(self, method=STIFF, stiff_test=False)

@@ -6,17 +6,35 @@ from __future__ import annotations
 import os
 import shutil
 import stat
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 
 def special_files(folder: Path) -> dict[str, str]:
     """Return the paths of links, pipes and devices below a folder, with their kinds."""
-    result: dict[str, str] = {}
-    for parent, folders, files in os.walk(folder):
-        for path in (Path(parent, name) for name in sorted((*folders, *files))):
-            if what := _kind(path):
-                result[path.relative_to(folder).as_posix()] = what
-    return result
+    return {name: what for name, entry in entries(folder) if (what := _kind_of(entry))}
+
+
+def entries(folder: Path, above: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
+    """Yield the paths below a folder, in order, with their entries; links are not followed."""
+    try:
+        with os.scandir(folder / above) as listing:
+            own = sorted(listing, key=lambda entry: entry.name)
+    except OSError:
+        return  # a writer has removed it
+    for entry in own:
+        yield f"{above}{entry.name}", entry
+    for entry in own:
+        if entry.is_dir(follow_symlinks=False):
+            yield from entries(folder, f"{above}{entry.name}/")
+
+
+def _kind_of(entry: os.DirEntry[str]) -> str:
+    """Return the kind of a path that is neither file nor folder."""
+    if entry.is_symlink():
+        return "a link"
+    plain = entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False)
+    return "" if plain else "a pipe or a device"
 
 
 def is_plain(folder: Path, name: str) -> bool:

@@ -26,6 +26,7 @@ STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
 FORMAT = 2
 _PARTIAL = ".partial"
 """Ending of unfinished files."""
+_NEW_FILE = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | getattr(os, "O_BINARY", 0)
 _LEFTOVER = re.compile(rf".+\.(?:[0-9a-f]{{16}}|[0-9a-f]{{32}}){re.escape(_PARTIAL)}")
 """Pattern of unfinished files by Zarr or `replace_file`; others may be the user's."""
 _SELF = "sha256"
@@ -190,14 +191,18 @@ def replace_file(folder: Path, name: str, content: bytes) -> None:
 
 def write_file(path: Path, content: bytes, forced: bool = False) -> None:
     """Write a file by renaming, with its folders; `forced` first flushes its bytes to disk."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f"{path.name}.{secrets.token_hex(8)}{_PARTIAL}")
-    with temporary.open("wb") as file:
+    temporary = f"{path}.{secrets.token_hex(8)}{_PARTIAL}"
+    try:
+        handle = os.open(temporary, _NEW_FILE, 0o666)
+    except FileNotFoundError:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(temporary, _NEW_FILE, 0o666)
+    with os.fdopen(handle, "wb") as file:
         file.write(content)
         if forced:
             file.flush()
-            os.fsync(file.fileno())
-    temporary.replace(path)
+            os.fsync(handle)
+    Path(temporary).replace(path)
 
 
 def leftovers(folder: Path) -> list[Path]:

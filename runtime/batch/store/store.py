@@ -588,9 +588,9 @@ def _coordinates(folder: Path) -> set[str]:
 
 def _force_files(folder: Path, names: Iterable[str]) -> None:
     """Flush files and all folders on their paths to disk."""
-    files = [folder / name for name in names]
-    parents = {parent for file in files for parent in file.parents if parent.is_relative_to(folder)}
-    force([*files, *sorted(parents)])
+    files = list(names)
+    folders = {name[:k] for name in files for k, letter in enumerate(name) if letter == "/"}
+    force([folder / name for name in (*files, *sorted(folders), "")])
 
 
 def _store_error(error: OSError, name: str) -> StoreError:

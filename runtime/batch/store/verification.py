@@ -17,7 +17,7 @@ from .arrays import ROOT
 from .attributes import check_attributes, check_batch
 from .lock import FILE as LOCK
 from .lock import lock_owner
-from .paths import is_plain, special_files
+from .paths import entries, is_plain, special_files
 from .records import (
     END,
     FOLDER,
@@ -282,12 +282,7 @@ def _blocks(proof: Proof, files: dict[str, str], writer: str | None) -> Verifica
 
 def _others(folder: Path, known: Collection[str]) -> Iterator[str]:
     """Yield the paths of unknown plain files."""
-    for parent, folders, files in os.walk(folder):
-        folders.sort()
-        for place in (Path(parent, name) for name in sorted(files)):
-            name = place.relative_to(folder).as_posix()
-            if name not in known and place.is_file() and not place.is_symlink():
-                yield name
+    yield from (name for name, entry in entries(folder) if name not in known and entry.is_file(follow_symlinks=False))
 
 
 def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int | None, int, int]:

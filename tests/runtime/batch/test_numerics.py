@@ -11,7 +11,7 @@ import pytest
 
 from mehvar import runtime
 from mehvar.base.errors import InputError
-from mehvar.runtime.batch import blocks, numerics, workers
+from mehvar.runtime.batch import blocks, numerics, source, workers
 from mehvar.runtime.batch.blocks import Blocks
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.numerics import generated_digest, other_numerics
@@ -54,8 +54,10 @@ def test_a_store_is_not_continued_with_other_numerics(
 
 
 def test_a_changed_line_of_c_changes_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    here, real = of(), numerics.kernel_sources
-    monkeypatch.setattr(numerics, "kernel_sources", lambda loop: {**real(loop), "batch.c": "/* other */"})
+    here, real = of(), source.native_sources
+    monkeypatch.setattr(
+        source, "native_sources", lambda *names: {name: f"{text}/* other */" for name, text in real(*names).items()}
+    )
     assert other_numerics(here.text(), of().text()).startswith("mehvar's own C (")
 
 
