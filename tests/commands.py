@@ -7,7 +7,8 @@ forgets these rooms. What importing costs and needs is tested by `tests/mehvar/t
 tests that start a process of their own.
 
 A command derives models and judges papers in further processes, by `python -P` or by multiprocessing: `python` is a
-program that forks these as well, and is any other Python for whatever else it is asked.
+program that forks these as well, and is any other Python for whatever else it is asked. The processes of one run share
+its server.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import traceback
 from pathlib import Path
 from typing import NoReturn
@@ -48,6 +50,9 @@ COLD = sys.executable
 """A Python that has imported nothing."""
 MOST = 64
 """Number of files that a caller passes: 3, and 2 of multiprocessing."""
+PATIENCE = 120.0
+"""Seconds for the libraries, where many processes start at once."""
+_ADOPTED = ""
 CLIENT = """#!{python} -IS
 import json, os, socket, struct, sys
 words = sys.argv[1:]
@@ -71,9 +76,25 @@ def mehvar() -> list[str]:
     return [python(), "-P", "-m", "mehvar"]
 
 
-@functools.cache
 def python() -> str:
-    """Return the path of the program, whose server ends with this process."""
+    """Return the path of the program, when its server is ready."""
+    program = _ADOPTED or started()
+    end = time.monotonic() + PATIENCE
+    while not Path(program).with_name("socket").exists():
+        assert time.monotonic() < end, "the server of commands does not begin"
+        time.sleep(0.02)
+    return program
+
+
+def adopt(program: str) -> None:
+    """Use the program of the process that started this one."""
+    global _ADOPTED
+    _ADOPTED = program
+
+
+@functools.cache
+def started() -> str:
+    """Return the path of the program, whose server ends with this process and may still be importing."""
     folder = Path(tempfile.mkdtemp(prefix="mehvar-"))
     place, program = folder / "socket", folder / "python"
     program.write_text(CLIENT.format(python=COLD, place=str(place)), encoding="utf-8")
@@ -87,32 +108,26 @@ def python() -> str:
         cwd=Path(__file__).parents[1],
         env=environment,
         stdin=subprocess.PIPE,  # the server ends when this pipe closes
-        stdout=subprocess.PIPE,
     )
-    assert server.stdout is not None
-    assert server.stdout.readline() == b"ready\n"
     atexit.register(_end, server, folder)
     return str(program)
 
 
 def _fork(place: Path) -> None:
     """Serve from a fork of this process, which has imported the libraries; the server ends with this process."""
-    (its_input, held), (heard, its_output) = os.pipe(), os.pipe()
+    its_input, held = os.pipe()
     sys.stdout.flush()
     if os.fork() == 0:
         os.dup2(its_input, 0)
-        os.dup2(its_output, 1)
-        for file in (its_input, held, heard, its_output):
-            os.close(file)
-        sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115 - pytest's may be another file
+        os.close(its_input)
+        os.close(held)
         try:
             main(str(place))
         except BaseException:  # the copy of the caller must end here
             traceback.print_exc()
         finally:
             os._exit(1)
-    os.close(its_output)
-    assert os.read(heard, 5) == b"ready"
+    os.close(its_input)
 
 
 def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
@@ -141,9 +156,9 @@ def serve(place: str) -> list[str] | None:
     gc.freeze()  # what is shared is not copied for the sake of its counters
     gc.set_threshold(100_000, 20, 100)
     with socket.socket(socket.AF_UNIX) as listener:
-        listener.bind(place)
+        listener.bind(f"{place}.new")
         listener.listen()
-        print("ready", flush=True)
+        Path(f"{place}.new").rename(place)  # where it is, it answers
         while 0 not in (ready := select.select([listener, 0], [], [])[0]):
             line, _ = ready[0].accept()
             if os.fork() == 0:

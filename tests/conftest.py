@@ -24,7 +24,10 @@ from tests import commands
 hypothesis.settings.register_profile("any load", deadline=None)
 hypothesis.settings.load_profile("any load")
 
-PAPERS = ("tests/papers/", "tests/mehvar/report/test_backends.py", "tests/mehvar/cli/test_reproduce.py")
+PAPERS = (
+    *("tests/papers/", "tests/mehvar/report/test_backends.py"),
+    *("tests/mehvar/reproduction/test_ledger_page.py", "tests/mehvar/cli/test_reproduce.py"),
+)
 TOGETHER = (PAPERS, ("tests/models/slosh/",), ("tests/mehvar/physics/",))
 PAGES = "tests/docs/test_docs.py::test_what_a_page_shows_runs["
 LONG = (
@@ -45,6 +48,17 @@ LONG = (
 
 
 _CASES: Counter[str] = Counter()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Name the server of commands to a process of the run; it imports while they collect."""
+    node.workerinput["python"] = commands.started()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Use that server."""
+    commands.adopt(getattr(config, "workerinput", {}).get("python", ""))
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:

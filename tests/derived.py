@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
+from typing import Any
 
 from pydantic import TypeAdapter
 
@@ -40,7 +41,13 @@ def variant(model: str, /, **structure: str) -> dict[str, str]:
 
 
 @functools.cache
+def verdicts(model: str) -> list[dict[str, Any]]:
+    """Return the judged ledger of a model's paper as its page takes it, computed once for tests and pages."""
+    return paper_ledgers(installed_tree(), model)
+
+
+@functools.cache
 def ledger(model: str) -> Ledger:
-    """Return the checked ledger of a model's paper, computed once for tests and pages."""
-    (verdicts,) = paper_ledgers(installed_tree(), model)
-    return TypeAdapter(Ledger).validate_python(verdicts)
+    """Return the checked ledger of a model's paper."""
+    (judged,) = verdicts(model)
+    return TypeAdapter(Ledger).validate_python(judged)

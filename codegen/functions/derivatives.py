@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 
@@ -99,19 +100,7 @@ def jacobian(function: FunctionGraph, by: Sequence[str], name: str, part: Part) 
         for place, size in zip(places, sizes, strict=True)
     ]
     flat = ca.cse(flats.filled([ca.vec(matrix.T) for matrix in matrices]))
-    names = ["J" if name.startswith("jac_") else f"J_{argument}" for argument in by]
-    graph = ca.Function(name, arguments, flat, function.graph.name_in(), [f"res_{result}" for result in names])
-    return FunctionGraph(
-        name,
-        f"Jacobian of {function.name} with respect to {_and(by)}, row by row",
-        function.arguments,
-        tuple((result, matrix.numel()) for result, matrix in zip(names, matrices, strict=True)),
-        graph,
-        part,
-        function.name,
-        elements=function.elements,
-        derivation=function.derivation,
-    )
+    return replace(_by_rows(function, by, name, arguments, flat, part), derivation=function.derivation)
 
 
 def columns(function: FunctionGraph, change: FunctionGraph, by: Sequence[str], name: str) -> FunctionGraph:
@@ -136,18 +125,19 @@ def columns(function: FunctionGraph, change: FunctionGraph, by: Sequence[str], n
         point = [ca.repmat(vector, 1, count) for vector in arguments]
         matrices.append(ca.densify(change.graph.map(count)(*point, *along)))
     flat = [ca.vec(matrix.T) for matrix in matrices]
+    return replace(_by_rows(function, by, name, arguments, flat, change.part), change=change.name)
+
+
+def _by_rows(
+    function: FunctionGraph, by: Sequence[str], name: str, arguments: Sequence[Any], flat: Sequence[Any], part: Part
+) -> FunctionGraph:
+    """Return a Jacobian with its matrices as vectors."""
     names = ["J" if name.startswith("jac_") else f"J_{argument}" for argument in by]
     graph = ca.Function(name, arguments, flat, function.graph.name_in(), [f"res_{result}" for result in names])
+    results = tuple((result, vector.numel()) for result, vector in zip(names, flat, strict=True))
+    description = f"Jacobian of {function.name} with respect to {_and(by)}, row by row"
     return FunctionGraph(
-        name,
-        f"Jacobian of {function.name} with respect to {_and(by)}, row by row",
-        function.arguments,
-        tuple((result, matrix.numel()) for result, matrix in zip(names, matrices, strict=True)),
-        graph,
-        change.part,
-        function.name,
-        change.name,
-        elements=function.elements,
+        name, description, function.arguments, results, graph, part, function.name, elements=function.elements
     )
 
 

@@ -210,7 +210,7 @@ def _reader(kind: Any, form: Form) -> _Convert:
     if origin is tuple:
         return partial(_read_list, _reader(inner[0], form))
     if origin is Mapping:
-        return partial(_read_mapping, _reader(inner[1], form), _is_named(inner[1]))
+        return partial(_read_mapping, _reader(inner[1], form), _is_named(inner[1]), form)
     if is_dataclass(kind):
         rows = {f.name if form == "table" else key: (f, _reader(hint, form)) for f, key, hint in _rows(kind)}
         return partial(_read_record, kind, rows, form)
@@ -248,12 +248,12 @@ def _read_list(convert: _Convert, values: Any) -> Any:
     return tuple(result)
 
 
-def _read_mapping(convert: _Convert, named: bool, values: Any) -> Any:
+def _read_mapping(convert: _Convert, named: bool, form: Form, values: Any) -> Any:
     entries, result = _table(values), {}
     try:
         for name, value in entries.items():
             if named and type(value) is dict:
-                if "name" in value:
+                if "name" in value and form != "any_age":
                     raise SchemaError(" is not known: the name of the table is the name", "name")
                 value = {**value, "name": name}
             result[name] = convert(value)

@@ -29,6 +29,8 @@ from mehvar.models.quantities import ModelError
 ROOT = installed_tree().root
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 MODELS = installed_tree().models
+LARGEST = "slosh"
+"""Model that takes as long as the others together."""
 
 
 @pytest.fixture
@@ -78,7 +80,7 @@ def generate_in(tree: Tree) -> None:
     python(code, tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", [m if m != LARGEST else pytest.param(m, marks=pytest.mark.soak) for m in MODELS])
 @pytest.mark.parametrize("seed", ["0", pytest.param("4242", marks=pytest.mark.soak)])
 def test_regenerating_gives_the_committed_bytes(model, seed, tmp_path):
     """Two hash seeds, each in a working folder of its own."""

@@ -101,9 +101,16 @@ def _name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
+SLOW = (
+    *("parts.md", "diff.md", "estimators.md", "own-law.md", "own-system.md", "board.md", "fmi.md", "batch.md"),
+    *("generated-c.md", "satellite.md", "slosh.md", "slew.md", "physics-gates.md", "python.md"),
+)
+"""Pages that derive, compile or run for two seconds or more what tests of the same commands have in small."""
+
+
 def _takes_seconds(page: Path) -> bool:
-    """Tell the pages of the systems beyond the papers, whose claims `make run` decides, and of what others derive."""
-    return page.name.startswith("beyond-") or page.name in ("parts.md", "diff.md", "estimators.md")
+    """Tell these, and the pages of the systems beyond the papers, whose claims `make run` decides."""
+    return page.name.startswith("beyond-") or page.name in SLOW
 
 
 @pytest.mark.parametrize(

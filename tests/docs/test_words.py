@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -43,6 +44,15 @@ def sources() -> Iterator[Path]:
         yield from sorted((ROOT / room).rglob("*.py"))
 
 
+@functools.cache
+def texts(path: Path) -> list[tuple[int, str, bool]]:
+    """Return line and text of each string of a module, and whether it stands alone, as a docstring does."""
+    nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    alone = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    strings = (node for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str))
+    return [(node.lineno, str(node.value), id(node) in alone) for node in strings]
+
+
 def pages() -> list[Path]:
     """Return the pages; the glossary has the words themselves."""
     own = [page for page in (ROOT / "docs").rglob("*.md") if page.name != "glossary.md"]
@@ -69,9 +79,8 @@ def test_code_uses_the_words_of_the_glossary() -> None:
         if path == Path(__file__):
             continue
         pattern = PRODUCT if path.relative_to(ROOT).parts[0] in ROOMS[:4] else PATTERN
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                faults += [(str(path), node.lineno, word) for word in pattern.findall(" ".join(node.value.split()))]
+        for line, text, _ in texts(path):
+            faults += [(str(path), line, word) for word in pattern.findall(" ".join(text.split()))]
     assert not faults
 
 
@@ -79,11 +88,9 @@ def test_a_docstring_names_its_thing() -> None:
     """It answers "what is this" and does not ask it, beside a function, a class, a module or a value."""
     asking = []
     for path in sources():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-                text = str(node.value.value).strip()
-                if QUESTION.match(text):
-                    asking.append(f"{path.relative_to(ROOT)}: {text.splitlines()[0]}")
+        for _, text, alone in texts(path):
+            if alone and QUESTION.match(text.strip()):
+                asking.append(f"{path.relative_to(ROOT)}: {text.strip().splitlines()[0]}")
     assert not asking
 
 

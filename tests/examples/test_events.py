@@ -172,6 +172,7 @@ def cube(jump=72.0):
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "rock4", "rodas5p"])
 @pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.share(2)
 def test_the_cubli_jumps_up(folders, backend, method):
     rate, guards = cube()
     log, x = by_scipy(rate, guards, [-math.pi / 4, 0.0, 0.0, 0.0], 4.0)
@@ -214,7 +215,7 @@ BATCHES = [
         for m, method in enumerate(METHODS)
     ],
 )
-@pytest.mark.share(12)
+@pytest.mark.share(24)
 def test_a_batch_has_the_bits_of_its_runs(folders, tmp_path, name, law, vary, method):
     runs = mehvar.batch(
         folders[name], law, n=9, seed=1, vary=vary, method=method, t_end=5.0, out=tmp_path / "runs.zarr"
@@ -274,7 +275,7 @@ def test_an_impact_leaves_its_part_of_the_energy(folders):
         ("cubli", "{X.rate: NONE, X.phase: NONE}", "{X.phase: NONE}", "rate+"),
     ],
 )
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_a_diff_shows_an_edited_guard_and_an_edited_reset(folders, name, old, new, row):
     checks.command_shows(folders[name], old, new, row)
 

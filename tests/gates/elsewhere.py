@@ -19,11 +19,11 @@ ALONE: tuple[tuple[str, int], ...] = (
 """Commands in separate processes, with their exit status."""
 STEPS: tuple[tuple[str, int], ...] = (
     ("mehvar simulate triangle --controller path --t-end 1 --out run.nc", 0),
-    ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary theta_0=uniform(0.9,1.1) --out runs.zarr", 0),
-    ("mehvar stats runs.zarr", 0),
     ("mehvar new wheel", 0),
 )
 FURTHER: tuple[tuple[str, int], ...] = (
+    ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary theta_0=uniform(0.9,1.1) --out runs.zarr", 0),
+    ("mehvar stats runs.zarr", 0),
     ("mehvar show triangle", 0),
     ("mehvar batch triangle --controller path -n 100 --t-end 1 --vary m1=uniform(0.9,1.1) --out runs.zarr", 2),
     ("mehvar simulate --from runs.zarr --run 7", 0),

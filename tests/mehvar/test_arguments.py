@@ -263,13 +263,13 @@ def method(name: str) -> Callable[..., object]:
 
 
 SLOW = ("batch", "build", "diff", "export_fmu", "fit", "steer", "tune")
-"""Functions of which the suite gives an argument every fourth value, each argument others; soak gives all."""
+"""Functions of which the suite gives an argument every eighth value, each argument others; soak gives all."""
 
 
 @pytest.mark.parametrize(
     ("name", "every"),
     [
-        *((name, 4 if name in SLOW else 1) for name in CALLS),
+        *((name, 8 if name in SLOW else 1) for name in CALLS),
         *(pytest.param(name, 1, marks=pytest.mark.soak) for name in SLOW),
     ],
 )

@@ -323,6 +323,7 @@ def test_an_option_changes_a_run(name):
 
 
 @pytest.mark.parametrize("name", [name for name, row in OPTIONS.items() if "batch" not in row.refused])
+@pytest.mark.share(2)
 def test_an_option_changes_a_batch(name):
     beside, value = EFFECTS[name]
     assert batch(**beside) != batch(**{**beside, name: value})
@@ -382,6 +383,8 @@ def repeated(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
 
 
 ROWS = [(command, name) for command, rows in COMMANDS.items() for name in rows]
+BUILT = [("board flash", name) for name in ("board", "tunable", "inline", "scenario")]
+"""Rows that build two images each, as those of `board build` do; soak has them."""
 
 
 GROUPS = [f"{group} {name}" for group, names in (("export", app.EXPORT), ("board", app.BOARD)) for name in names]
@@ -397,7 +400,11 @@ def _told(model: runtime.Model, request: BoardRequest) -> NoReturn:
     raise InputError(f"{model.name} {request}")
 
 
-@pytest.mark.parametrize(("command", "name"), ROWS, ids=lambda text: text)
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [pytest.param(*row, marks=pytest.mark.soak if row in BUILT else ()) for row in ROWS],
+    ids=lambda text: text,
+)
 def test_a_parameter_of_a_command_changes_what_is_done(command, name, place, monkeypatch, tmp_path):
     shown = COMMANDS[command][name]
     if isinstance(shown, str):

@@ -119,6 +119,7 @@ def test_runs_and_lanes_through_tables(case, tmp_path):
         assert {difference(repeat_run(plan, store, k), plan, store, k) for k in range(9)} == {""}
 
 
+@pytest.mark.share(4)
 def test_points_that_do_not_increase_and_a_matrix_that_is_not_definite_are_refused_in_a_run(case):
     folder = case[2]
     with pytest.raises(InputError, match=r"the points at must increase: at_2 = 1, at_3 = 0\.5"):
@@ -135,6 +136,7 @@ def test_a_symmetric_matrix_has_one_parameter_for_two_elements(case):
     assert model.functions["spin"](model.parameters()) == pytest.approx(vector @ matrix @ vector)
 
 
+@pytest.mark.share(4)
 def test_an_array_of_parameters_is_set_as_an_array(case):
     folder, inertia = case[2], np.array([[4.0, 0.5, 0.1], [0.5, 3.0, 0.2], [0.1, 0.2, 2.5]])
     elements = {f"J_{i + 1}_{j + 1}": inertia[i, j] for i in range(3) for j in range(i, 3)}

@@ -108,6 +108,7 @@ def stepped(n):
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "rk4", "rock4", "rodas5p"])
 @pytest.mark.parametrize("backend", ["c", "python", "casadi"])
+@pytest.mark.share(2)
 def test_a_plant_of_time(windy, backend, method):
     run = simulate(windy, "brake", backend=backend, method=method, **({"step": 0.01} if method == "rk4" else {}))
     np.testing.assert_allclose(run.x[:, 0], pulled(run.t), atol=1e-7)

@@ -93,6 +93,7 @@ def test_mean_and_variance_of_a_speed(ends):
 
 @pytest.mark.parametrize("law", ["brake", "steps"])
 @pytest.mark.parametrize("method", ["euler", "platen"])
+@pytest.mark.share(3)
 def test_a_run_repeats_alone_and_in_numpy(folder, tmp_path, law, method):
     options = {"method": method, "step": 0.01}
     vary = {"a": "uniform(0.5, 0.7)"}

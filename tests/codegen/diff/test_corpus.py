@@ -25,7 +25,7 @@ from tests.codegen.diff.pairs import SEED, pairs
 @pytest.mark.parametrize(
     "name", [n if n != "six saturations" else pytest.param(n, marks=pytest.mark.soak) for n in SAME]
 )
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_what_is_only_written_differently_is_the_same(name):
     old, new = (document(text) for text in SAME[name])
     for comparison in (compare(old, new), compare(new, old)):
@@ -203,10 +203,10 @@ OPEN = "windows of two functions at once"
 """Windows that a disc of two functions bounds: some are undecided, as the campaign counts."""
 
 
-@pytest.mark.parametrize("part", range(8))
-@pytest.mark.share(8)
+@pytest.mark.parametrize("part", range(16))
+@pytest.mark.share(16)
 def test_every_sixteenth_pair_has_the_answer_of_a_person(part):
-    for pair in pairs()[part::128]:
+    for pair in pairs()[part::256]:
         given, right = answer(compare(pair.old, pair.new)), "different" if pair.differs else "same"
         assert given == right or (given == "undecided" and pair.name.startswith(OPEN)), pair.name
 

@@ -36,6 +36,7 @@ def lines() -> Iterator[tuple[str, tuple[str, ...], int]]:
 
 
 @pytest.mark.parametrize(("line", "place"), [pytest.param(line, place, id=name) for name, line, place in lines()])
+@pytest.mark.share(2)
 def test_a_wrong_value_is_blamed_on_its_own_flag(
     line: tuple[str, ...], place: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

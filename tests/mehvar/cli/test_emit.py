@@ -213,7 +213,7 @@ OURS_TO_WRITE = {
     ids=["with an FPU", "without"],
 )
 @pytest.mark.parametrize(("model", "law"), [("satellite", "mrac"), ("triangle", "sliding"), ("slosh", "lyapunov-v1")])
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_a_package_needs_no_c_library(tmp_path, model, law, processor, helpers):
     """Without any flag and with math.h at hand: gcc itself needs memcpy and memset, and its helpers without an FPU."""
     folder = emitted(tmp_path, "arduino", model, law)

@@ -23,13 +23,12 @@ from mehvar.report.page import typeset
 from mehvar.reproduction.beyond import Beyond, BeyondWords, load_beyond
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimText, ClaimVerdict, tally, tally_text
 from mehvar.reproduction.deviations import deviations, table_claims
-from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import PrintedCounts, Statements
 from mehvar.runtime.files import filling
 from mehvar.runtime.model.model import load
-from tests.derived import REPRODUCED, generated
+from tests.derived import REPRODUCED, generated, verdicts
 from tests.mehvar.browser import chromium, eventually, prefer, requests, show
 from tests.mehvar.pages import (
     contents,
@@ -115,9 +114,7 @@ def small(monkeypatch, shown):
 
 def without_others(monkeypatch, ledgers):
     """Leave out pages on which models run, which tests/mehvar/web has, and the ledgers of other papers."""
-    monkeypatch.setattr(
-        module, "paper_ledgers", lambda tree: [part for name in ledgers for part in paper_ledgers(tree, name)]
-    )
+    monkeypatch.setattr(module, "paper_ledgers", lambda tree: [part for name in ledgers for part in verdicts(name)])
     monkeypatch.setattr(module, "export_web", lambda model, out, **_: written(out / f"{model}.html"))
 
 
@@ -307,6 +304,8 @@ def _only_claims(monkeypatch, claims):
         monkeypatch.setattr(content, name, lambda *given: [])
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards())
     monkeypatch.setattr(content, "load_beyond", lambda name: None)
+    monkeypatch.setattr(module, "load", lambda *given: None)  # CasADi's texts, which are derived
+    monkeypatch.setattr(content, "structure_folders", lambda tree, models: {name: generated(name) for name in models})
     without_others(monkeypatch, ())
 
 
@@ -334,7 +333,6 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     words = BeyondWords("", {}, (), (), (ClaimText("B1", "it is light"),))
     failing = Beyond(words, {}, {"B1": lambda *given: [Check("m", "1", "2", False)]})
     monkeypatch.setattr(content, "load_beyond", lambda name: failing)
-    monkeypatch.setattr(content, "structure_folders", lambda tree, models: {name: generated(name) for name in models})
     board = OnBoard("pd", False, "", "", (), "", text_figure("nothing"))
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1

@@ -489,6 +489,7 @@ def test_the_entry_for_pre_commit_is_the_hook(project, hook, command):
     assert attempt(project, [entry], command).returncode == 1
 
 
+@pytest.mark.soak
 def test_the_steps_of_the_github_action_run(project, command):
     """Our own steps, as the runner calls them: in one shell that stops at the first failure."""
     text = shown_file(".github/workflows/equations.yml")

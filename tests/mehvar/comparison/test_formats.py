@@ -115,7 +115,7 @@ def missing(model: ModelDiff) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("name", EDITS)
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_every_fact_is_in_every_format(name):
     model = compare_documents(*map(document, EDITS[name]))
     comparison = dataclasses.replace(model.comparison, structure=(("rods", "default", "light"),))

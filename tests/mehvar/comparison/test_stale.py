@@ -29,6 +29,7 @@ def test_a_stale_revision_that_cannot_be_derived_is_refused(project):
 
 
 @pytest.mark.parametrize(("file", "change"), [("extra.py", "is new"), ("scenarios.toml", "changed")])
+@pytest.mark.share(2)
 def test_every_source_of_a_revision_counts(project, file, change):
     path = project.source.parent / file
     path.write_text((path.read_text() if path.exists() else "") + "\n# more\n")
@@ -85,6 +86,7 @@ def test_a_revision_with_files_of_two_derivations_is_derived_anew(project):
 
 
 @pytest.mark.parametrize("folder", ["generated/cart", "generated", "."])
+@pytest.mark.share(3)
 def test_a_generated_folder_beside_other_sources_is_derived_anew(project, folder):
     project.edit(*SIGN)
     result = project.json("HEAD", folder, status=1)

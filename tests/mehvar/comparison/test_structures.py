@@ -120,6 +120,7 @@ def test_all_structures_decide_that_a_rearrangement_is_none(project):
         ("force -= 3 * p.k * x", "force -= (3 * p.k * x)"),
     ],
 )
+@pytest.mark.share(3)
 def test_comments_layout_and_docstrings_reach_no_structure(project, old, new):
     project.edit(old, new)
     assert project.json(status=0)["notes"] == []

@@ -55,6 +55,7 @@ def nearest(A, b, c, period):
 
 @pytest.mark.parametrize("period", [None, 0.2])
 @pytest.mark.parametrize("seed", range(60))
+@pytest.mark.share(5)
 def test_the_gain_is_the_first_factor_that_makes_the_loop_unstable(seed, period):
     generator = np.random.default_rng(seed)
     A, b, c = stable(generator, period)
@@ -118,6 +119,7 @@ def test_margins_of_a_slow_loop_with_a_fast_lag_are_those_without_the_lag():
 
 @pytest.mark.parametrize("period", [None, 0.2])
 @pytest.mark.parametrize("seed", range(20))
+@pytest.mark.share(3)
 def test_the_phase_is_the_first_turn_that_makes_the_loop_unstable(seed, period):
     A, b, c = stable(np.random.default_rng(seed), period)
     turns = np.linspace(0, math.pi, 3001)

@@ -55,6 +55,7 @@ def decay(least: str) -> mehvar.Model:
 
 @pytest.mark.parametrize("least", ["[0.5, 0.8]", "[0, 0.8]", "[0, 0.8)", "[-1, 0.8]"])
 @pytest.mark.parametrize("n", [2, 5])
+@pytest.mark.share(3)
 def test_the_interval_is_students_and_a_bound_is_told(n: int, least: str) -> None:
     """The start may be at a bound, as the least cost is; few runs have a wide interval."""
     model, runs = decay(least), {"vary": {"y_0": "uniform(0.5, 1.5)"}, "n": n}

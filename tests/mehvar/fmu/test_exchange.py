@@ -85,6 +85,7 @@ def test_events_of_a_sampled_law_come_a_period_apart_and_modes_in_turn(tmp_path:
         assert unit("SetTime", c.c_double(instant)) == OK
 
 
+@pytest.mark.soak
 def test_discrete_states_without_a_place_for_each_answer_are_refused(tmp_path: Path) -> None:
     unit, flags, instant = Unit(tmp_path, "3.0", "triangle", "path"), (c.c_bool * 5)(), c.c_double()
     places = [*(c.byref(flags, k) for k in range(5)), c.byref(instant)]

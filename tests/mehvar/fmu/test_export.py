@@ -42,6 +42,7 @@ def test_variables_are_the_manifests(fmi, folder):
     assert units["m^2/s"] == {"m": "2", "s": "-1"}
 
 
+@pytest.mark.soak
 def test_the_same_model_gives_the_same_bytes_by_name_and_loaded(folder, monkeypatch):
     mehvar.export_fmu("triangle", folder / "a.fmu", controller="path")
     monkeypatch.setenv("MEHVAR_CACHE", str(folder / "cache"))  # which has no binary

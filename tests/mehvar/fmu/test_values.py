@@ -173,6 +173,7 @@ def test_every_announced_derivative_is_there(tmp_path: Path) -> None:
         np.testing.assert_allclose(part.ravel(), np.asarray(matrix).ravel(), 1e-12, 1e-18, err_msg=str((row, column)))
 
 
+@pytest.mark.soak
 def test_derivatives_by_parameters_and_references_are_the_generated_ones(tmp_path: Path) -> None:
     unit, model = Unit(tmp_path, "satellite", None), mehvar.load("satellite")
     assert unit.begin(roll=0.2, wx=0.01) == 0

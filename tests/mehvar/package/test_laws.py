@@ -135,6 +135,7 @@ def check_lines(text: str, expected: list[list[str]]) -> None:
 
 
 @needs("cmake", "arm-none-eabi-gcc", "qemu-system-arm")
+@pytest.mark.soak
 def test_three_laws_in_a_bare_image_for_a_cortex_m4f(project):
     check_on_a_cortex_m4f(*project)
 

@@ -110,6 +110,7 @@ def test_a_true_part_keeps_all_laws():
         ),
     ],
 )
+@pytest.mark.share(2)
 def test_a_part_with_a_wrong_term_is_refused(wrong, factor, law):
     with pytest.raises(ModelError, match=law):
         craft_of(Slide("a", wrong=wrong, factor=factor)).check()

@@ -57,7 +57,7 @@ def test_every_parameter_matters(case):
 
 
 @up_to_two_pendulums
-@pytest.mark.share(6)
+@pytest.mark.share(12)
 def test_units_can_be_changed(case):
     subject = subject_of(case)
     names = [request.name for request in requests(subject.system) if request.name not in PICTURES]

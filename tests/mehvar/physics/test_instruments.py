@@ -21,14 +21,14 @@ def subject_of(case):
 
 
 @pytest.mark.parametrize("case", CASES, ids=title)
-@pytest.mark.share(4)
+@pytest.mark.share(12)
 def test_every_sensor_has_a_gate(case):
     subject = subject_of(case)
     assert (subject.system.sensor is not None) == (MEASUREMENTS in {gate.name for gate in gates_of(subject)})
 
 
 @pytest.mark.parametrize("case", SATELLITES, ids=title)
-@pytest.mark.share(2)
+@pytest.mark.share(4)
 def test_an_instrument_that_is_off_by_its_noise_is_noticed(case):
     """Each measured quantity in turn is off by the size of each noise, as it would be at one sigma all the time."""
     subject = subject_of(case)

@@ -26,7 +26,7 @@ CASES = (
 
 
 @pytest.mark.parametrize("case", CASES, ids=title)
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_no_wrong_term_passes(case):
     model, structure = case
     subject = machine(model, *structure)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib import pyplot
+from matplotlib.colors import to_rgba
 from PIL import Image
 
 import mehvar
@@ -24,7 +25,7 @@ from mehvar.parts import Hub, Spacecraft
 from mehvar.pictures.batch import BINS, batch_picture, bin_edges
 from mehvar.pictures.files import save
 from mehvar.pictures.run import panels_picture
-from mehvar.pictures.style import style
+from mehvar.pictures.style import BLUE, VERMILLION, style
 from mehvar.reproduction.paper import result_picture, run_picture
 from mehvar.runtime.batch.repeat import SESSION_LAWS
 from mehvar.runtime.batch.store.store import open_store
@@ -97,11 +98,17 @@ def test_a_run_is_drawn_with_its_settling_times(run):
     assert any(line.get_xdata()[0] == float(run["T_rho"]) for line in marked.get_lines())
 
 
+def area(corners):
+    x, y = corners.T
+    return abs(np.sum(x * np.roll(y, 1) - y * np.roll(x, 1))) / 2
+
+
 def test_runs_are_counted_by_success(batch):
     wins = int(((batch["status"] == 0) & (batch["T_theta"] < 19.3)).sum())
     histogram, bands, last = batch.mehvar.plot("T_theta", "theta", "final(rho)").axes
-    heights = [sum(bar.get_height() for bar in part) for part in histogram.containers]
-    assert heights == [wins, 40 - wins]
+    width = np.ptp(batch["T_theta"].values) / BINS
+    runs = {shape.get_facecolor(): area(shape.get_xy()) / width for shape in histogram.patches}
+    assert runs == pytest.approx({to_rgba(BLUE): wins, to_rgba(VERMILLION): 40 - wins})
     assert len(bands.collections) == 3
     assert last.get_xlabel() == "final(rho) [1]"
     scatter = batch.mehvar.scatter("theta_0", "T_theta")
@@ -257,7 +264,7 @@ def test_a_batch_without_metrics_shows_the_states_at_the_end(tmp_path, capsys):
     stored = batch_picture(open_store(path), [])
     for figure in (runs.mehvar.plot(), stored):
         assert {ax.get_xlabel().partition(" ")[0] for ax in figure.axes} == set(states)
-        assert all(max(bar.get_width() for bar in ax.patches) > 1e-9 for ax in figure.axes)
+        assert all(np.ptp(bars.get_path().vertices[:, 0]) > 1e-9 for ax in figure.axes for bars in ax.patches)
     print_statistics(open_store(path))
     assert "the model declares no metrics (in scenarios.toml" in " ".join(capsys.readouterr().out.split())
     assert "declares no metrics" in runs.mehvar.report(tmp_path / "page.html").read_text(encoding="utf-8")

@@ -34,6 +34,12 @@ def sections(store):
     return {section.anchor: section for section in batch_sections(Runs(store.dataset()), str(store.path))}
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pages without their pictures, which take two seconds; those of `sections` are drawn."""
+    monkeypatch.setattr("mehvar.report.batch._pictures", lambda *_: iter(()))
+
+
 def tables(section):
     return {block.title: block for block in section.blocks if isinstance(block, Table) and block.rows}
 
@@ -48,7 +54,7 @@ def test_what_was_varied_comes_first_then_success_sensitivities_metrics_and_runs
     assert isinstance(success, Text)
 
 
-def test_the_head_has_size_and_seed_and_tables_explain_their_numbers(sections, store):
+def test_the_head_has_size_and_seed_and_tables_explain_their_numbers(sections, store, undrawn):
     page = store.dataset().mehvar.page(str(store.path))
     assert page.title == "Batch: triangle under path (scenario paper, t_end = 25)"
     assert "A batch of 40 runs, random sampling, seed 0." in page.lead
@@ -101,7 +107,7 @@ def test_in_memory_a_run_is_repeated_by_a_call_and_a_constant_share_has_no_pictu
     assert "Metrics of the runs" in pictures
 
 
-def test_a_run_whose_inputs_the_store_lacks_is_repeated_with_them(tmp_path):
+def test_a_run_whose_inputs_the_store_lacks_is_repeated_with_them(tmp_path, undrawn):
     """`simulate --from` has no inputs to repeat it with."""
     where = tmp_path / "runs.zarr"
     runs = mehvar.batch("satellite", inputs={"Tx": 0.1}, n=3, period=0.5, t_end=5.0, out=where,
@@ -133,7 +139,7 @@ def test_an_unfinished_design_has_no_sobol_indices():
         assert ("Sobol" in " ".join(tables(sections["sensitivities"]))) == (kinds == {"sobol"})
 
 
-def test_of_an_unfinished_batch_the_stored_runs_are_counted(store):
+def test_of_an_unfinished_batch_the_stored_runs_are_counted(store, undrawn):
     whole = store.dataset().load()
     part = stopped(whole, slice(0, 30))
     runs = Runs(part)

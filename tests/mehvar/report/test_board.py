@@ -35,6 +35,7 @@ def test_a_law_that_ends_early_or_that_differs_is_said(short, monkeypatch):
     assert [law.law for law in boards.laws if not law.same] == ["pd"]
 
 
+@pytest.mark.soak
 def test_a_figure_has_the_board_above_and_the_host_below(short):
     outcome = Runs(load("slosh", "c")).board("lyapunov-v1")
     axes = np.reshape(inputs_figure(outcome).axes, (4, 2))

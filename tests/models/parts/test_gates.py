@@ -61,7 +61,7 @@ def bare() -> Balances:
 # without translation a craft has a subset of the equations
 @pytest.mark.parametrize("motion", ["free", pytest.param("attitude", marks=pytest.mark.soak)])
 @pytest.mark.parametrize("case", PARTS)
-@pytest.mark.share(16)
+@pytest.mark.share(32)
 def test_every_part_keeps_the_laws_of_mechanics(case, motion):
     assert max(craft_of((HUB, PUSH, TURN, PARTS[case]), motion=motion).check().values()) < 1e-13
 
@@ -111,7 +111,7 @@ def test_two_halves_are_the_whole(case):
 
 
 @pytest.mark.parametrize("case", [c if c != "chain" else pytest.param(c, marks=pytest.mark.soak) for c in PARTS])
-@pytest.mark.share(8)
+@pytest.mark.share(16)
 def test_a_part_without_mass_is_none_and_the_order_of_adding_does_not_matter(case):
     tiny = 1e-12
     results, expected = paired(case, 4, 1.0, tiny)
@@ -150,7 +150,7 @@ def turned_numbers(values: Mapping[str, float], turn: np.ndarray) -> dict[str, f
 
 
 @pytest.mark.parametrize("case", PARTS)
-@pytest.mark.share(12)
+@pytest.mark.share(24)
 def test_a_mount_turned_is_its_parameters_turned(case):
     part, rng = PARTS[case], np.random.default_rng(5)
     turn = PERMUTED if isinstance(part, UnbalancedWheel) else TURNED  # its angle zero is towards an axis of the hub
@@ -204,6 +204,7 @@ def body_at(part: Hinge | Slider, place: float) -> Hub:
 
 
 @pytest.mark.parametrize("case", ["hinge, locked", "slider, locked"])
+@pytest.mark.share(2)
 def test_a_locked_joint_is_a_composite_body(case):
     part = PARTS[case]
     composite = assembled((HUB, PUSH, TURN, body_at(part, part.locked)))

@@ -72,7 +72,7 @@ def test_the_force_of_an_engine_turns_with_its_gimbals():
 
 
 @pytest.mark.parametrize("name", PARTS)
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_a_mass_that_is_a_state_has_a_limit(name):
     craft = Spacecraft("craft")
     craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)))

@@ -115,6 +115,7 @@ def test_wheels_turn_the_body_and_the_whole_keeps_its_momentum():
     np.testing.assert_allclose(np.linalg.norm(column(run, *Q), axis=1), 1, atol=1e-10)
 
 
+@pytest.mark.soak
 def test_with_the_papers_numbers_it_moves_as_the_papers_model():
     """Wheels along the axes, a diagonal tensor, a circle: the quaternion form of the paper's plant."""
     paper = mehvar.load(satellite("quaternion").folder)

@@ -73,7 +73,7 @@ def measured(law, name):
 
 
 @pytest.mark.parametrize(("law", "name"), [(law, name) for law, cases in LAWS.items() for name in cases])
-@pytest.mark.share(12)
+@pytest.mark.share(24)
 def test_the_metric_table(law, name):
     t, error, u, lost = measured(law, name)
     late = t >= 200

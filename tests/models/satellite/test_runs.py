@@ -99,6 +99,7 @@ def test_noise_follows_its_seed_and_the_table_in_distribution(satellite):
     np.testing.assert_allclose(rms, [0.0370, 0.0384, 0.1165], rtol=0.05)
 
 
+@pytest.mark.soak
 def test_double_c_and_scipy_agree_over_200_samples(satellite):
     for law in ("mrac", "pd"):
         for delay in (0, 1):

@@ -29,7 +29,7 @@ def sides(ticks: int, Ts: Fraction, half_period: Fraction) -> list[int]:
 
 
 @given(SPANS, SPANS)
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 def test_a_square_wave_turns_at_the_tick(Ts: Fraction, half_period: Fraction) -> None:
     assume(Ts < half_period)
     resolved = runtime.simulate(FAST, "pd", parameters={"half_period": 1e6}, t_end=0.5).parameters

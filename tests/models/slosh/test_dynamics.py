@@ -28,7 +28,7 @@ def test_evaluation_form_solves_the_derived_equations(inertia, pendulums):
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
 @pytest.mark.parametrize("pendulums", ["1", "2", "6"])
-@pytest.mark.share(3)
+@pytest.mark.share(8)
 def test_evaluation_form_agrees_with_newton_and_euler(inertia, pendulums):
     model = slosh(pendulums, inertia)
     rng = np.random.default_rng(2)

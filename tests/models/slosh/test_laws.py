@@ -148,6 +148,7 @@ def feasible(model: Slosh, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
 
 @pytest.mark.parametrize("inertia", CONVENTIONS)
 @pytest.mark.parametrize("pendulums", ["1", "2", "6"])
+@pytest.mark.share(2)
 def test_physical_inputs_bring_about_the_demand(inertia, pendulums):
     if inertia == "ball":
         pendulums = "2"

@@ -178,6 +178,7 @@ def turns_by_twice_the_area(model, p, radius, centre):
 
 
 @pytest.mark.parametrize(("radius", "centre"), [(0.3, 0.0), (0.2, 0.3)])
+@pytest.mark.share(2)
 def test_a_loop_of_shapes_turns_by_the_kinematic_angle_without_gradient(model, radius, centre):
     turns_by_twice_the_area(model, model.parameters(), radius, centre)
 
@@ -211,6 +212,7 @@ def test_thrust_holds_the_attitude_that_rods_alone_cannot_hold_in_orbit(model):
     assert float(alone.impulse[-1]) == 0 < float(beside.impulse[-1])
 
 
+@pytest.mark.soak
 def test_a_batch_repeats_a_single_run(model):
     vary = {"H_0": "uniform(-0.0003, 0.0003)", "l1_0": "normal(0.2, 0.01)"}
     many = batch(model, "path", 4, vary=vary, seed=3, dt_out=0.5)

@@ -70,7 +70,7 @@ def equal(block: Block, expected: Block, names=EXACT) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.share(6)
+@pytest.mark.share(9)
 def test_a_lane_is_the_run_alone(case):
     name, law, settings, t_end, dt = CASES[case]
     choices = settings.get("choices", {})

@@ -27,7 +27,7 @@ GCC = pytest.param("gcc", marks=needs("arm-none-eabi-gcc"))
 NEEDS_QEMU = needs("qemu-system-arm")
 QEMU = pytest.param("qemu", marks=NEEDS_QEMU)
 LAWS = [("satellite", "mrac"), ("triangle", "path"), ("triangle", "sliding")]
-LONG = 5000
+LONG = 2000
 
 
 @pytest.mark.parametrize(("model", "law"), LAWS)
@@ -48,7 +48,7 @@ def test_the_period_that_is_asked_for_is_the_one_of_loop_watch_and_self_test():
 
 @pytest.fixture(scope="module")
 def expected_crc() -> str:
-    """Law and plant for 5000 samples in a process of this machine."""
+    """Law and plant for as many samples in a process of this machine."""
     outcome = run_on_board(load("satellite"), BoardRequest("mrac", "sil", samples=3, selftest=LONG))
     return f"{outcome.selftest.crc:08x}"
 
@@ -63,7 +63,7 @@ def expected_crc() -> str:
     ],
 )
 def test_every_emulator_with_every_compiler(target, samples, compiler, expected_crc):
-    """5000 samples, which go on past the scenario's end: in closed loop with the host and on the target alone.
+    """2000 samples, which go on past the scenario's end: in closed loop with the host and on the target alone.
 
     QEMU's line is slow, so there only the target goes all the way; benchmarks/board.py has the long loop too.
     """
@@ -314,6 +314,7 @@ def test_the_process_ends_with_its_line():
 
 
 @pytest.mark.parametrize("target", ["sil", "unicorn", pytest.param("qemu", marks=needs("qemu-system-arm"))])
+@pytest.mark.share(3)
 def test_the_literal_law_diverges_with_the_same_bits(target):
     """To the end of its own: its torque passes what the model takes for lost, at sample 104 of float.
 

@@ -48,6 +48,7 @@ def garbage(rng):
 
 
 @pytest.mark.parametrize("damage", [flips, losses, insertions, cuts, silences, garbage])
+@pytest.mark.share(2)
 def test_a_bad_line_changes_nothing(bench, damage):
     rng = random.Random(7)
     link = Link(Noisy(bench.port, damage(rng), damage(rng)), bench.program.layout, tries=200)

@@ -98,6 +98,7 @@ def test_a_source_that_changed_since_is_told(project: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["triangle.c", "equations.json", "equations.md"])
+@pytest.mark.share(3)
 def test_what_is_shown_or_compared_is_what_generation_wrote(project: Path, name: str) -> None:
     folder = project / "generated" / "triangle"
     before = project / "before"

@@ -76,7 +76,7 @@ def test_the_public_headers_are_these(exported: Path) -> None:
 
 @pytest.mark.parametrize("compiler", [pytest.param(c, marks=needs(c[0])) for c in COMPILERS], ids=" ".join)
 @pytest.mark.parametrize("vendor", VENDORS)
-@pytest.mark.share(4)
+@pytest.mark.share(8)
 def test_a_vendors_own_names_do_no_harm(exported: Path, compiler: list[str], vendor: str) -> None:
     text = VENDORS[vendor].format(includes(public_headers(exported)))
     for flags in ((), ("-DMEHVAR_FLOAT",), ("-DMEHVAR_LANES=4",)):

@@ -82,7 +82,7 @@ def sums_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("sums_in_order")
 @pytest.mark.parametrize("loop", LOOPS)
 @pytest.mark.parametrize("method", SOLVERS)
-@pytest.mark.share(3)
+@pytest.mark.share(6)
 def test_a_loop_takes_the_steps_of_its_description(pendulum: Model, method: Any, loop: str) -> None:
     values = LOOPS[loop]
     p = pendulum.parameters(**{name: v for name, v in values.items() if name == "cube"})

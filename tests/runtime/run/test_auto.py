@@ -113,6 +113,7 @@ def test_a_batch_decides_for_each_run_as_the_run_alone(folder: Path, tmp_path: P
         assert run.method == ("rodas5p" if stiff[number] else "dop853")
 
 
+@pytest.mark.soak
 def test_a_run_that_is_made_again_keeps_its_noise(folder: Path, tmp_path: Path) -> None:
     """Runs that are stiff are gathered from among the others: each keeps its number, which its noise depends on."""
     options = {"method": "auto", "t_end": 20.0, "dt_out": 1.0, **LOOSE}

@@ -60,7 +60,7 @@ def draw(rng):
 @pytest.mark.parametrize("backend", ["c", "python"])
 @pytest.mark.parametrize("law", ["free", "steps"])
 @pytest.mark.parametrize("guard", GUARDS)
-@pytest.mark.share(6)
+@pytest.mark.share(11)
 def test_a_crossing_is_found_however_coarse_the_state_is(folders, guard, backend, law, method):
     """The instant is off by what some spacings of the largest number in the guard are in time."""
     rng = np.random.default_rng(11)
@@ -78,7 +78,7 @@ def test_a_crossing_is_found_however_coarse_the_state_is(folders, guard, backend
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("law", ["free", "steps"])
 @pytest.mark.parametrize("guard", GUARDS)
-@pytest.mark.share(12)
+@pytest.mark.share(24)
 def test_coarse_crossings_in_a_batch_have_the_bits_of_runs_alone(folders, tmp_path, guard, law, method):
     vary = {"place_0": "uniform(900, 999.5)", "w": "uniform(100, 2000)", "far": "uniform(1e4, 1e9)"}
     mehvar.batch(folders[guard], law, n=11, seed=4, vary=vary, goal=1000.0, method=method, out=tmp_path / "runs.zarr")
@@ -165,7 +165,7 @@ def test_backends_sample_the_same_end(ground, law, settings):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("law", "settings"), [("free", {}), ("steps", {}), ("steps", {"dt_out": 0.05, "delay": 2})])
-@pytest.mark.share(7)
+@pytest.mark.share(8)
 def test_ends_in_a_batch_have_the_bits_of_runs_alone(ground, tmp_path, law, settings, method):
     """All kinds of metrics, some of windows that only the last sample is in or that no sample is in."""
     where = tmp_path / "throws.zarr"

@@ -90,6 +90,7 @@ PAST = [
 @every_law
 @pytest.mark.parametrize("method", ["rk4", "dop853", "rodas5p"])
 @pytest.mark.parametrize(("event", "values", "status", "how"), PAST)
+@pytest.mark.share(7)
 def test_a_run_that_begins_past_an_event_ends_there(folder, backend, law, settings, method, event, values, status, how):
     run = simulate(folder, law, backend=backend, method=method, parameters=values, **settings)
     assert run.status is status
@@ -177,7 +178,7 @@ def test_a_batch_has_the_bits_of_its_runs_and_counts_how_they_ended(folder, tmp_
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("goal", [0.03, 0.2, 0.3, 0.47, 0.9])
-@pytest.mark.share(3)
+@pytest.mark.share(7)
 def test_what_is_known_of_a_run_that_is_cut_short(folder, backend, kind, window, goal):
     """Extremes are those of its samples; settling and later values are unknown."""
     run = simulate(folder, "free", backend=backend, parameters={"goal": goal})

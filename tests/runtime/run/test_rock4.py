@@ -52,7 +52,7 @@ def test_stable_on_the_negative_real_axis() -> None:
     assert abs(1 + beyond * (stages(np.array([beyond]))[0] @ B)) > 1.5
 
 
-@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("backend", ["c", pytest.param("python", marks=pytest.mark.soak)])
 def test_a_stiff_loop_takes_few_steps(backend: str) -> None:
     """Eigenvalues of slosh under lyapunov-v2 go down to -80 1/s, where nothing else is faster than 1 1/s."""
     model = mehvar.load("slosh", backend=backend)

@@ -85,7 +85,7 @@ def test_a_stiff_loop_takes_few_steps_whatever_the_samples() -> None:
     assert 3 * counts.pop()[1] < rock4.statistics["evaluations"]
 
 
-@pytest.mark.parametrize("backend", ["c", "python"])
+@pytest.mark.parametrize("backend", ["c", pytest.param("python", marks=pytest.mark.soak)])
 def test_a_jacobian_without_a_value_stops_no_run(backend: Any) -> None:
     """On the barrier of the triangle's path law, rho = R, the law has a kink, and its derivative is 0/0."""
     model = load("triangle", backend=backend)

@@ -126,7 +126,7 @@ QUATERNION, BIAS = [f"filter_q{k}" for k in range(4)], [f"filter_bias_{a}" for a
 MEAN = [f"gyro_mean_{a}" for a in "xyz"]
 
 
-@pytest.mark.parametrize("name", ["model", "losing"])
+@pytest.mark.parametrize("name", [pytest.param("model", marks=pytest.mark.soak), "losing"])
 def test_it_is_the_filter_of_the_textbook(name, request):
     """With factors, one angle after the other and rational turns; 1e-9 rad and rad/s over 600 samples of a slew."""
     run = arrays(mehvar.simulate(request.getfixturevalue(name), "steer", t_end=60.0, parameters=START))
@@ -212,7 +212,7 @@ def test_a_filter_that_has_diverged_says_so(model):
 
 
 @needs("arm-none-eabi-gcc")
-@pytest.mark.parametrize("name", ["model", "losing"])
+@pytest.mark.parametrize("name", [pytest.param("model", marks=pytest.mark.soak), "losing"])
 def test_the_board_computes_the_same_bits(name, request):
     model = request.getfixturevalue(name)
     outcome = run_on_board(model, BoardRequest("steer", "unicorn", compiler="gcc", samples=60, profiled=False))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Orbits against Kepler's solution, the mean drift by oblateness and the decay by air."""
 
+import functools
 import json
 from math import factorial
 
@@ -204,13 +205,18 @@ def test_the_air_may_be_in_a_file(tmp_path):
         Orbit.read("sky", tmp_path / "air.toml")
 
 
-@pytest.mark.parametrize("height", [1.2e5, 1.5e5, 1.8e5, 2e5, 2.9999e5, 4e5])
-def test_the_air_is_interpolated_in_its_logarithm(height):
+@functools.cache
+def airy():
     rows = [(Value(h, source="paper: Wertz 1978"), rho) for h, rho in AIR]
     craft = Spacecraft("airy", orbit=Orbit(air=rows, spin=0.0))
     for part in (HUB, Drag("ball", area=2.0, coefficient=2.5)):
         craft.add(part)
-    model = mehvar.build(craft)
+    return mehvar.build(craft)
+
+
+@pytest.mark.parametrize("height", [1.2e5, 1.5e5, 1.8e5, 2e5, 2.9999e5, 4e5])
+def test_the_air_is_interpolated_in_its_logarithm(height):
+    model = airy()
     x = model.state(q0=1.0, orbit_z=R + height, orbit_vx=7e3)
     felt = model.rhs(x, [], model.parameters())[model.state_names.index("orbit_vx")]
     h, logs = np.array(AIR)[:, 0], np.log(np.array(AIR)[:, 1])

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sensors show the truth without noise, and errors of the stated sizes with it."""
 
+import functools
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -111,15 +113,20 @@ def test_a_gyro_has_errors_of_scale_and_alignment_and_steps():
     assert [see[f"gyro_{a}"] / 1e-4 for a in "xyz"] == pytest.approx([1001, -1996, 3000])
 
 
+@functools.cache
+def glared():
+    tracker = StarTracker("tracker", boresight=(0, 2, 0), exclusion=0.45)
+    system = craft_of(tracker, orbit=Orbit(tilt=0.0, size=7e6), attitude="euler").system()
+    check(system)
+    return system
+
+
 @pytest.mark.parametrize(
     ("angle", "lit", "new"), [(0.5, True, 1.0), (0.4, True, 0.0), (0.4, False, 1.0)], ids=["off", "glare", "shadow"]
 )
 def test_a_tracker_is_blind_near_the_sun(angle, lit, new):
     """The Sun stands along x; the tracker looks along y of a hub that is turned about z."""
-    tracker = StarTracker("tracker", boresight=(0, 2, 0), exclusion=0.45)
-    system = craft_of(tracker, orbit=Orbit(tilt=0.0, size=7e6), attitude="euler").system()
-    check(system)
-    see = shown(system, yaw=-np.pi / 2 + angle, orbit_x=7e6 if lit else -7e6)
+    see = shown(glared(), yaw=-np.pi / 2 + angle, orbit_x=7e6 if lit else -7e6)
     assert see["tracker_new"] == new
 
 
@@ -156,6 +163,7 @@ SIZES = {
 }  # fmt: skip
 
 
+@pytest.mark.soak
 def test_allan_variances_are_those_of_the_densities():
     """White noise has sigma^2 / m over means of m measurements, a walk of the gyro's bias K^2 tau / 3 besides."""
     rate = {"every": EVERY}
@@ -279,6 +287,7 @@ def test_a_law_has_the_last_measurement():
         ({"dropout": 0.3}, r"skip samples \(gyro_new"),
     ],
 )
+@pytest.mark.share(2)
 def test_a_linear_loop_has_every_sensor_at_every_sample_or_is_refused(gyro, words):
     """Such a loop was linear without its rate feedback, or with every sample measured."""
     craft = craft_of(WHEEL, Gyro("gyro", **gyro), motion="attitude", period=0.25)

@@ -225,7 +225,7 @@ def test_who_looks_keeps_nobody_from_writing(store: Path) -> None:
     for thread in threads:
         thread.start()
     try:
-        for _ in range(200):
+        for _ in range(60):
             with written(store):
                 pass
             (store / FILE).write_text("process 1 on nowhere\n")
