@@ -11,7 +11,7 @@ import base64
 import hashlib
 import keyword
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -329,19 +329,31 @@ def _leaves(tape: Tape, elements: Mapping[Element, str]) -> dict[int, str]:
 
     Sets are stored as bits of integers, because there is one set per value.
     """
-    bits = {"=": 1}
+    places = {"=": 0}
+    names = ["="]
     sets: list[int] = []
     leaves: dict[int, str] = {}
     for k, (i, operands) in enumerate(zip(tape.instructions, tape.operands, strict=True)):
         own = 0
         if i.op == "input":
-            own = bits.setdefault(elements.get(_element(i)) or str(i.args), 1 << len(bits))
+            name = elements.get(_element(i)) or str(i.args)
+            if places.setdefault(name, len(names)) == len(names):
+                names.append(name)
+            own = 1 << places[name]
         for a in operands:
             own |= sets[a]
         sets.append(1 if i.name else own)
         if i.name:
-            leaves[k] = _short("=", sorted(name for name, bit in bits.items() if own & bit))
+            leaves[k] = _short("=", sorted(_chosen(names, own)))
     return leaves
+
+
+def _chosen(names: Sequence[str], bits: int) -> Iterator[str]:
+    """Yield the names whose bits are set, in time proportional to their number."""
+    while bits:
+        last = bits & -bits
+        yield names[last.bit_length() - 1]
+        bits ^= last
 
 
 def _short(kind: str, members: Sequence[str]) -> str:

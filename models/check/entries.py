@@ -24,11 +24,11 @@ def check_entries(system: System, vectors: Iterable[Vector]) -> None:
     nodes = Nodes(system)
     for vector in vectors:
         _check_length(vector)
-        received = set(vector.units)
+        received, known = set(vector.units), set[sp.Basic]()
         for k, entry in enumerate(vector.entries):
             _check_kind(entry, vector.row(k))
             _check_constants(nodes.of(entry), vector.row(k))
-            _check_symbols(nodes, entry, received, system, vector, vector.row(k))
+            _check_symbols(nodes.ends(entry, received, known), system, vector, vector.row(k))
             if vector.margin and next(nodes.ends(entry, received), None) is None:
                 raise ModelError(f"{vector.row(k)}: {entry} does not depend on any symbol, so it holds always or never")
     for step in system.definitions_in_order:
@@ -48,10 +48,15 @@ class Nodes:
             self._known[root] = frozenset(node for node in graph(root) if not node.args)
         return self._known[root]
 
-    def ends(self, entry: sp.Basic, received: set[sp.Symbol]) -> Iterator[tuple[sp.Symbol, Definition | None]]:
-        """Yield the symbols that an entry depends on, each with the definition in which it occurs."""
+    def ends(
+        self, entry: sp.Basic, received: set[sp.Symbol], known: set[sp.Basic] | None = None
+    ) -> Iterator[tuple[sp.Symbol, Definition | None]]:
+        """Yield the symbols that an entry depends on, each with the definition in which it occurs.
+
+        Those in `known` are left out, and added to it: entries of a vector share most definitions.
+        """
         stack: list[tuple[sp.Basic, Definition | None]] = [(node, None) for node in self.of(entry)]
-        seen: set[sp.Basic] = set()
+        seen = set() if known is None else known
         while stack:
             node, within = stack.pop()
             if node in seen or not isinstance(node, sp.Symbol):
@@ -96,10 +101,10 @@ def _check_constants(nodes: Iterable[sp.Basic], where: str) -> None:
 
 
 def _check_symbols(
-    nodes: Nodes, entry: sp.Basic, received: set[sp.Symbol], system: System, vector: Vector, where: str
+    ends: Iterable[tuple[sp.Symbol, Definition | None]], system: System, vector: Vector, where: str
 ) -> None:
-    for symbol, within in nodes.ends(entry, received):
-        if symbol not in received:
+    for symbol, within in ends:
+        if symbol not in vector.units:
             raise ModelError(f"{where}: {_stranger(symbol, within, system, vector)}")
 
 
