@@ -9,6 +9,8 @@ import sys
 import sysconfig
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PROGRAM = """
 import json, sys
@@ -34,6 +36,7 @@ print(json.dumps([run.status, float(abs(residual).max()), linear.A.shape, sorted
 TOOLS = ("sympy", "casadi", "jinja2", "pydantic", "xarray", "zarr", "typer", "rich", "matplotlib")
 
 
+@pytest.mark.soak
 def test_a_generated_folder_runs_with_numpy_and_scipy_alone(tmp_path):
     """In an interpreter that finds these two among all that is installed; what needs more says what to install."""
     installed, alone = Path(sysconfig.get_path("purelib")), tmp_path / "alone"

@@ -521,6 +521,7 @@ def attempt(project: Project, command: list[str], environment: dict[str, str]) -
     )
 
 
+@pytest.mark.soak
 def test_a_page_fits_a_telephone_and_one_that_says_the_same_is_small(project, tmp_path):
     project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
     project.diff("--out", "page.html")

@@ -122,6 +122,7 @@ def test_the_generated_jacobian_holds_the_linear_model():
     assert EULER.jac_u(x, np.zeros(3), p)[3:6] == pytest.approx(np.diag(1 / INERTIA))
 
 
+@pytest.mark.soak
 def test_both_charts_describe_the_same_motion():
     x = random_states(1)[0]
     x[:3] = 0.4, 0.5, -0.6

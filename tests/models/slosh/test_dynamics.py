@@ -56,6 +56,7 @@ def test_mass_matrices_of_the_angle_conventions_are_symmetric():
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-13)
 
 
+@pytest.mark.soak
 def test_conventions_agree_for_point_bobs_without_damping():
     rng = np.random.default_rng(4)
     paper, hinge, joint = (slosh("2", inertia) for inertia in CONVENTIONS)

@@ -157,6 +157,7 @@ def nees(series, k):
 DRAWN = {f"gyro_bias_{a}_0": "normal(0, 1e-3)" for a in "xyz"} | {f"{n}_0": "uniform(-1, 1)" for n in ("roll", "yaw")}
 
 
+@pytest.mark.soak
 def test_a_rate_of_the_tracker_is_a_rate_of_the_filter(model):
     """The same measurements are due, so the estimates are the same; the clock changes the last bits of a step."""
     other = mehvar.build(craft_of(tracker=own_rate()))
