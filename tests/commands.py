@@ -19,13 +19,14 @@ import functools
 import gc
 import importlib
 import itertools
-import json
+import marshal
 import multiprocessing.spawn
 import os
 import pkgutil
 import runpy
 import select
 import shutil
+import signal
 import socket
 import struct
 import subprocess
@@ -35,7 +36,7 @@ import threading
 import time
 import traceback
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 LIBRARIES = (
     *("numpy", "scipy.sparse", "scipy.integrate", "scipy.linalg", "scipy.optimize", "pandas", "xarray", "dask.array"),
@@ -54,19 +55,19 @@ PATIENCE = 120.0
 """Seconds for the libraries, where many processes start at once."""
 _ADOPTED = ""
 CLIENT = """#!{python} -IS
-import json, os, socket, struct, sys
+import _socket, marshal, os, sys  # no more: it is as quick as a Python can be
 words = sys.argv[1:]
 warm = words[:2] in (["-P", "-m"], ["-P", "-c"]) or words[-1:] == ["--multiprocessing-fork"]
 if not warm:
     os.execv({python!r}, [{python!r}, *words])
-line = socket.socket(socket.AF_UNIX)
+line = _socket.socket(_socket.AF_UNIX)
 line.connect({place!r})
 files = [number for number in range(256) if number != line.fileno() and os.path.exists(f"/proc/self/fd/{{number}}")]
-socket.send_fds(line, [b"."], files)
-text = json.dumps([words, files, os.getcwd(), dict(os.environ)]).encode()
-line.sendall(struct.pack("<I", len(text)) + text)
-(status,) = struct.unpack("<i", line.recv(4))
-sys.exit(status)
+rights = b"".join(number.to_bytes(4, sys.byteorder) for number in files)
+line.sendmsg([b"."], [(_socket.SOL_SOCKET, _socket.SCM_RIGHTS, rights)])
+text = marshal.dumps([words, files, os.getcwd(), dict(os.environ)])
+line.sendall(len(text).to_bytes(4, "little") + text)
+sys.exit(int.from_bytes(line.recv(4) or b"\\1\\0\\0\\0", "little", signed=True))
 """
 """Command whose exit status is the forked command's, or 128 plus the number of the signal that ended it."""
 
@@ -159,33 +160,54 @@ def serve(place: str) -> list[str] | None:
         listener.bind(f"{place}.new")
         listener.listen()
         Path(f"{place}.new").rename(place)  # where it is, it answers
-        while 0 not in (ready := select.select([listener, 0], [], [])[0]):
-            line, _ = ready[0].accept()
-            if os.fork() == 0:
-                listener.close()
-                return _called(line)
-            line.close()
-            with contextlib.suppress(ChildProcessError):
-                while os.waitpid(-1, os.WNOHANG)[0]:
-                    pass
+        heard, told = os.pipe2(os.O_NONBLOCK)
+        signal.set_wakeup_fd(told)
+        usual = signal.signal(signal.SIGCHLD, lambda *_: None)
+        lines = dict[int, socket.socket]()
+        while 0 not in (ready := select.select([listener, heard, 0], [], [])[0]):
+            if heard in ready:
+                os.read(heard, 4096)
+                _answer(lines)
+            if listener in ready:
+                line, _ = listener.accept()
+                try:
+                    files, request = _request(line)
+                except (OSError, EOFError, ValueError, struct.error):  # a caller that was ended
+                    line.close()
+                    continue
+                command = os.fork()
+                if command == 0:
+                    signal.set_wakeup_fd(-1)
+                    signal.signal(signal.SIGCHLD, usual)
+                    for other in (listener, line, *lines.values()):
+                        other.detach()  # their numbers become those of the caller's files
+                    return _called(files, *request)
+                lines[command] = line
+                for number in files:
+                    os.close(number)  # a pipe ends when the command closes it
     return None
 
 
-def _called(line: socket.socket) -> list[str]:
-    """Adopt a caller's files, folder, environment and arguments; another process sends the exit status."""
+def _answer(lines: dict[int, socket.socket]) -> None:
+    """Send the exit status of each command that has ended."""
+    while lines and (ended := os.waitpid(-1, os.WNOHANG))[0]:
+        status = os.waitstatus_to_exitcode(ended[1])
+        with lines.pop(ended[0]) as line, contextlib.suppress(OSError):  # a caller that was ended does not wait
+            line.sendall(struct.pack("<i", status if status >= 0 else 128 - status))
+
+
+def _request(line: socket.socket) -> tuple[list[int], list[Any]]:
+    """Return a caller's files, and its arguments, the numbers of the files there, folder and environment."""
     _, files, _, _ = socket.recv_fds(line, 1, MOST)
-    reader = line.makefile("rb")
-    (size,) = struct.unpack("<I", reader.read(4))
-    arguments, numbers, folder, environment = json.loads(reader.read(size))
-    command = os.fork()
-    if command:
-        for number in files:
-            os.close(number)  # a pipe ends when the command closes it
-        status = os.waitstatus_to_exitcode(os.waitpid(command, 0)[1])
-        line.sendall(struct.pack("<i", status if status >= 0 else 128 - status))
-        os._exit(0)
-    line.detach()
-    reader.close()
+    with line.makefile("rb") as reader:
+        (size,) = struct.unpack("<I", reader.read(4))
+        return files, marshal.loads(reader.read(size))
+
+
+def _called(
+    files: list[int], arguments: list[str], numbers: list[int], folder: str, environment: dict[str, str]
+) -> list[str]:
+    """Adopt a caller's files, folder and environment; return its arguments."""
     _number(dict(zip(numbers, files, strict=True)))
     sys.stdin, sys.stdout = open(0, closefd=False), open(1, "w", closefd=False)  # noqa: SIM115
     sys.stderr = open(2, "w", buffering=1, errors="backslashreplace", closefd=False)  # noqa: SIM115
@@ -197,7 +219,7 @@ def _called(line: socket.socket) -> list[str]:
     if "PYTHONPATH" in environment:
         for name in [name for name in sys.modules if name.partition(".")[0] == "mehvar"]:
             del sys.modules[name]
-    return list(arguments)
+    return arguments
 
 
 def _number(files: dict[int, int]) -> None:
