@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
@@ -26,6 +26,20 @@ def time_derivative(expr: sp.Expr, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Exp
     """
     subject, slopes = expression("expr", expr), _Slopes()
     return sp.Add(*(slopes(subject, symbol) * rate for symbol, rate in rates_of(rates).items()))
+
+
+def gradient(expr: sp.Expr, symbols: Iterable[sp.Symbol]) -> tuple[sp.Expr, ...]:
+    """Return the partial derivatives of an expression.
+
+    Parameters
+    ----------
+    expr : Expr
+        The expression.
+    symbols : iterable of Symbol
+        The variables; all other symbols are constant.
+    """
+    subject, slopes = expression("expr", expr), _Slopes()
+    return tuple(slopes(subject, symbol) for symbol in symbols)
 
 
 class _Slopes:
@@ -249,8 +263,7 @@ def kirchhoff(
         d/dt(dT/dV) + Omega x dT/dV, N, and d/dt(dT/dOmega) + Omega x dT/dOmega + V x dT/dV, N m.
     """
     total, v, w = expression("energy", energy), symbols("velocity", velocity, 3), symbols("rate", rate, 3)
-    slopes = _Slopes()
-    linear, angular = (sp.Matrix([slopes(total, symbol) for symbol in group]) for group in (v, w))
+    linear, angular = (sp.Matrix(gradient(total, group)) for group in (v, w))
     force = matrix_rate(linear, rates) + sp.Matrix(w).cross(linear)
     moment = matrix_rate(angular, rates) + sp.Matrix(w).cross(angular) + sp.Matrix(v).cross(linear)
     return force, moment

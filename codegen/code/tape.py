@@ -103,7 +103,7 @@ class Tape:
         """Positions of the operands of each value."""
         return [() if i.op == "input" else i.args for i in self.instructions]
 
-    @property
+    @cached_property
     def operations(self) -> int:
         """Number of arithmetic operations, comparisons and function calls."""
         return sum(i.op not in _FREE for i in self.instructions)

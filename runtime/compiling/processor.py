@@ -13,7 +13,8 @@ _WIDTHS = (
 )
 """Numbers of lanes and their instruction sets, of which the widest supported one is used.
 
-More lanes than fill a register were slower (decision 0013).
+More lanes than fill a register were slower: five loops on an AMD EPYC took 1.10 to 1.31 times as long with 16 lanes as
+with 8 (AVX-512), and 1.26 to 1.69 times with 8 as with 4 (AVX2).
 """
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...derivation import vector
-from ...mechanics import time_derivative
+from ...mechanics import gradient, time_derivative
 from ...system import Derivation, Expr, Group, ModelError
 from ..fast.linear import factorise, solve
 from ..plant.reduced import demand, reduced_velocity
@@ -73,16 +73,16 @@ def collect(derivative: Expr) -> Form:
     """
     derivative = sp.expand(derivative)
     at_rest = dict.fromkeys(rate, sp.S.Zero)
-    turning = [derivative.diff(u) for u in demand[2:]]
+    first, second, *turning = gradient(derivative, demand)
     if any(sp.expand(term.xreplace(at_rest)) is not sp.S.Zero for term in turning):
         raise ModelError("V' contains Omega' without the factor Omega: it is not of the form (29)")
     free = derivative.xreplace(dict.fromkeys(demand, sp.S.Zero))
     return Form(
         free.xreplace(at_rest),
-        derivative.diff(demand[0]),
-        derivative.diff(demand[1]),
-        sp.Matrix(3, 3, lambda i, j: turning[j].diff(rate[i])),
-        sp.Matrix([free.diff(w).xreplace(at_rest) for w in rate]),
+        first,
+        second,
+        sp.Matrix([gradient(term, rate) for term in turning]).T,
+        sp.Matrix([slope.xreplace(at_rest) for slope in gradient(free, rate)]),
     )
 
 

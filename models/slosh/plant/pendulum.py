@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...mechanics import kirchhoff, lagrange, matrix_rate
+from ...mechanics import gradient, kirchhoff, lagrange, matrix_rate
 from ...system import Expr, ModelError
 from ..states import Pendulum, angle_quantities, angle_rate_quantities, rate, rod, velocity
 
@@ -80,8 +80,7 @@ def contribution(inertia: str) -> Contribution:
     rates = turning | dict(zip((phi_rate, theta_rate), angle_acceleration, strict=True)) | frame_rates()
     force, moment = kirchhoff(energy, velocity, rate, rates)
     rows = lagrange(energy, dissipation, (phi, theta), (phi_rate, theta_rate), rates)
-    linear = sp.Matrix([energy.diff(v) for v in velocity])
-    angular = sp.Matrix([energy.diff(w) for w in rate])
+    linear, angular = (sp.Matrix(gradient(energy, group)) for group in (velocity, rate))
     return Contribution(
         energy, dissipation, position, linear, angular, galilean(force), galilean(moment), galilean(rows)
     )

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ...mechanics import gradient
 from ...system import Derivation, Expr
 from ..states import DEMAND, Pendulum, rate, velocity
 from .equations import ACCELERATIONS
@@ -74,11 +75,9 @@ def generic_rows(inertia: str) -> tuple[AngleEquation, AngleEquation]:
     rows = []
     for left, second in zip(contribution(inertia).rows, angle_acceleration, strict=True):
         zero = dict.fromkeys((*ACCELERATIONS, *angle_acceleration), sp.S.Zero)
-        parts = [left.diff(symbol) for symbol in ACCELERATIONS]
+        *parts, own = gradient(left, (*ACCELERATIONS, second))
         force, moment = (sp.Matrix([_shorten(e) for e in parts[k : k + 3]]) for k in (0, 3))
-        rows.append(
-            AngleEquation(_shorten(left.diff(second)), force, moment, _shorten(left.xreplace(zero), turned=True))
-        )
+        rows.append(AngleEquation(_shorten(own), force, moment, _shorten(left.xreplace(zero), turned=True)))
     return rows[0], rows[1]
 
 

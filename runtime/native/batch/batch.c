@@ -42,17 +42,21 @@ static void divide_work(mv_block *b, char *work)
     int64_t signals = 0;
     for (int m = 0; m < job->metrics; m++) signals += job->metric[m].signals;
     b->loop.queue = (real *)work;
-    b->loop.kept = b->loop.queue + mv_queued(&job->schedule) * NU;
-    b->counts = b->loop.kept + KEPT * KEPT_SIZE;
+    real *const kept = b->loop.queue + mv_queued(&job->schedule) * NU;
+    b->loop.kept = (scalar *)kept;
+    b->counts = kept + KEPT * KEPT_SIZE;
     b->tally = (mv_tally *)(b->counts + job->metrics);
     real *history = (real *)(b->tally + signals);
     mv_tally *tally = b->tally;
+    const mv_signal *signal = job->signal;
     for (int m = 0; m < job->metrics; m++) {
+        const int of_extremes = mv_of_extremes(job, job->metric + m, signal);
         b->counts[m] = SPLAT(0);
         for (int i = 0; i < job->metric[m].signals; i++) {
-            *tally++ = (mv_tally){SPLAT(0), SPLAT(0), history};
+            *tally++ = (mv_tally){SPLAT(0), SPLAT(0), history, of_extremes};
             if (job->metric[m].kind == MV_SETTLING_ABOUT_END) history += most_records(&job->schedule);
         }
+        signal += job->metric[m].signals;
     }
     b->times = (double *)history;
 }
@@ -124,8 +128,9 @@ static void sum_up(mv_block *b, mask lanes, real t)
     const mv_loop *l = &b->loop;
     for (int i = 0; i < COLUMNS; i++) {
         const real v = l->column[i];
-        b->minimum[i] = SELECT(AND(lanes, mv_beyond(-v, -b->minimum[i])), v, b->minimum[i]);
-        b->maximum[i] = SELECT(AND(lanes, mv_beyond(v, b->maximum[i])), v, b->maximum[i]);
+        const mask no_number = NE(v, v);
+        b->minimum[i] = SELECT(AND(lanes, OR(LT(v, b->minimum[i]), no_number)), v, b->minimum[i]);
+        b->maximum[i] = SELECT(AND(lanes, OR(LT(b->maximum[i], v), no_number)), v, b->maximum[i]);
     }
     mv_count(b, lanes, t);
     b->t_record = SELECT(lanes, t, b->t_record);

@@ -60,7 +60,8 @@ static inline void mv_dense_sums(const mv_loop *l, real (*sums)[NQ])
 /* state of a metric for one signal */
 typedef struct {
     real value, previous;
-    real *history; /* of MV_SETTLING_ABOUT_END: every counted sample */
+    real *history;   /* of MV_SETTLING_ABOUT_END: every counted sample */
+    int of_extremes; /* 1 if the extremes of its column in all records tell it */
 } mv_tally;
 
 typedef struct {

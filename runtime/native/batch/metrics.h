@@ -14,9 +14,9 @@ static inline real mv_crossing(real before, real now, real t_before, real t, dou
 /* Return the time at which the line from the last sample outside the band to the next one enters it; infinite without one. */
 static inline real mv_settled(real settled, mask first, real before, real now, real t_before, real t, double band)
 {
-    const mask outside = NOT(LE(mv_fabs(now), K(band))), was_outside = EQ(settled, MV_INFINITY);
-    const real entered = SELECT(was_outside, mv_crossing(before, now, t_before, t, band), settled);
-    return SELECT(outside, SPLAT(MV_INFINITY), SELECT(first, t, entered));
+    const mask outside = NOT(LE(mv_fabs(now), K(band))), enters = AND(EQ(settled, MV_INFINITY), NOT(outside));
+    if (mv_any(enters)) settled = SELECT(enters, mv_crossing(before, now, t_before, t, band), settled);
+    return SELECT(outside, SPLAT(MV_INFINITY), SELECT(first, t, settled));
 }
 
 static inline mask mv_beyond(real v, real bound) { return OR(LT(bound, v), NE(v, v)); }
@@ -45,6 +45,23 @@ static inline void mv_tell(mv_tally *a, const mv_metric *m, mask lanes, mask fir
     a->previous = SELECT(lanes, v, a->previous);
 }
 
+/* Return 1 if the extremes of columns in all records give a metric. */
+static inline int mv_of_extremes(const mv_job *job, const mv_metric *m, const mv_signal *signal)
+{
+    const mv_schedule *s = &job->schedule;
+    if (m->kind != MV_MAX && m->kind != MV_MIN && m->kind != MV_MAX_ABS) return 0;
+    for (int i = 0; i < m->signals; i++)
+        if (signal[i].subtracted >= 0) return 0;
+    return m->since <= s->t[0] && s->t[s->ticks - 1] <= m->until;
+}
+
+static double mv_extreme(const mv_block *b, const mv_metric *m, int column, int lane)
+{
+    const double low = AT(b->minimum[column], lane), high = AT(b->maximum[column], lane);
+    if (m->kind != MV_MAX_ABS) return m->kind == MV_MIN ? low : high;
+    return __builtin_fabs(low) > __builtin_fabs(high) ? __builtin_fabs(low) : __builtin_fabs(high);
+}
+
 /* Count a record of the instant `now` in each metric whose window contains it. */
 static void mv_count(mv_block *b, mask lanes, real now)
 {
@@ -55,7 +72,7 @@ static void mv_count(mv_block *b, mask lanes, real now)
         const mask within = AND(LE(K(metric->since), now), LE(now, K(metric->until))), counted = AND(lanes, within);
         if (metric->kind != MV_EVENTS && mv_any(counted)) {
             const mask first = EQ(b->counts[m], K(0));
-            for (int i = 0; i < metric->signals; i++) {
+            for (int i = 0; i < metric->signals && !tally->of_extremes; i++) {
                 const real v = b->loop.column[signal[i].column];
                 const real signalled = signal[i].subtracted < 0 ? v : v - b->loop.column[signal[i].subtracted];
                 mv_tell(tally + i, metric, counted, first, signalled, b->t_record, now, b->records);
@@ -90,11 +107,12 @@ static double mv_settled_about_end(const mv_block *b, const mv_metric *m, const 
     return part - part == 0.0 ? b->times[i] + part * (b->times[i + 1] - b->times[i]) : b->times[i + 1];
 }
 
-static double mv_metric_value(const mv_block *b, const mv_metric *m, const mv_tally *tally, int lane, int64_t count)
+static double mv_metric_value(const mv_block *b, const mv_metric *m, const mv_signal *signal, const mv_tally *tally,
+                              int lane, int64_t count)
 {
     double value = AT(tally->value, lane);
     for (int i = 0; i < m->signals; i++) {
-        double v = AT(tally[i].value, lane);
+        double v = tally->of_extremes ? mv_extreme(b, m, signal[i].column, lane) : AT(tally[i].value, lane);
         if (m->kind == MV_SETTLING_ABOUT_END) v = mv_settled_about_end(b, m, tally[i].history, lane, count);
         if (m->kind == MV_RMS || m->kind == MV_TRAVEL || m->kind == MV_SIGN_CHANGES)
             value = i ? value + v : v;
@@ -129,7 +147,8 @@ static void mv_metrics(const mv_block *b, int lane, double *out)
     for (int m = 0; m < b->job->metrics; m++) {
         const mv_metric *metric = b->job->metric + m;
         const int64_t count = (int64_t)AT(b->counts[m], lane);
-        out[m] = count && !mv_open(b, metric, lane) ? mv_metric_value(b, metric, tally, lane, count) : __builtin_nan("");
+        const int open = !count || mv_open(b, metric, lane);
+        out[m] = open ? __builtin_nan("") : mv_metric_value(b, metric, signal, tally, lane, count);
         if (metric->kind == MV_EVENTS) out[m] = mv_events(b, signal, metric->signals, lane);
         signal += metric->signals;
         tally += metric->signals;

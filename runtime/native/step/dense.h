@@ -64,6 +64,12 @@ static inline void mv_terms(const mv_loop *l, real h, real (*sums)[NQ], real (*t
     }
 }
 
+/* The place of a lane's step in its ring, whose numbers lie side by side: in vectors each would take a cache line. */
+static inline scalar *mv_slot(const mv_loop *l, int lane, int64_t step)
+{
+    return l->kept + (lane * (int64_t)KEPT + step % KEPT) * KEPT_SIZE;
+}
+
 /* Store the step q -> y of length h to the instant `after` in `lanes`, which accepted it; its slopes are still
  * available. */
 static void mv_keep_step(mv_loop *l, real h, real after, mask lanes, real (*sums)[NQ])
@@ -73,12 +79,12 @@ static void mv_keep_step(mv_loop *l, real h, real after, mask lanes, real (*sums
     mv_terms(l, h, sums, terms);
     for (int lane = 0; lane < MEHVAR_LANES; lane++) {
         if (!AT(moved, lane)) continue;
-        real *const slot = l->kept + l->made[lane]++ % KEPT * KEPT_SIZE;
-        AT(slot[0], lane) = AT(l->t, lane);
-        AT(slot[1], lane) = AT(after, lane);
-        AT(slot[2], lane) = AT(h, lane);
+        scalar *const slot = mv_slot(l, lane, l->made[lane]++);
+        slot[0] = AT(l->t, lane);
+        slot[1] = AT(after, lane);
+        slot[2] = AT(h, lane);
         for (int j = 0; j < ROWS_KEPT; j++)
-            for (int i = 0; i < NQ; i++) AT(slot[3 + j * NQ + i], lane) = AT(terms[j][i], lane);
+            for (int i = 0; i < NQ; i++) slot[3 + j * NQ + i] = AT(terms[j][i], lane);
     }
     l->waiting += moved;
 }
@@ -88,13 +94,12 @@ static inline void mv_find_step(mv_loop *l, double t)
 {
     for (int lane = 0; lane < MEHVAR_LANES; lane++) {
         while (AT(l->end, lane) < t && AT(l->waiting, lane) > 0) {
-            const int64_t first = l->made[lane] - (int64_t)AT(l->waiting, lane);
-            const real *const slot = l->kept + first % KEPT * KEPT_SIZE;
-            AT(l->begin, lane) = AT(slot[0], lane);
-            AT(l->end, lane) = AT(slot[1], lane);
-            AT(l->span, lane) = AT(slot[2], lane);
+            const scalar *const slot = mv_slot(l, lane, l->made[lane] - (int64_t)AT(l->waiting, lane));
+            AT(l->begin, lane) = slot[0];
+            AT(l->end, lane) = slot[1];
+            AT(l->span, lane) = slot[2];
             for (int j = 0; j < ROWS_KEPT; j++)
-                for (int i = 0; i < NQ; i++) AT(l->dense[j][i], lane) = AT(slot[3 + j * NQ + i], lane);
+                for (int i = 0; i < NQ; i++) AT(l->dense[j][i], lane) = slot[3 + j * NQ + i];
             AT(l->waiting, lane) -= 1;
         }
     }

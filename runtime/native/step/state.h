@@ -85,7 +85,7 @@ typedef struct {
     ROWS(dense, ROWS_KEPT, NQ);
     int64_t made[MEHVAR_LANES]; /* steps kept so far, */
     real waiting;              /* of which so many have ticks to come, in a ring: */
-    real *kept;                /* KEPT times instants and rows as in `dense` */
+    scalar *kept;              /* for each lane, KEPT times instants and rows as in `dense` */
     REALS(margin, LIMITS);     /* at (t, q), see margins.h */
     REALS(margin_end, LIMITS); /* at the end of the trial */
     mask broken, again;        /* the trial breaks a limit; it is tried again */
