@@ -21,6 +21,8 @@ import pytest
 
 from tests import commands
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for the processes of the run: idle threads wait in a loop
+
 hypothesis.settings.register_profile("any load", deadline=None)
 hypothesis.settings.load_profile("any load")
 

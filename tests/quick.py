@@ -21,6 +21,7 @@ GATES = ("tests/gates/test_names.py", "tests/gates/test_rooms.py", "tests/gates/
 SECONDS = 50
 """Time after which no further test starts, s, so that the run ends within a minute."""
 PAGES = "tests/docs/test_docs.py"
+MARKS = "not peers and (page or not soak)"
 OF_A_PAGE = ("test_links_lead_somewhere", "test_what_a_page_shows_runs")
 
 
@@ -83,7 +84,7 @@ def main() -> int:
     """Run the tests."""
     os.chdir(ROOT)
     os.environ.setdefault("MEHVAR_TEST_CACHE", "build/cache")
-    return int(pytest.main(["--import-mode=importlib", *near(changed())], plugins=[Minute()]))
+    return int(pytest.main(["--import-mode=importlib", "-m", MARKS, *near(changed())], plugins=[Minute()]))
 
 
 if __name__ == "__main__":

@@ -113,6 +113,7 @@ def _takes_seconds(page: Path) -> bool:
     return page.name.startswith("beyond-") or page.name in SLOW
 
 
+@pytest.mark.page
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, id=_name(page), marks=pytest.mark.soak if _takes_seconds(page) else ()) for page in PAGES],

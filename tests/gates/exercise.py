@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Call every generated function and every loop of the named models, under sanitizers.
 
-python tests/gates/exercise.py MODEL...
+python tests/gates/exercise.py MODEL[:LAW]...
 """
 
 from __future__ import annotations
@@ -68,10 +68,10 @@ def vectors(found: Resolved) -> tuple[np.ndarray, ...]:
 
 
 def main(names: list[str]) -> None:
-    for name in names:
+    for name, _, only in (text.partition(":") for text in names):
         model = load(name, backend="c")
         done = list(functions(model))
-        for law in model.manifest.controllers.values():
+        for law in (law for law in model.manifest.controllers.values() if only in ("", law.name)):
             done += runs(model, law)
             block(model, law, *next(KERNELS))
         print(f"{name}: {len(done)} exercises")

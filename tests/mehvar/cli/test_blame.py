@@ -57,6 +57,7 @@ LATE = [
 
 @pytest.mark.parametrize(("flags", "blame"), LATE, ids=[blame for _, blame in LATE])
 @pytest.mark.parametrize("command", [("simulate",), ("batch", "-n", "2", "--out", "runs.zarr")], ids=lambda c: c[0])
+@pytest.mark.share(2)
 def test_a_value_that_a_run_refuses_is_blamed_on_where_it_came_from(
     command: tuple[str, ...], flags: tuple[str, ...], blame: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

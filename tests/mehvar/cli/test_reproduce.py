@@ -273,6 +273,7 @@ def test_page_names_no_folder_of_this_machine(report):
 
 
 @pytest.mark.parametrize("number", [2, 6, 10])
+@pytest.mark.share(3)
 def test_drawing_again_gives_the_same_bytes(report, number):
     runs = Runs(load("triangle"))
     with style():

@@ -44,6 +44,7 @@ def test_an_instrument_that_is_off_by_its_noise_is_noticed(case):
 
 
 @pytest.mark.parametrize("case", SATELLITES, ids=title)
+@pytest.mark.share(12)
 def test_only_densities_know_the_sample_period(case):
     """Each noise in turn: what is per root of a second has ten times the effect at a hundredth of the period."""
     subject = subject_of(case)

@@ -100,6 +100,7 @@ def test_the_picture_says_that_and_why_a_run_ended_early():
 
 
 @pytest.mark.parametrize("dataset", ["swing", "turn"])
+@pytest.mark.share(2)
 def test_a_run_of_one_sample_can_be_drawn(dataset, request, tmp_path):
     run, manifest = request.getfixturevalue(dataset)
     save(run_picture(run.isel(t=slice(0, 1)), manifest), tmp_path / "short.png")

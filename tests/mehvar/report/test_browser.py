@@ -276,8 +276,7 @@ def paper_look(tmp_path_factory):
     ("width", "color"),
     [
         (1440, "light"),
-        (390, "dark"),
-        *(pytest.param(w, c, marks=pytest.mark.soak) for w, c in ((1440, "dark"), (390, "light"))),
+        *(pytest.param(w, c, marks=pytest.mark.soak) for w, c in ((390, "dark"), (1440, "dark"), (390, "light"))),
         *(pytest.param(768, c, marks=pytest.mark.soak) for c in ("light", "dark")),
     ],
 )
