@@ -111,6 +111,9 @@ def json_text(table: Mapping[str, Any]) -> str:
     return _json_lines(table, "\n") + "\n"
 
 
+_json = json.JSONEncoder(ensure_ascii=False).encode  # `json.dumps` makes an encoder for each call
+
+
 def _json_lines(value: Any, start: str) -> str:
     """Return JSON text in which all lines except the first begin with `start`."""
     entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
@@ -118,12 +121,12 @@ def _json_lines(value: Any, start: str) -> str:
     # an entry of a table has at least six characters, one of a list three; a text would else be made at every level
     fits = len(entries) * (6 if isinstance(value, dict) else 3) <= _WIDTH or (isinstance(value, list) and not nested)
     if not entries or (start != "\n" and fits):
-        line = json.dumps(value, ensure_ascii=False)
+        line = _json(value)
         if not entries or len(start + line) <= _WIDTH or (isinstance(value, list) and not nested):
             return line
     inner = start + " "
     if isinstance(value, dict):
-        parts = [f"{json.dumps(key, ensure_ascii=False)}: {_json_lines(v, inner)}" for key, v in value.items()]
+        parts = [f"{_json(key)}: {_json_lines(v, inner)}" for key, v in value.items()]
     else:
         parts = [_json_lines(entry, inner) for entry in value]
     opening, closing = "{}" if isinstance(value, dict) else "[]"

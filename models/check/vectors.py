@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import sympy as sp
 
@@ -63,7 +64,7 @@ class Vector:
     in_balance: bool = False
     more: Mapping[sp.Symbol, str] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def units(self) -> dict[sp.Symbol, str]:
         """Units of its possible arguments, by symbol."""
         time = {TIME.symbol: TIME.unit} if self.of_time else {}

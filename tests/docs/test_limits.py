@@ -143,7 +143,7 @@ def test_laws_in_numbers_have_no_units() -> None:
 @pytest.mark.parametrize(
     ("name", "rows"),
     [
-        ("benchmarks/results/batch_scaling_pendulums.md", ("| 8 | 2.4 |", "| 26 | 1.5 |", "| 55 | 1.3 |", "388 s")),
+        ("benchmarks/results/growth.md", ("| 2 | 6.69 |", "| 8 | 21.8 |", "| 16 | 27.4 |", "| 64 | 109 |")),
         ("benchmarks/results/soak.md", ("800 of 100 000", "5600 commands", "30 of 300")),
     ],
 )
