@@ -3,10 +3,12 @@
 
 import copy
 import pickle
+import sys
 
 import pytest
 import sympy as sp
 
+import mehvar
 from mehvar.base.errors import MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import (
@@ -230,3 +232,14 @@ def test_a_part_that_lacks_a_method_is_refused_when_it_is_made(base, arguments, 
 
     with pytest.raises(ModelError, match=f"Own is not a complete part: it lacks the method {method}; write it"):
         Own("own", *arguments)
+
+
+def test_an_error_in_a_law_names_the_line_that_gives_it():
+    """It named the file of mehvar that makes the law."""
+    craft = Spacecraft("survey", motion="attitude")
+    craft.add(Hub("hub", mass=4.0, inertia=(0.1, 0.12, 0.08)))
+    craft.add(Torquer("turn"))
+    craft.law("wrong", lambda law: {"turn": tuple(rate - 1 for rate in law.rates)})
+    line = sys._getframe().f_lineno - 1
+    with pytest.raises(ModelError, match=rf"test_refusals\.py:{line}: command of law 'wrong', row 1 of 3"):
+        mehvar.build(craft)
