@@ -80,7 +80,9 @@ class Margin:
 
     @property
     def text(self) -> str:
-        """Both margins in words, the phase in degrees."""
+        """Both margins in words, the phase in degrees; NaN stands for a loop that is unstable as it is."""
+        if math.isnan(self.gain):
+            return "the loop is unstable"
         return f"gain margin {self.gain:.3g} (factor), phase margin {math.degrees(self.phase):.3g} deg"
 
     def __str__(self) -> str:
@@ -172,6 +174,8 @@ def margins(
         raise InputError(f"{base.controller.name} commands only at some samples: margins need a command at each sample")
     if base.hold is None:
         raise InputError(f"{base.controller.name} is continuous, so that no sine can be added: leave size out")
+    if not base.options.get("delay") and unstable(loaded, base):
+        raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
     loops = [_Sweep(loaded, base, run, *pair, frequencies) for pair in _sizes(loaded, size)]
     return tuple(Margin(loop.input, loop.gain(), loop.phase()) for loop in loops if loop.acts)
 
@@ -278,6 +282,19 @@ def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
         return ()
     loops = ((name, _Loop(cut, closed, number)) for number, name in enumerate(cut.inputs))
     return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
+
+
+def unstable(model: Model, run: Run) -> bool:
+    """Return True if the linear loop at the end of a run is unstable; False also where there is none.
+
+    A sine drives an unstable loop to another rest, such as the other sign of a quaternion, and would be measured there.
+    """
+    try:
+        cut = linear_loop(model, run)
+    except InputError:  # of delays, skipped samples, or a model without derivatives
+        return False
+    closed = cut.A + cut.B @ cut.C
+    return bool(np.all(np.isfinite(closed))) and _is_unstable(closed, cut.period)
 
 
 def _is_unstable(matrix: NDArray[Any], period: FloatArray | float | None) -> bool:

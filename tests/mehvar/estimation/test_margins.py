@@ -171,9 +171,10 @@ def test_a_running_loop_has_the_margins_of_the_linear_one(turner):
     [
         ({"kd": -1.0}, "the linear loop of feedback is unstable where"),
         (
-            {"kd": -1.0, "size": 1e-3, "frequencies": [1.0, 2.0]},
+            {"kd": -1.0, "delay": 1, "size": 1e-3, "frequencies": [1.0, 2.0]},
             "the loop is unstable, or size too large: with a sine at 1 rad/s",
         ),
+        ({"kp": -0.6, "size": 1e-3, "frequencies": [1.0, 2.0]}, "the linear loop of feedback is unstable where"),
         ({"delay": 1}, "delay = 1: must be 0 for the linear loop; give size"),
         ({"size": 0.0}, "size of turnx = 0.0: must be a number > 0, N m"),
         ({"size": {"x": 1.0}}, "unknown input"),
