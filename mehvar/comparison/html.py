@@ -309,7 +309,12 @@ def _effects(follows: Consequences) -> Figure | None:
     rates = {f"{rate.name}'": 100 * rate.largest / (rate.typical or rate.largest) for rate in follows.rates}
     spectra = [("eigenvalues without a law", "1/s", follows.eigenvalues)] if follows.eigenvalues else []
     spectra += [
-        (f"eigenvalues under {loop.law}", "1" if loop.period else "1/s", loop.eigenvalues) for loop in follows.loops[:1]
+        (
+            f"eigenvalues under {loop.law}{', which became unstable' * loop.lost}",
+            "1" if loop.period else "1/s",
+            loop.eigenvalues,
+        )
+        for loop in follows.loops[:1]
     ]
     if not (rates or spectra) or importlib.util.find_spec("matplotlib") is None:
         return None

@@ -11,6 +11,7 @@ import numpy as np
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import Controller
 from mehvar.base.names import identifier
+from mehvar.estimation.margins import is_unstable
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.linear import modes
 from mehvar.runtime.model.model import Model
@@ -47,6 +48,8 @@ class Loop:
         Sampling period of the old law.
     new_point : tuple of (str, float)
         Linearisation point of the new loop, likewise.
+    lost : bool
+        True if the new loop is unstable there, and the old one is not.
     """
 
     law: str
@@ -55,6 +58,7 @@ class Loop:
     eigenvalues: Pairs
     old_period: float | None = None
     new_point: tuple[tuple[str, float], ...] = ()
+    lost: bool = False
 
 
 def start(model: Model) -> FloatArray:
@@ -136,7 +140,9 @@ def loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[
                 named((names.get(state, state) for state in before.state_names), start(before)),
                 named(after.state_names, start(after)),
             )
-            changed.append(Loop(name, _period(after, law), points[0], pairs, _period(before, former), points[1]))
+            periods = _period(before, former), _period(after, law)
+            lost = is_unstable(new, periods[1]) and not is_unstable(old, periods[0])
+            changed.append(Loop(name, periods[1], points[0], pairs, periods[0], points[1], lost))
     return tuple(changed), tuple(refused)
 
 

@@ -333,7 +333,8 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
     elif follows.samples:
         yield f"eigenvalues at {point(follows)}: the same"
     for loop in follows.loops[:_RUNS]:
-        yield f"eigenvalues under {loop.law} at {_places(loop.point, loop.new_point)}:"
+        lost = "the loop became unstable; " if loop.lost else ""
+        yield f"{lost}eigenvalues under {loop.law} at {_places(loop.point, loop.new_point)}:"
         yield from _first(f"  {number(old)} -> {number(new)}  {unit(loop)}" for old, new in loop.eigenvalues)
     if more := follows.loops[_RUNS:]:
         yield f"eigenvalues under {len(more)} more laws differ: {', '.join(loop.law for loop in more)}"

@@ -47,9 +47,10 @@ response across the axis at random; true crossings have clear values on both sid
 _MEASURED = 1e-3
 """The same tolerance of a measured response; also its relative error, of 0.01 dB. Ten times the tolerance leaves errors
 of 0.1 dB, a tenth doubles the length of runs with slow transients."""
-_STILL, _ACTING = 0.1, 1e-3
+_STILL, _ACTING, _TURNING = 0.1, 1e-3, 0.1
 """Largest relative change of a mode, in its time, of a loop that is still; margins are judged by factors of two. Least
-angle of a mode in a run: slower ones are integrators, up to what the motion left of their coupling."""
+angle of a mode in a run, and of one without damping: slower ones are integrators, coupled by noise or by what the
+motion left, such as the spare direction of a quaternion at a small rate."""
 _LARGEST = 1e3
 """Largest gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
 _PER_DECADE, _SWEPT = 10, 3
@@ -243,7 +244,7 @@ def moving(model: Model, run: Run) -> bool:
         return True
     last, change = changes[0], changes[1] / (run.t[-1] - run.t[-2])
     shortest = np.maximum(np.abs(last.real), 1 / run.t[-1])
-    acting = np.abs(last) * run.t[-1] > _ACTING
+    acting = np.abs(last) * run.t[-1] > np.where(np.abs(last.real) > _ROUNDING * np.abs(last), _ACTING, _TURNING)
     return bool(np.any(acting & (change > _STILL * np.abs(last) * shortest)))
 
 
@@ -278,7 +279,7 @@ def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
         As `mehvar.runtime.model.linear.ClosedLoop.cut` returns it.
     """
     closed = cut.A + cut.B @ cut.C
-    if not np.all(np.isfinite(closed)) or _is_unstable(closed, cut.period):
+    if not np.all(np.isfinite(closed)) or is_unstable(closed, cut.period):
         return ()
     loops = ((name, _Loop(cut, closed, number)) for number, name in enumerate(cut.inputs))
     return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
@@ -294,10 +295,10 @@ def unstable(model: Model, run: Run) -> bool:
     except InputError:  # of delays, skipped samples, or a model without derivatives
         return False
     closed = cut.A + cut.B @ cut.C
-    return bool(np.all(np.isfinite(closed))) and _is_unstable(closed, cut.period)
+    return bool(np.all(np.isfinite(closed))) and is_unstable(closed, cut.period)
 
 
-def _is_unstable(matrix: NDArray[Any], period: FloatArray | float | None) -> bool:
+def is_unstable(matrix: NDArray[Any], period: FloatArray | float | None) -> bool:
     """Return True if a mode grows; the eigenvalues of integrators are on the limit up to their errors."""
     eigenvalues, errors = modes(matrix)
     growth = eigenvalues.real if period is None else np.abs(eigenvalues) - 1
@@ -389,7 +390,7 @@ class _Loop(_Response):
         feedback, log = np.outer(self._b, self._c), cmath.log(factor)
         way = log / abs(log) if log else 1.0
         beyond = (cmath.exp(log + step * way) for step in _BEYOND)
-        return any(_is_unstable(self._A + each * feedback, self._period) for each in beyond)
+        return any(is_unstable(self._A + each * feedback, self._period) for each in beyond)
 
     def _grid(self, closed: FloatArray) -> FloatArray:
         sizes = np.concatenate([_natural(matrix, self._period) for matrix in (self._A, closed)])

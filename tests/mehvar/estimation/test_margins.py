@@ -13,7 +13,7 @@ import mehvar
 from mehvar import Controller, Group, Parameter, Quantity, System
 from mehvar.base.errors import InputError
 from mehvar.estimation.margins import beside_orbit, linear_margins
-from mehvar.parts import GravityGradient, Hub, Orbit, Spacecraft, Torquer
+from mehvar.parts import GravityGradient, Gyro, Hub, Orbit, Spacecraft, StarTracker, Torquer
 from mehvar.runtime.model.linear import LinearSystem
 
 
@@ -284,3 +284,23 @@ def test_an_orbit_that_the_loop_moves_is_part_of_it(share, keeps, period):
 def test_growth_that_no_input_reaches_and_that_is_no_orbit_is_unstable(period):
     A = np.diag([-1.0, 1e-3]) if period is None else np.diag(np.exp([-0.1, 1e-4]))
     assert linear_margins(loop(A, [1, 0], [-0.1, 0], period)) == ()
+
+
+@pytest.mark.soak
+def test_noise_is_no_motion():
+    """The spare direction of a quaternion turned with the rates that noise left, and a craft at rest "moved"."""
+    craft = Spacecraft("quiet", motion="attitude", period=TS)
+    craft.add(Hub("hub", mass=40.0, inertia=(INERTIA, INERTIA, INERTIA)))
+    craft.add(Torquer("turn"))
+    craft.add(Gyro("gyro", noise=1e-4))
+    craft.add(StarTracker("tracker", sigma=(1e-5, 1e-5, 1e-5)))
+
+    def feedback(law):
+        (_, *q), w = law.attitude, law.rates
+        kp, kd = law.parameter("kp", 0.6, "N m"), law.parameter("kd", GAIN, "N m s")
+        return {"turn": tuple(-kp * a - kd * b for a, b in zip(q, w, strict=True))}
+
+    craft.law("feedback", feedback)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert mehvar.margins(mehvar.build(craft), "feedback", t_end=30.0)
