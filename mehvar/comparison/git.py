@@ -47,13 +47,10 @@ class Revision:
         return tuple(sorted(name for name in names if not name.startswith((".", "_"))))
 
     def of_today(self, files: Iterable[str]) -> str:
-        """Return the first of some files, given by absolute paths, that the revision has and the working tree holds.
-
-        Modules in Python do not count, since mehvar itself may be one of the repository's.
-        """
+        """Return the first of some files, given by absolute paths, that the revision has and the working tree holds."""
         top = Path(_git(self.root, "rev-parse", "--show-toplevel").decode().strip())
         own = _git(self.root, "ls-tree", "-r", "--full-tree", "--name-only", "-z", self.commit).decode().split("\0")
-        paths = {str(top / name) for name in own if not name.endswith(".py")}
+        paths = {str(top / name) for name in own}
         return next((file for file in files if file in paths), "")
 
     def extract(self, paths: Sequence[str], folder: Path) -> None:

@@ -23,7 +23,7 @@ from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
-from ..estimation.margins import Margin, linear_loop, linear_margins, moving
+from ..estimation.margins import Margin, linear_loop, linear_margins, moving, unstable
 from .spectra import differentiable
 
 if TYPE_CHECKING:
@@ -340,11 +340,18 @@ def _end(run: Run | str) -> str:
 
 
 def _margins(model: Model, run: Run, names: Mapping[str, str]) -> tuple[Margin, ...]:
-    """Return the margins at the end of a run, linearised with the state held fixed; empty if they are undefined."""
+    """Return the margins at the end of a run, linearised with the state held fixed; empty if they are undefined.
+
+    Those of an unstable loop are NaN.
+    """
     if not differentiable(model, run.controller) or run.status is not Status.DONE:
         return ()
     try:
-        margins = linear_margins(linear_loop(model, run))
+        cut = linear_loop(model, run)
+        margins = linear_margins(cut)
+        if not margins and unstable(model, run):
+            acting = (name for k, name in enumerate(cut.inputs) if np.any(cut.B[:, k]) and np.any(cut.C[k]))
+            margins = tuple(Margin(name, math.nan, math.nan) for name in acting)
     except InputError:  # which the comparison of the loops reports
         return ()
     return tuple(replace(margin, input=names.get(margin.input, margin.input)) for margin in margins)

@@ -36,7 +36,10 @@ path, read = Path(sys.argv[1]), set()
 sys.path.insert(0, str(path.parent.resolve()))
 sys.addaudithook(lambda event, of: event == "open" and isinstance(of[0], (str, os.PathLike)) and read.add(str(of[0])))
 folder = file_folder(path).resolve()
-print(json.dumps(sorted(os.path.realpath(name) for name in read)))
+data = {name for name in read if not name.endswith((".py", ".pyc"))}
+code = {module.__file__ for name, module in sys.modules.items() if name.partition(".")[0] != "mehvar" and
+        getattr(module, "__file__", None)}
+print(json.dumps(sorted(os.path.realpath(name) for name in data | code)))
 print(folder)
 """
 
@@ -192,8 +195,8 @@ def _refuse_files_of_today(revision: Revision, label: str, read: Iterable[str]) 
     """Refuse a derivation of a revision that read a file of the working tree, by its absolute path."""
     if mixed := revision.of_today(read):
         raise InputError(
-            f"{label} reads {mixed}, which is the file of today: give its path relative to the file that reads it or "
-            "to the folder of the command, so that the revision's own file is read"
+            f"{label} reads {mixed}, which is the file of today: give paths, also those of PYTHONPATH, relative to the "
+            "file that reads it or to the folder of the command, so that the revision's own file is read"
         )
 
 

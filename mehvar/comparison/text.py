@@ -444,7 +444,7 @@ def margin_rows(change: MarginChange) -> Iterator[tuple[str, str, str]]:
 
 
 def margin_text(margin: Margin | None) -> str:
-    """Return a margin as text; "not defined" for an unstable loop or an unused input."""
+    """Return a margin as text; "not defined" for an input that the law does not use, or without a linear loop."""
     return "not defined" if margin is None else margin.text
 
 

@@ -10,7 +10,7 @@ import os
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -80,7 +80,9 @@ class Margin:
 
     @property
     def text(self) -> str:
-        """Both margins in words, the phase in degrees."""
+        """Both margins in words, the phase in degrees; NaN stands for a loop that is unstable as it is."""
+        if math.isnan(self.gain):
+            return "the loop is unstable"
         return f"gain margin {self.gain:.3g} (factor), phase margin {math.degrees(self.phase):.3g} deg"
 
     def __str__(self) -> str:
@@ -98,9 +100,10 @@ def margins(
 ) -> tuple[Margin, ...]:
     """Return gain and phase margins at each input of a closed loop, at the state where a scenario ends.
 
-    Without `size` they are the margins of the linear loop. With `size` they are measured: a sine is added to the
-    command in the running loop of generated C, with its sensors, delays, limits and sampling. Half of the difference
-    of two runs with opposite sines gives the response; noise is equal in both runs.
+    Without `size` they are the margins of the linear loop, without a craft's orbit if the loop does not move it. With
+    `size` they are measured: a sine is added to the command in the running loop of generated C, with its sensors,
+    delays, limits and sampling. Half of the difference of two runs with opposite sines gives the response; noise is
+    equal in both runs.
 
     Parameters
     ----------
@@ -171,6 +174,8 @@ def margins(
         raise InputError(f"{base.controller.name} commands only at some samples: margins need a command at each sample")
     if base.hold is None:
         raise InputError(f"{base.controller.name} is continuous, so that no sine can be added: leave size out")
+    if not base.options.get("delay") and unstable(loaded, base):
+        raise InputError(f"the linear loop of {base.controller.name} is unstable where {base.scenario.name} ends")
     loops = [_Sweep(loaded, base, run, *pair, frequencies) for pair in _sizes(loaded, size)]
     return tuple(Margin(loop.input, loop.gain(), loop.phase()) for loop in loops if loop.acts)
 
@@ -190,12 +195,41 @@ def _sizes(model: Model, size: object) -> list[tuple[str, float]]:
 
 
 def linear_loop(model: Model, run: Run, sample: int = -1) -> LinearSystem:
-    """Return the linear loop at a sample of a run, the last by default, cut between law and plant."""
+    """Return the linear loop at a sample of a run, the last by default, cut between law and plant, beside its orbit."""
     p, s, c = run.parameters.p, run.parameters.s, run.parameters.c
     z = run.z[sample] if run.controller.memory else None
     held = run.u[sample] if run.controller.memory and run.controller.period else None
     r = model.functions["reference"](run.t[sample], p, s)
-    return ClosedLoop(model.manifest, model.functions, run.controller, run.x[sample], held, p, r, c, z).cut()
+    cut = ClosedLoop(model.manifest, model.functions, run.controller, run.x[sample], held, p, r, c, z).cut()
+    orbits = [name for name, part in model.manifest.parts.items() if part.get("") == "Orbit"]
+    return beside_orbit(cut, [f"{name}_{v}{axis}" for name in orbits for v in ("", "v") for axis in "xyz"])
+
+
+def beside_orbit(cut: LinearSystem, orbit: Sequence[str]) -> LinearSystem:
+    """Return a loop without the states of an orbit that it does not move; else the loop.
+
+    Where an orbit is frozen it has a mode that grows with sqrt(2) times its rate, which is no instability of the loop.
+    It drives the loop from outside if all modes stay where they are once nothing acts on it: forces of the gravity
+    gradient and of the air hardly do. An orbit that the law keeps stays in the loop, as do all modes of other kinds.
+
+    Parameters
+    ----------
+    cut : LinearSystem
+        As `mehvar.runtime.model.linear.ClosedLoop.cut` returns it.
+    orbit : sequence of str
+        Names of the orbit's states.
+    """
+    own = np.isin(cut.states, orbit)
+    if not own.any() or not np.all(np.isfinite(cut.A + cut.B @ cut.C)):
+        return cut
+    rest, A, B = ~own, cut.A.copy(), cut.B.copy()
+    A[np.ix_(own, rest)] = B[own] = 0
+    rate = np.min(np.abs(_exponents(replace(cut, A=A[np.ix_(own, own)], B=B[own], C=cut.C[:, own]))[0]))
+    changes = _changes(cut, replace(cut, A=A, B=B))
+    if changes is None or np.any(changes[1] > _STILL * np.maximum(np.abs(changes[0]), rate)):
+        return cut
+    names = tuple(name for name, kept in zip(cut.states, rest, strict=True) if kept)
+    return replace(cut, A=cut.A[np.ix_(rest, rest)], B=cut.B[rest], C=cut.C[:, rest], states=names)
 
 
 def moving(model: Model, run: Run) -> bool:
@@ -204,15 +238,23 @@ def moving(model: Model, run: Run) -> bool:
     The margins are then those of a moment. They can mislead: a loop may be near instability, or beyond it, at each
     moment of a turn that converges.
     """
-    (before, noise), (last, error) = (_exponents(linear_loop(model, run, k)) for k in (-2, -1))
-    if len(before) != len(last):
+    changes = _changes(*(linear_loop(model, run, k) for k in (-2, -1)))
+    if changes is None:
         return True
-    order = linear_sum_assignment(np.abs(before[:, None] - last))[1]
-    last, noise = last[order], noise + error[order]
-    change = np.maximum(np.abs(last - before) - noise, 0) / (run.t[-1] - run.t[-2])
+    last, change = changes[0], changes[1] / (run.t[-1] - run.t[-2])
     shortest = np.maximum(np.abs(last.real), 1 / run.t[-1])
     acting = np.abs(last) * run.t[-1] > _ACTING
     return bool(np.any(acting & (change > _STILL * np.abs(last) * shortest)))
+
+
+def _changes(old: LinearSystem, new: LinearSystem) -> tuple[NDArray[np.complex128], FloatArray] | None:
+    """Return the exponents of a closed loop's modes and their changes beyond errors; None if their number changes."""
+    (before, noise), (last, error) = map(_exponents, (old, new))
+    if len(before) != len(last):
+        return None
+    order = linear_sum_assignment(np.abs(before[:, None] - last))[1]
+    last, noise = last[order], noise + error[order]
+    return last, np.maximum(np.abs(last - before) - noise, 0)
 
 
 def _exponents(cut: LinearSystem) -> tuple[NDArray[np.complex128], FloatArray]:
@@ -240,6 +282,19 @@ def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
         return ()
     loops = ((name, _Loop(cut, closed, number)) for number, name in enumerate(cut.inputs))
     return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
+
+
+def unstable(model: Model, run: Run) -> bool:
+    """Return True if the linear loop at the end of a run is unstable; False also where there is none.
+
+    A sine drives an unstable loop to another rest, such as the other sign of a quaternion, and would be measured there.
+    """
+    try:
+        cut = linear_loop(model, run)
+    except InputError:  # of delays, skipped samples, or a model without derivatives
+        return False
+    closed = cut.A + cut.B @ cut.C
+    return bool(np.all(np.isfinite(closed))) and _is_unstable(closed, cut.period)
 
 
 def _is_unstable(matrix: NDArray[Any], period: FloatArray | float | None) -> bool:

@@ -18,7 +18,7 @@ from mehvar.base.parts import part_changes
 from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
 from ..geometry import Shape
-from ..quantities import TIME, Group, ModelError, Parameter, Quantity
+from ..quantities import TIME, Group, ModelError, Parameter, Quantity, caller
 from ..system import Actuator, Condition, Controller, System
 from ..tables import check_names
 from .assembly import accelerations, contributions, mount
@@ -71,7 +71,8 @@ class Spacecraft:
         self.motion = motion
         self.chart: Chart = PlaneChart() if motion == "plane" else CHARTS[attitude]()
         self.parts: list[Part] = []
-        self._laws: dict[str, tuple[str, LawText, bool]] = {}
+        self._origin = caller()
+        self._laws: dict[str, tuple[str, LawText, bool, str]] = {}
         self._plant, self._scenario = Parameters(), Parameters()
         self.period = self._plant.add("Ts", period, "s", "period of laws and sensors", "(0, inf)")
         if orbit is not None:
@@ -180,7 +181,7 @@ class Spacecraft:
         """
         if _name("law", name) in self._laws:
             raise ModelError(f"{self.name}: a law named {name!r} exists already; laws need different names")
-        self._laws[name] = title or name, write, sampled
+        self._laws[name] = title or name, write, sampled, caller()
 
     def shapes(self, **values: float) -> tuple[Shape, ...]:
         """Return the shapes of the parts and the centre of mass, with numbers as points; derives no motion.
@@ -308,7 +309,7 @@ class Spacecraft:
             scenarios=tuple(scenarios), metrics=tuple(metrics), projection=self._projection(states),
             geometry=geometry, actuator=actuator, sensor=sensor, random_step=random, events=events, limits=limits,
             parts=self._described(),
-        )  # fmt: skip
+        ).written_at(self._origin)  # fmt: skip
 
     def _refuse_idle(self, used: set[sp.Symbol]) -> None:
         """Refuse a part whose input has no effect, such as a torque about an axis in the plane of motion."""
@@ -377,9 +378,9 @@ class Spacecraft:
         craft.frame.derivation.section("Laws")
         inputs = {part.name: len(part.inputs()) for part in self.parts if part.inputs()}
         laws = []
-        for name, (title, write, sampled) in self._laws.items():
+        for name, (title, write, sampled, origin) in self._laws.items():
             law = Law(name, craft, self.attitude, self.rates, self._plant.quantities)
-            laws.append(law.controller(title, write(law), inputs, sampled))
+            laws.append(law.controller(title, write(law), inputs, sampled).written_at(origin))
         return tuple(laws)
 
     def _components(self, quantities: Iterable[Quantity]) -> sp.Matrix:

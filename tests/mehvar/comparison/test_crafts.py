@@ -136,6 +136,13 @@ def craft():
     subprocess.run(["git", *me, "commit", "-q", "-m", "a table by its absolute path", "craft.py"], check=True)
     mixed = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
     assert f"reads {tmp_path / 'hub.toml'}, which is the file of today" in str(mixed.exception)
+    Path("src").mkdir()
+    subprocess.run(["git", "mv", "spare.py", "src/spare.py"], check=True)
+    Path("craft.py").write_text(text, encoding="utf-8")
+    subprocess.run(["git", *me, "commit", "-q", "-a", "-m", "a module in a folder of its own"], check=True)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "src"))
+    mixed = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
+    assert f"reads {tmp_path / 'src' / 'spare.py'}, which is the file of today" in str(mixed.exception)
 
 
 def test_eigenvalues_are_those_at_a_possible_state():
@@ -196,7 +203,7 @@ def test_wrong_arguments_are_refused():
 AXES = {"wheel1": (1, 0, 0), "wheel2": (0, 1, 0), "wheel3": (0, 0, 1)}
 
 
-def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1, more=(), scenario="turn"):
+def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1, more=(), scenario="turn", gain=0.4):
     """Return a craft with three wheels, a panel if it has a name, a law and a start."""
     craft = Spacecraft("survey", motion="attitude", period=0.1)
     wheels = [Wheel((names or {}).get(n, n), axis=a, inertia=0.1, torque_limit=0.5) for n, a in AXES.items()]
@@ -206,7 +213,7 @@ def three(names=None, order=(0, 1, 2, 3, 4), law="pd", panel="panel", start=0.1,
         craft.add(part)
 
     def feedback(text):
-        kp, kd = text.parameter("kp", 0.4, "N m"), text.parameter("kd", 1.2, "N m s")
+        kp, kd = text.parameter("kp", gain, "N m"), text.parameter("kd", 1.2, "N m s")
         (_, *q), w = text.attitude, text.rates
         return text.torque([-kp * a - kd * b for a, b in zip(q, w, strict=True)], wheels)
 

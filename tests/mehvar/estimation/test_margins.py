@@ -7,12 +7,13 @@ import warnings
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.linalg import expm
 
 import mehvar
 from mehvar import Controller, Group, Parameter, Quantity, System
 from mehvar.base.errors import InputError
-from mehvar.estimation.margins import linear_margins
-from mehvar.parts import Hub, Spacecraft, Torquer
+from mehvar.estimation.margins import beside_orbit, linear_margins
+from mehvar.parts import GravityGradient, Hub, Orbit, Spacecraft, Torquer
 from mehvar.runtime.model.linear import LinearSystem
 
 
@@ -170,9 +171,10 @@ def test_a_running_loop_has_the_margins_of_the_linear_one(turner):
     [
         ({"kd": -1.0}, "the linear loop of feedback is unstable where"),
         (
-            {"kd": -1.0, "size": 1e-3, "frequencies": [1.0, 2.0]},
+            {"kd": -1.0, "delay": 1, "size": 1e-3, "frequencies": [1.0, 2.0]},
             "the loop is unstable, or size too large: with a sine at 1 rad/s",
         ),
+        ({"kp": -0.6, "size": 1e-3, "frequencies": [1.0, 2.0]}, "the linear loop of feedback is unstable where"),
         ({"delay": 1}, "delay = 1: must be 0 for the linear loop; give size"),
         ({"size": 0.0}, "size of turnx = 0.0: must be a number > 0, N m"),
         ({"size": {"x": 1.0}}, "unknown input"),
@@ -209,3 +211,76 @@ def test_margins_at_a_moment_of_a_motion_are_said_to_be_so(turner):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mehvar.margins(turner, "feedback", t_end=60.0, pitch_0=1.0)
+
+
+@pytest.fixture(scope="module")
+def orbiter():
+    """A hub in orbit whose gravity gradient acts on the orbit, too, under a sampled and a continuous law."""
+    craft = Spacecraft("orbiter", orbit=Orbit(), period=TS)
+    craft.add(Hub("hub", mass=40.0, inertia=(INERTIA, 1.2 * INERTIA, 0.8 * INERTIA)))
+    craft.add(Torquer("turn"))
+    craft.add(GravityGradient())
+
+    def feedback(law):
+        kp, kd, (_, *q) = law.parameter("kp", 0.6, "N m"), law.parameter("kd", GAIN, "N m s"), law.attitude
+        return {"turn": tuple(-kp * angle - kd * rate for angle, rate in zip(q, law.rates, strict=True))}
+
+    craft.law("sampled", feedback, "attitude and rates")
+    craft.law("continuous", feedback, "attitude and rates", sampled=False)
+    return mehvar.build(craft)
+
+
+def test_an_orbit_is_no_part_of_the_loop(orbiter):
+    """Its equations have an eigenvalue of sqrt(2) n where they are frozen, for which each loop was called unstable.
+
+    L = K ((w^2 Ts/2 + 1) z + w^2 Ts/2 - 1)/(z - 1)^2, w^2 = kp/(2 kd), is lost at z = -1 and K = 2. Its phase margin:
+    kp/2 = k and kd against J in J s^2. The gradient, 3 n^2 J = 7e-6 N m, beside kp/2 = 0.3 N m, moves both by 1e-5.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sampled = mehvar.margins(orbiter, "sampled", t_end=1.0, dt_out=TS)
+        continuous = mehvar.margins(orbiter, "continuous", t_end=1.0, dt_out=TS)
+    k, d = 0.3, GAIN
+    for one, other, share in zip(sampled, continuous, (1.0, 1.2, 0.8), strict=True):
+        J = share * INERTIA
+        assert one.gain == pytest.approx(2 * J / (d * TS), rel=1e-4)
+        assert other.gain == math.inf
+        square = (d**2 + math.sqrt(d**4 + 4 * J**2 * k**2)) / (2 * J**2)  # of the frequency at which |L| = 1
+        assert other.phase == pytest.approx(math.atan2(d * math.sqrt(square), k), abs=1e-4)
+
+
+def test_an_unstable_loop_in_orbit_is_refused(orbiter):
+    for law in ("sampled", "continuous"):
+        with pytest.raises(InputError, match=f"the linear loop of {law} is unstable"):
+            mehvar.margins(orbiter, law, t_end=1.0, dt_out=TS, kp=-0.1)
+
+
+N = 1e-3
+"""Rate of an orbit, rad/s."""
+
+
+@pytest.mark.parametrize("period", [None, 0.1])
+@pytest.mark.parametrize(("share", "keeps"), [(0.0, False), (1e-6, False), (1.0, True)])
+def test_an_orbit_that_the_loop_moves_is_part_of_it(share, keeps, period):
+    """A body on a spring beside growth of w = sqrt(2) n, under a law that may keep the place, too.
+
+    Two thirds of a command remain at rest: x" = w^2 x - 2 share^2 w^2 x - 2 share^2 w x'.
+    """
+    w = math.sqrt(2) * N
+    A, B = np.zeros((4, 4)), np.array([0, 1, 0, share])
+    A[0, 1] = A[2, 3] = 1.0
+    A[1, :2], A[3, 2] = (-0.02, -0.3), w**2
+    C = np.array([-0.01, -0.15, -3 * share * w**2, -3 * share * w])
+    if period is not None:
+        held = expm(period * np.block([[A, B[:, None]], [np.zeros((1, 5))]]))
+        A, B = held[:4, :4], held[:4, 4]
+    cut = loop(A, B, C, period)
+    kept = beside_orbit(cut, ("x2", "x3"))
+    assert kept.states == (cut.states if keeps else ("x0", "x1"))
+    assert beside_orbit(cut, ()).states == cut.states
+
+
+@pytest.mark.parametrize("period", [None, 0.1])
+def test_growth_that_no_input_reaches_and_that_is_no_orbit_is_unstable(period):
+    A = np.diag([-1.0, 1e-3]) if period is None else np.diag(np.exp([-0.1, 1e-4]))
+    assert linear_margins(loop(A, [1, 0], [-0.1, 0], period)) == ()

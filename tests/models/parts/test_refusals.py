@@ -4,11 +4,13 @@
 import copy
 import math
 import pickle
+import sys
 
 import numpy as np
 import pytest
 import sympy as sp
 
+import mehvar
 from mehvar.base.errors import MehvarError
 from mehvar.models.check import check
 from mehvar.models.parts import (
@@ -297,3 +299,14 @@ def test_an_angle_that_is_locked_is_finite():
 def test_numbers_of_numpy_are_numbers():
     axis = [np.int64(0), np.float32(3.0), np.int64(4)]
     assert assembled(HUB, Wheel("w", axis=axis, inertia=np.float32(0.5))).parameters
+
+
+def test_an_error_in_a_law_names_the_line_that_gives_it():
+    """It named the file of mehvar that makes the law."""
+    craft = Spacecraft("survey", motion="attitude")
+    craft.add(Hub("hub", mass=4.0, inertia=(0.1, 0.12, 0.08)))
+    craft.add(Torquer("turn"))
+    craft.law("wrong", lambda law: {"turn": tuple(rate - 1 for rate in law.rates)})
+    line = sys._getframe().f_lineno - 1
+    with pytest.raises(ModelError, match=rf"test_refusals\.py:{line}: command of law 'wrong', row 1 of 3"):
+        mehvar.build(craft)
