@@ -132,6 +132,7 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         ),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, share=0.5), "t: a bob needs both share and length"),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping needs a bob"),
+        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, rest=(0, 0, True)), "t.rest needs a bob: give share and"),
         (lambda: Tank("t", 1.0, (0, 0, 0), exhaust=1.0), "t: an engine force needs both thrust and exhaust"),
         (lambda: assembled(Engine("e", (1, 0, 0), (2, 0, 0), 1.0)), "e.direction = .*: must not be along"),
         (lambda: assembled(HUB, BODY, Cable("c", between=(BODY, OTHER), **LINE)), "c.between: other is not mounted on"),
