@@ -44,7 +44,7 @@ class Interval:
         ValueError
             If the text is not an interval or is empty.
         """
-        match = _INTERVAL.match(text)
+        match = _INTERVAL.match(str(text))
         if not match:
             raise ValueError(f"bounds {text!r} must be an interval such as '(0, inf)' or '[0, 1]'")
         left, lower, upper, right = match.groups()

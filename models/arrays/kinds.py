@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from mehvar.base.errors import value_text
 from mehvar.base.names import typeset
 
 from ..quantities import Group, ModelError, Parameter, ParameterArray
@@ -108,8 +109,10 @@ def array_of(name: str, numbers: list[Any], form: str, over: Sequence[str], outs
 
 def _shape(numbers: list[Any], where: str) -> tuple[int, ...]:
     rows = [len(row) for row in numbers if isinstance(row, list)]
-    if not numbers or 0 in rows or len(set(rows)) > 1:
-        raise ModelError(f"{where}: default = {numbers}: must be numbers, or rows of numbers of equal length")
+    if not numbers or 0 in rows or len(set(rows)) > 1 or len(rows) not in (0, len(numbers)):
+        raise ModelError(
+            f"{where}: default = {value_text(numbers)}: must be numbers, or rows of numbers of equal length"
+        )
     return (len(numbers), *rows[:1])
 
 

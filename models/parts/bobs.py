@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -14,7 +14,7 @@ from ..derivation import Expr
 from ..quantities import ModelError, Quantity
 from .frame import point_inertia, symbols, triple
 from .part import Aggregates, Contribution, Follower, Load, Motion, Mounted, Part, State
-from .values import Number, Parameters, Vector, place, scalar
+from .values import Number, Parameters, Vector, place, plain, scalar
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,8 @@ class Bob(Part):
     rest: tuple[int, int, int] = (-1, 0, 0)
 
     def __post_init__(self) -> None:
-        if sorted(map(abs, self.rest)) != [0, 0, 1]:
+        rest = plain(self.rest)
+        if not isinstance(rest, Sequence) or any(isinstance(e, bool) for e in rest) or list(rest) not in _AXES:
             raise ModelError(
                 f"{self.name}.rest = {self.rest!r}: must be an axis of the hub with either sign, such as (0, 0, -1)"
             )
@@ -144,6 +145,9 @@ class Bob(Part):
         """Return m l/D."""
         v = at.values
         return at.define("k", v.mass * v.length / self._total(at), "mass times length over inertia", "1/m")
+
+
+_AXES = [[sign * (k == axis) for k in range(3)] for axis in range(3) for sign in (1, -1)]
 
 
 def _turned(rest: tuple[int, int, int], phi: Expr, theta: Expr) -> tuple[Expr, ...]:

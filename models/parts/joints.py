@@ -52,11 +52,10 @@ class Joint(Part):
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)
         if self.motion == "locked":
-            place, result.locked = self._coordinate().place, self.locked
+            place = self._coordinate().place
             assert place is not None
-            if not isinstance(self.locked, sp.Expr):
-                title = f"{place.description}, locked"
-                result.locked = parameters.add(f"{self.name}_locked", self.locked, place.unit, title, "(-inf, inf)")
+            kind = scalar("locked", place.unit, f"{place.description}, locked", "(-inf, inf)")
+            result.locked = parameters.number(kind, f"{self.name}_locked", self.locked, kind.meaning)
         return result
 
     @abstractmethod

@@ -22,7 +22,7 @@ from mehvar.base.units import dimension, has_radians
 
 from ..quantities import ModelError
 from ..tables import place_in, read_toml
-from .values import Kind, Value, kinds
+from .values import Kind, Value, check_numbers, kinds
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,7 @@ def _entry(kind: Kind, row: object, where: str) -> Any:
         raise ModelError(f"{where}: {error}") from error
     if not fits:
         raise ModelError(f"{where}: unit = {unit!r}: must be {kind.unit!r}")
+    check_numbers(kind, default, where)
     along_axis = kind.form == "direction" and isinstance(default, list) and sum(v != 0 for v in default) == 1
     return default if along_axis else _valued(default, entry.source, entry.bounds)
 

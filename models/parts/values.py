@@ -38,7 +38,7 @@ class Value:
     default : float
         In the unit of the field.
     bounds : str
-        Allowed values, as in "(0, inf)"; those of the field when empty.
+        Allowed values, as in "(0, 3]", among those of the field; all of these when empty.
     source : str
         Where the number comes from, such as a data sheet.
     """
@@ -113,7 +113,8 @@ class Complete(ABCMeta):
             raise ModelError(f"{cls.__name__} is not a complete part: it lacks the method {methods[0]}; write it")
         signature = inspect.signature(cls.__init__)  # type: ignore[misc]  # that of this class
         declared = list(signature.parameters.values())[1:]
-        where = given.get("name", next((of for of, p in zip(args, declared, strict=False) if p.name == "name"), None))
+        usual = next((p.default for p in declared if p.name == "name" and p.default is not p.empty), None)
+        where = given.get("name", next((of for of, p in zip(args, declared, strict=False) if p.name == "name"), usual))
         try:
             have = signature.bind_partial(None, *args, **given).arguments
         except TypeError as error:
@@ -122,9 +123,13 @@ class Complete(ABCMeta):
                 raise ModelError(f"{where or cls.__name__}: {error}") from error
             near = suggestion(unknown, signature.parameters)
             raise ModelError(f"{where or cls.__name__}: {unknown!r} is not a field of {cls.__name__}{near}") from error
+        fields = kinds(cls)
+        for name in fields.keys() & have.keys():
+            if not isinstance(have[name], str):  # a part may read a text, such as a date
+                check_numbers(fields[name], have[name], f"{where or cls.__name__}.{name}")
         for p in declared:
             if p.name not in have and p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
-                kind = kinds(cls).get(p.name)
+                kind = fields.get(p.name)
                 what = f": {kind.meaning}{'' if kind.unit == '1' else f', {kind.unit}'}" if kind else ""
                 raise ModelError(f"{where or cls.__name__}.{p.name} is missing; write it into the call{what}")
         return super().__call__(*args, **given)
@@ -144,18 +149,16 @@ class Parameters:
         Raises
         ------
         ModelError
-            If the value is no number or out of bounds.
+            If the value is no number or out of bounds, or its bounds are wider than those of the field.
         """
         given = value if isinstance(value, Value) else Value(value)
         try:
             interval: Interval = Interval.parse(given.bounds or bounds)
         except ValueError as error:
             raise ModelError(f"{name}: {error}") from error
-        if (
-            isinstance(given.default, bool)
-            or not isinstance(given.default, int | float)
-            or given.default not in interval
-        ):
+        if interval.common(field := Interval.parse(bounds)) != interval and given.bounds != bounds:
+            raise ModelError(f"{name}: bounds {interval}: must lie within {field}, {unit} ({meaning})")
+        if isinstance(given.default, sp.Expr) or not _is_finite(given.default) or given.default not in interval:
             raise ModelError(
                 f"{name} = {value_text(given.default)}: must be a number in {interval}, {unit} ({meaning})"
             )
@@ -192,14 +195,13 @@ class Parameters:
     def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
         if value is None:
             return None
-        value = (
-            value.tolist() if hasattr(value, "tolist") and not isinstance(value, sp.Basic | sp.MatrixBase) else value
-        )
+        value = plain(value)
+        check_numbers(kind, value, where)
         if kind.form == "scalar":
             return self.number(kind, name, value, kind.meaning)
         if kind.form == "tensor":
             return self._tensor(kind, name, value, where)
-        entries = _entries(value, where, 3)
+        entries = listed(value, where, 3)
         if kind.form == "direction" and (along := _axis(entries)) is not None:
             return along
         labels = [f"{name}{axis}" for axis in AXES]
@@ -213,6 +215,7 @@ class Parameters:
         if not isinstance(value, sp.Expr):
             return self.add(name, value, kind.unit, meaning, kind.bounds)
         if value.is_number:
+            check_numbers(kind, value, name)
             Parameters().add(name, float(value), kind.unit, meaning, kind.bounds)
         elif (shared := self.quantities.get(str(value))) and shared.symbol == value:
             self._narrow(shared, kind, f"{name} ({meaning})")
@@ -241,7 +244,7 @@ class Parameters:
         if not isinstance(value, Sequence) or isinstance(value, str):
             raise ModelError(f"{where} = {value_text(value)}: must be three moments, or three rows")
         if all(isinstance(entry, Sequence) for entry in value):
-            given = [_entries(row, where, 3) for row in _entries(value, where, 3)]
+            given = [listed(row, where, 3) for row in listed(value, where, 3)]
             for i in range(3):
                 for j in range(i + 1):
                     if given[i][j] != given[j][i]:
@@ -251,7 +254,7 @@ class Parameters:
                     label = f"{name}{AXES[j]}{AXES[i]}"
                     rows[i, j] = rows[j, i] = self._bounded(kind, label, given[i][j], i == j)
         else:
-            for k, entry in enumerate(_entries(value, where, 3)):
+            for k, entry in enumerate(listed(value, where, 3)):
                 rows[k, k] = self._bounded(kind, f"{name}{AXES[k] * 2}", entry, True)
         return rows
 
@@ -261,10 +264,54 @@ class Parameters:
         return self._entry(dataclasses.replace(kind, bounds=bounds), name, value, name[-2:])
 
 
-def _entries(value: Any, where: str, count: int) -> Sequence[Any]:
+def listed(value: Any, where: str, count: int) -> Sequence[Any]:
+    """Return a number of entries as a list; refuse any other number of them."""
     if isinstance(value, str) or not isinstance(value, Sequence | sp.MatrixBase) or len(value) != count:
         raise ModelError(f"{where} = {value_text(value)}: must be {count} numbers")
-    return list(value)
+    return [plain(entry) for entry in value]
+
+
+def plain(value: Any) -> Any:
+    """Return an array or a number of NumPy as Python's, and any other value unchanged."""
+    return value.tolist() if hasattr(value, "tolist") and not isinstance(value, sp.Basic | sp.MatrixBase) else value
+
+
+def check_numbers(kind: Kind, value: Any, where: str) -> None:
+    """Refuse a field with an entry that is not a finite number, such as nan, inf, a truth value or a text.
+
+    Raises
+    ------
+    ModelError
+        With the field, its value and what is allowed.
+    """
+    given = plain(value)
+    if value is None or all(map(_is_finite, _leaves(given, _DEPTHS.get(kind.form, 1)))):
+        return
+    what = "a number" if kind.form == "scalar" else "numbers"
+    allowed = f"must be {what} in {kind.bounds}, {kind.unit} ({kind.meaning})"
+    raise ModelError(f"{where} = {value_text(given)}: {allowed}")
+
+
+_DEPTHS = {"scalar": 0, "tensor": 2}
+
+
+def _leaves(value: Any, depth: int) -> Iterator[Any]:
+    """Yield a number, the entries of a vector, or those of its rows."""
+    if depth and isinstance(value, Sequence | sp.MatrixBase) and not isinstance(value, str):
+        for entry in value:
+            yield from _leaves(plain(entry), depth - 1)
+    else:
+        yield value.default if isinstance(value, Value) else value
+
+
+def _is_finite(number: object) -> bool:
+    """Return True for a finite number, and for an expression in parameters."""
+    if isinstance(number, bool) or not isinstance(number, int | float | sp.Expr):
+        return False
+    try:
+        return (isinstance(number, sp.Expr) and not number.is_number) or math.isfinite(float(number))
+    except (TypeError, OverflowError):  # a complex number, or an integer of 400 digits
+        return False
 
 
 def _axis(entries: Sequence[Any]) -> sp.Matrix | None:

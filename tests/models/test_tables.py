@@ -60,7 +60,11 @@ def test_a_good_table_is_read_in_order(tmp_path):
         (("default = 2", "defalt = 2"), r"plant.mass.defalt is not known \(did you mean 'default'\?\)"),
         *(
             (("default = 2", f"default = {value}"), "must be a number, a formula or a list of numbers")
-            for value in ("true", "1979-05-27", "[true]", "{ a = 1 }")
+            for value in ("true", "1979-05-27", "[true]", "{ a = 1 }", "1" * 400, f"[{'1' * 400}]")
+        ),
+        *(
+            (("default = 2", f"default = {value}"), "must be numbers, or rows of numbers of equal length")
+            for value in ("[1.0, [2.0]]", "[[1.0], 2.0]", "[[1.0], [2.0, 3.0]]")
         ),
         (('bounds = "(0, inf)"', 'bounds = "0..1"'), "bounds '0..1' must be an interval"),
         (('bounds = "(0, inf)"', 'bounds = "(1, 0)"'), "are an empty interval"),

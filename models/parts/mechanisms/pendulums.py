@@ -55,7 +55,7 @@ class Pendulum(Part):
     inertia: Annotated[Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)")] = None
 
     def __post_init__(self) -> None:
-        if self.angles not in (1, 2):
+        if isinstance(self.angles, bool) or self.angles not in (1, 2):
             raise ModelError(f"{self.name}.angles = {self.angles!r}: must be 1 or 2; a Bob has a ball joint")
 
     def values(self, parameters: Parameters) -> SimpleNamespace:

@@ -16,7 +16,7 @@ from ...system import Condition
 from ..bobs import Bob
 from ..frame import ZERO, point_inertia
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State
-from ..values import Number, Parameters, Value, Vector, direction, place, scalar
+from ..values import Number, Parameters, Value, Vector, direction, place, plain, scalar
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,8 @@ class Tank(Part):
             raise ModelError(f"{self.name}: a bob needs both share and length; give both, or neither")
         if self.share is None and self.damping is not None:
             raise ModelError(f"{self.name}.damping needs a bob: give share and length")
+        if self.share is None and plain(self.rest) not in ((-1, 0, 0), [-1, 0, 0]):
+            raise ModelError(f"{self.name}.rest needs a bob: give share and length")
         self._bob  # its own checks  # noqa: B018
 
     @property

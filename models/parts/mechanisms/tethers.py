@@ -16,7 +16,7 @@ from ...mechanics import quaternion_product, quaternion_rates, quaternion_rotati
 from ...quantities import ModelError, Quantity
 from ..frame import AXES, point_inertia, quaternion, symbols, triple
 from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
-from ..values import Number, Parameters, Tensor, Vector, place, scalar, tensor
+from ..values import Number, Parameters, Tensor, Vector, listed, place, scalar, tensor
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,10 @@ class Rod(_Elastic):
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         places, turn, velocity, rate = self._quantities()
-        first = [start(q, scenario, default) for q, default in zip(places, self.start, strict=True)]
+        first = [
+            start(q, scenario, default)
+            for q, default in zip(places, listed(self.start, f"{self.name}.start", 3), strict=True)
+        ]
         upright = [State(q, sp.Integer(int(k == 0))) for k, q in enumerate(turn)]
         return (*first, *upright, *(start(q, scenario) for q in (*velocity, *rate)))
 

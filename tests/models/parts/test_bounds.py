@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bounds of fields whose numbers are shared or expressions, and rotors that are bodies."""
 
+import re
+
 import pytest
 import sympy as sp
 
@@ -21,6 +23,7 @@ from mehvar.models.parts import (
     SprungMass,
     Tether,
     UnbalancedWheel,
+    Value,
     Wheel,
 )
 from mehvar.models.quantities import ModelError
@@ -144,3 +147,14 @@ def test_a_rotor_is_a_body_at_later_values_too():
     assert least(u_Js=0.19, u_Ud=0.02) > 0
     assert least(u_Js=0.21) < 0
     assert least(u_Js=0.19, u_Ud=0.05) < 0
+
+
+@pytest.mark.parametrize("bounds", ["(-1, 1)", "[0, 1]", "(0, inf]", "(-inf, inf)"])
+def test_bounds_of_a_value_are_within_those_of_its_field(bounds):
+    words = (
+        rf"a_Js: bounds {re.escape(bounds)}: must lie within \(0, inf\), kg m\^2 \(moment of inertia about the axis\)"
+    )
+    with pytest.raises(ModelError, match=words):
+        craft_of(Wheel("a", axis=X, inertia=Value(0.1, bounds=bounds)))
+    craft = craft_of(Wheel("a", axis=X, inertia=Value(0.1, bounds="(0, 1]")))
+    assert str(next(q for q in craft.system().parameters if q.name == "a_Js").bounds) == "(0, 1]"

@@ -2,9 +2,11 @@
 """Wrong assemblies are refused in the words of parts."""
 
 import copy
+import math
 import pickle
 import sys
 
+import numpy as np
 import pytest
 import sympy as sp
 
@@ -30,6 +32,7 @@ from mehvar.models.parts import (
     Pendulum,
     Slider,
     Spacecraft,
+    SprungMass,
     Tank,
     Tether,
     Thruster,
@@ -85,10 +88,15 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         (lambda: assembled(Hub("hub", mass=1.0, inertia=((1, 2, 0), (0, 1, 0), (0, 0, 1)))), "must be symmetric"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL, centre=(0, 1))), "hub.centre = .*: must be 3 numbers"),
         (lambda: assembled(Hub("hub", mass=Value(1.0, bounds="3..5"), inertia=BALL)), "hub_m: bounds '3..5'"),
+        (lambda: assembled(Hub("hub", mass=Value(1.0, bounds=3), inertia=BALL)), "hub_m: bounds 3 must be an interval"),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=BALL), Hub("hub", mass=1.0, inertia=BALL)), "mounted already"),
         (lambda: assembled(Hub("my hub", mass=1.0, inertia=BALL)), "name = 'my hub': must be letters"),
         (lambda: assembled("hub"), "'hub' is not a part"),
         (lambda: assembled(Thruster("jet", direction=(0, 0, 0))), "jet.direction: must not be zero"),
+        *(
+            (lambda rest=rest: Bob("b", mass=1.0, length=1.0, rest=rest), r"b.rest = .*: must be an axis of the hub")
+            for rest in ((0, 0, True), (0, 0, 1j), (0, 0, "1"), (0, 0, sp.nan), (0, 0, math.inf), 1.0, "z")
+        ),
         (lambda: Bob("tank", mass=1.0, length=1.0, rest=(0, 0, -2)), r"tank.rest = \(0, 0, -2\): must be an axis"),
         (
             lambda: Hinge("h", 1.0, BALL, axis=(1, 0, 0), motion="free-wheeling"),
@@ -105,6 +113,16 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         (lambda: Modes("boom"), "boom.modes: must have at least one mode"),
         (lambda: flexible((2.5, 2.5, 0)), "linear participations of left, right exceed hub, which includes the modes"),
         (lambda: flexible((0, 0, 0), (0, 0, 0.8)), "angular participations of left, right exceed hub"),
+        (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=([1, [2]], 0, 0)), "p.rest = .*: must be numbers in"),
+        (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(0, 0, 1), angles=True), "p.angles = True: must be 1"),
+        (
+            lambda: assembled(HUB, Tether("t", mass=1.0, inertia=BALL, start=1.0, **LINE)),
+            "t.start = 1.0: must be 3 numbers",
+        ),
+        (
+            lambda: assembled(HUB, Tether("t", mass=1.0, inertia=BALL, start=(0, 0, math.nan), **LINE)),
+            "t_z_0 = nan: must be a number",
+        ),
         (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(0, 0, 1), angles=3), "p.angles = 3: must be 1 or 2"),
         (lambda: assembled(Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(2, 0, 0))), "p.rest = .*: must not be along"),
         (lambda: assembled(ControlMomentGyro("g", (1, 0, 0), (1, 0, 0), 1.0, 1.0)), "g.spin = .*: must not be along"),
@@ -114,6 +132,7 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         ),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, share=0.5), "t: a bob needs both share and length"),
         (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, damping=0.5), "t.damping needs a bob"),
+        (lambda: Tank("t", 1.0, (0, 0, 0), (1, 0, 0), 1.0, rest=(0, 0, True)), "t.rest needs a bob: give share and"),
         (lambda: Tank("t", 1.0, (0, 0, 0), exhaust=1.0), "t: an engine force needs both thrust and exhaust"),
         (lambda: assembled(Engine("e", (1, 0, 0), (2, 0, 0), 1.0)), "e.direction = .*: must not be along"),
         (lambda: assembled(HUB, BODY, Cable("c", between=(BODY, OTHER), **LINE)), "c.between: other is not mounted on"),
@@ -232,6 +251,55 @@ def test_a_part_that_lacks_a_method_is_refused_when_it_is_made(base, arguments, 
 
     with pytest.raises(ModelError, match=f"Own is not a complete part: it lacks the method {method}; write it"):
         Own("own", *arguments)
+
+
+NO_NUMBERS = [
+    math.nan,
+    math.inf,
+    -math.inf,
+    True,
+    False,
+    "1",
+    1j,
+    10**400,
+    sp.nan,
+    sp.oo,
+    sp.I,
+    Value(math.nan),
+    np.bool_(1),
+]
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda x: Wheel("p", axis=(0, x, 0), inertia=1.0), "p.axis"),
+        (lambda x: Wheel("p", axis=(0, x, 1), inertia=1.0), "p.axis"),
+        (lambda x: assembled(HUB, Wheel("p", axis=(0, 0, 1), inertia=x)), "p.inertia"),
+        (lambda x: Hinge("p", 1.0, BALL, axis=(x, 0, 0)), "p.axis"),
+        (lambda x: Slider("p", 1.0, (1.0, 1.0, x), axis=(1, 0, 0)), "p.inertia"),
+        (lambda x: SprungMass("p", mass=1.0, axis=(x, 0, 0), stiffness=1.0), "p.axis"),
+        (lambda x: Thruster("p", direction=(0, 0, x)), "p.direction"),
+        (lambda x: ControlMomentGyro("p", (1, 0, 0), (0, x, 0), 1.0, 1.0), "p.spin"),
+        (lambda x: Hub("p", 1.0, ((1, 0, x), (0, 1, 0), (x, 0, 1))), "p.inertia"),
+        (lambda x: Mode(1.0, 0.0, (0, 0, x), (0, 0, 0)), "Mode.linear"),
+    ],
+)
+def test_a_field_is_refused_with_its_name_if_an_entry_is_not_a_finite_number(make, field):
+    for number in NO_NUMBERS:
+        with pytest.raises(ModelError, match=rf"{field} = .*: must be (a number|numbers) in .*inf\), .+ \(.+\)"):
+            make(number)
+
+
+def test_an_angle_that_is_locked_is_finite():
+    for number in (math.nan, True, sp.nan):
+        with pytest.raises(ModelError, match=r"h_locked = .*: must be a number in \(-inf, inf\), rad"):
+            assembled(HUB, Hinge("h", 1.0, BALL, axis=(1, 0, 0), motion="locked", locked=number))
+
+
+def test_numbers_of_numpy_are_numbers():
+    axis = [np.int64(0), np.float32(3.0), np.int64(4)]
+    assert assembled(HUB, Wheel("w", axis=axis, inertia=np.float32(0.5))).parameters
 
 
 def test_an_error_in_a_law_names_the_line_that_gives_it():

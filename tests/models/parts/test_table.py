@@ -84,3 +84,19 @@ def test_a_number_is_given_once(tmp_path):
         Hub.read("hub", written(tmp_path, HUB), mass=3.0)
     with pytest.raises(MehvarError, match=r"cannot read .*absent.toml"):
         Hub.read("hub", tmp_path / "absent.toml")
+
+
+@pytest.mark.parametrize(
+    "default", ['[0, "1", 0]', "[0, true, 0]", "[0, nan, 0]", "[1, inf, 0]", "[0, 0, false]", "1" * 400]
+)
+def test_a_table_with_an_entry_that_is_not_a_finite_number_is_refused_by_line(default, tmp_path):
+    text = f"""inertia = {{ unit = "kg m^2", default = 0.1, source = "assumption: any" }}
+axis = {{ unit = "1", default = {default}, source = "assumption: any" }}"""
+    with pytest.raises(MehvarError, match=r"part.toml:2: axis = .*: must be numbers in \(-inf, inf\), 1 \(axis\)"):
+        Wheel.read("wheel", written(tmp_path, text))
+
+
+def test_bounds_of_a_table_are_within_those_of_the_field(tmp_path):
+    hub = Hub.read("hub", written(tmp_path, HUB.replace("(100, 150)", "(-1, 150)")))
+    with pytest.raises(MehvarError, match=r"hub_m: bounds \(-1, 150\): must lie within \(0, inf\), kg \(mass\)"):
+        parameters(hub)
