@@ -336,3 +336,10 @@ def test_states_of_one_side_are_named():
     assert f"runs not compared: {why} spare_torque" in text
     assert text.count("is the inertia of no body") == 1
     assert "constraint: flap.inertia, with flap_Jxx, flap_Jyy, flap_Jzz, is the inertia of no body" in text
+
+
+def test_a_loop_that_became_unstable_is_said_to_be_so():
+    """Its margins were "not defined", and no state of a craft at rest moved."""
+    text = str(mehvar.diff(*(three(panel="", start=0.0, gain=gain) for gain in (0.4, -0.4))))
+    assert re.search(r"gain margin \S+ \(factor\), phase margin \S+ deg -> the loop is unstable", text)
+    assert "the loop became unstable; eigenvalues under pd at" in text
