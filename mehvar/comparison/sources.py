@@ -19,6 +19,7 @@ from mehvar.base.schema import SchemaError, parse
 from mehvar.base.versions import installed
 from mehvar.codegen.equations import SCHEMA
 from mehvar.codegen.generate import Tree, check, find_tree, inputs, installed_tree, outdated
+from mehvar.codegen.watch import is_ours
 from mehvar.runtime.model.derived import last_line, run_python
 from mehvar.runtime.model.generated import check_unedited
 from mehvar.terminal import progress
@@ -192,8 +193,11 @@ class Sources:
 
 
 def _refuse_files_of_today(revision: Revision, label: str, read: Iterable[str]) -> None:
-    """Refuse a derivation of a revision that read a file of the working tree, by its absolute path."""
-    if mixed := revision.of_today(read):
+    """Refuse a derivation of a revision that read a file of the working tree, by its absolute path.
+
+    Files of mehvar do not count: in its own repository, today's mehvar derives every version.
+    """
+    if mixed := revision.of_today(file for file in read if not is_ours(Path(file))):
         raise InputError(
             f"{label} reads {mixed}, which is the file of today: give paths, also those of PYTHONPATH, relative to the "
             "file that reads it or to the folder of the command, so that the revision's own file is read"

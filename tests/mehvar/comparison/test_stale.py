@@ -2,8 +2,13 @@
 """Generated folders that are not of the sources beside them: named, and derived anew or refused; never "the same"."""
 
 import shutil
+from types import SimpleNamespace
 
 import pytest
+
+from mehvar.base.errors import InputError
+from mehvar.codegen.watch import OURS
+from mehvar.comparison.sources import _refuse_files_of_today
 
 SIGN = ("-p.k * x - p.d * v", "-p.k * x + p.d * v")
 
@@ -98,3 +103,11 @@ def test_a_generated_folder_alone_is_taken_as_it_is(project, tmp_path):
     shutil.copytree(project.root / "generated" / "cart", tmp_path / "cart")
     project.edit(*SIGN)
     assert project.json("HEAD", str(tmp_path / "cart"), status=0)["notes"] == []
+
+
+def test_mehvars_own_files_are_no_files_of_today():
+    """In a repository that holds mehvar, today's mehvar derives every version, and reads its templates."""
+    revision = SimpleNamespace(of_today=lambda files: next(iter(files), ""))
+    _refuse_files_of_today(revision, "HEAD:craft.py", [str(OURS / "codegen" / "code" / "templates" / "model.c.j2")])
+    with pytest.raises(InputError, match=r"HEAD:craft.py reads /project/hub.toml, which is the file of today"):
+        _refuse_files_of_today(revision, "HEAD:craft.py", ["/project/hub.toml"])
