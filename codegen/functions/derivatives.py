@@ -176,15 +176,9 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
         part,
         function.name,
         elements={**function.elements, **_changes(function, by)},
-        families={**function.families, **_families_of_changes(function, by)},
+        families={**function.families, **{f"along_{name}": function.families.get(name, ()) for name in by}},
         derivation=function.derivation,
     )
-
-
-def _families_of_changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[tuple[str, int], ...]]:
-    """Return the families of a direction's elements, which are those of its arguments."""
-    tags = ((name, function.families.get(name, ())) for name in names)
-    return {f"along_{name}": tuple((family and f"along_{family}", k) for family, k in own) for name, own in tags}
 
 
 def _changes(function: FunctionGraph, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
