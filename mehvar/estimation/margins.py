@@ -151,6 +151,9 @@ def margins(
     base = simulate(loaded, controller, scenario, **run)
     if base.status is not Status.DONE:
         raise InputError(f"{base.controller.name} has no margins where {base.scenario.name} ends: {base.reason}")
+    if tanks := draining(loaded, base):
+        text = f"the margins are those of a moment: where {base.scenario.name} ends, fuel leaves {', '.join(tanks)}"
+        warnings.warn(text, stacklevel=2)
     if size is None:
         if frequencies is not None:
             raise bad_value("frequencies", frequencies, "left out without size: only measured margins need them")
@@ -245,6 +248,13 @@ def beside_orbit(cut: LinearSystem, orbit: Sequence[str]) -> LinearSystem:
         return cut
     names = tuple(name for name, kept in zip(cut.states, rest, strict=True) if kept)
     return replace(cut, A=cut.A[np.ix_(rest, rest)], B=cut.B[rest], C=cut.C[:, rest], states=names)
+
+
+def draining(model: Model, run: Run) -> list[str]:
+    """Return the tanks that fuel leaves where a run ends; the loop changes with their mass."""
+    states = [q.name for q in model.manifest.states]
+    tanks = (name for name, part in model.manifest.parts.items() if part.get("") == "Tank")
+    return [name for name in tanks if np.ptp(run.x[-2:, states.index(f"{name}_fuel")])]
 
 
 def orbit_modes(model: Model, run: Run) -> float:

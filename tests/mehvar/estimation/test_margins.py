@@ -14,7 +14,7 @@ from mehvar import Controller, Group, Parameter, Quantity, System
 from mehvar.base.errors import InputError
 from mehvar.estimation.margins import beside_orbit, linear_margins
 from mehvar.mechanics import quaternion_rotation
-from mehvar.parts import GravityGradient, Gyro, Hub, Orbit, Spacecraft, StarTracker, Torquer, Wheel
+from mehvar.parts import GravityGradient, Gyro, Hub, Orbit, Spacecraft, StarTracker, Tank, Torquer, Wheel
 from mehvar.runtime.model.linear import LinearSystem
 
 
@@ -212,6 +212,25 @@ def test_margins_at_a_moment_of_a_motion_are_said_to_be_so(turner):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mehvar.margins(turner, "feedback", t_end=60.0, pitch_0=1.0)
+
+
+def test_margins_of_a_craft_whose_tank_drains_are_said_to_be_those_of_a_moment():
+    craft = Spacecraft("stage", motion="free", period=TS)
+    craft.add(Hub("hub", mass=40.0, inertia=(INERTIA, INERTIA, INERTIA)))
+    craft.add(Torquer("turn"))
+    craft.add(Tank("tank", mass=4.0, nozzle=(-0.5, 0, 0), at=(0.2, 0, 0)))
+
+    def feedback(law):
+        w, kd = law.parameter("w", 0.01, "kg/s", bounds="[0, inf)"), law.parameter("kd", GAIN, "N m s")
+        return {"tank": w, "turn": tuple(-kd * rate for rate in law.rates)}
+
+    craft.law("feedback", feedback)
+    model = mehvar.build(craft)
+    with pytest.warns(UserWarning, match="those of a moment: where default ends, fuel leaves tank"):
+        mehvar.margins(model, "feedback", t_end=1.0, dt_out=TS)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mehvar.margins(model, "feedback", t_end=1.0, dt_out=TS, w=0.0)
 
 
 @pytest.fixture(scope="module")
