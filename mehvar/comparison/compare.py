@@ -230,7 +230,9 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
 
 def _cached(old: Path, new: Path) -> ModelDiff:
     """Compare two folders, or return a cached comparison of the same files by this version."""
-    engine = sorted((*_CODEGEN.rglob("*.py"), *Path(__file__).parent.glob("*.py")))
+    engine = sorted(
+        (*_CODEGEN.rglob("*.py"), *(p for of in (__file__, cache.__file__) for p in Path(of).parent.glob("*.py")))
+    )
     texts = [
         path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _READ))
     ]
