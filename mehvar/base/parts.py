@@ -12,6 +12,8 @@ Parts = Mapping[str, Mapping[str, str]]
 """Fields of each part as texts, by its name; the field "" is its class, and the part "" the whole assembly."""
 
 
+_PLAIN = re.compile(r"None|\d{4}-\d\d-\d\d .*")
+"""A field's text without a unit: nothing, or a date."""
 _QUOTED = re.compile(r"(?<=')\w+(?=')")
 """A name of a part inside of another's field, such as the wheel of a tachometer."""
 
@@ -72,6 +74,7 @@ def part_changes(old: Parts, new: Parts, unit_of: Callable[[str, str], str]) -> 
             for field in {**before, **part}:
                 a, b = (side.get(field, "none") for side in (before, part))
                 unit = unit_of(part[""], field) if name else ""
-                sides = (text if text == "None" else f"{text} {unit}".strip() for text in map(shortened, (a, b)))
+                texts = map(shortened, (a, b))
+                sides = (text if _PLAIN.fullmatch(text) else f"{text} {unit}".strip() for text in texts)
                 lines += [f"{head}{field}{separator} {' -> '.join(sides)}"] * (a != b)
     return tuple(lines)

@@ -39,6 +39,11 @@ class Revision:
         short = self.commit[:7]
         return short if self.commit.startswith(self.name) else f"{self.name} ({short})"
 
+    @property
+    def top(self) -> Path:
+        """Folder of the repository."""
+        return Path(_git(self.root, "rev-parse", "--show-toplevel").decode().removesuffix("\n"))
+
     def models(self) -> tuple[str, ...]:
         """Names of the models that the revision has, as sources or generated files."""
         folders = _git(self.root, "ls-tree", "-d", "--name-only", self.commit, "generated/", "models/")
@@ -48,9 +53,8 @@ class Revision:
 
     def of_today(self, files: Iterable[str]) -> str:
         """Return the first of some files, given by absolute paths, that the revision has and the working tree holds."""
-        top = Path(_git(self.root, "rev-parse", "--show-toplevel").decode().strip())
         own = _git(self.root, "ls-tree", "-r", "--full-tree", "--name-only", "-z", self.commit).decode().split("\0")
-        paths = {str(top / name) for name in own}
+        paths = {str(self.top / name) for name in own}
         return next((file for file in files if file in paths), "")
 
     def extract(self, paths: Sequence[str], folder: Path) -> None:

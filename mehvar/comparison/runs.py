@@ -23,7 +23,7 @@ from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
-from ..estimation.margins import Margin, linear_loop, linear_margins, moving, unstable
+from ..estimation.margins import Margin, draining, linear_loop, linear_margins, moving, orbit_modes, unstable
 from .spectra import differentiable
 
 if TYPE_CHECKING:
@@ -217,9 +217,8 @@ def runs(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Runs, Overlay 
         except InputError:  # a copied folder without derivatives of its laws: the note on loops says so
             continue
         if _differ(*edges):
-            still = not any(
-                moving(model, run) for model, run, own in ((before, first, edges[0]), (after, second, edges[1])) if own
-            )
+            sides = ((before, first, edges[0]), (after, second, edges[1]))
+            still = not any(draining(model, run) or moving(model, run) for model, run, own in sides if own)
             moved.append(MarginChange(law, scenario, *edges, still))
     groups = (tuple(changed), tuple(same), tuple(moved), tuple(refused))
     return Runs(*groups, note, rest, _zero(done, names), tuple(resting)), overlay
@@ -348,7 +347,7 @@ def _margins(model: Model, run: Run, names: Mapping[str, str]) -> tuple[Margin, 
         return ()
     try:
         cut = linear_loop(model, run)
-        margins = linear_margins(cut)
+        margins = linear_margins(cut, orbit_modes(model, run))
         if not margins and unstable(model, run):
             acting = (name for k, name in enumerate(cut.inputs) if np.any(cut.B[:, k]) and np.any(cut.C[k]))
             margins = tuple(Margin(name, math.nan, math.nan) for name in acting)

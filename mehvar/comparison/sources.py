@@ -8,7 +8,7 @@ import json
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from mehvar.base import cache
@@ -128,19 +128,26 @@ class Sources:
         )
 
     def _of_file(self, text: str) -> Version:
-        """Return the system of a Python file, or of a file of a revision, as in HEAD~1:craft.py."""
-        path, top, label, revision = Path(text), Path.cwd(), text, None
+        """Return the system of a Python file, or of a file of a revision, as in HEAD~1:craft.py.
+
+        The path starts at the folder of the command, as that of today's file, or, as git has it, at the repository's.
+        """
+        path, here, label, revision = Path(text), Path.cwd(), text, None
         if not path.is_file():
             name, _, file = text.partition(":")
-            revision = find_revision(top, name) if file else None
-            path = Path(file)
-            if revision is not None:
-                top, label = self.scratch / revision.commit, f"{revision.label}:{file}"
-                revision.extract(["."], top)  # the file may read any other
-            if revision is None or not (top / path).is_file():
+            revision = find_revision(here, name) if file else None
+            if revision is None:
                 raise InputError(f"{text!r} is no Python file: give one, or one of a git revision, as in HEAD:craft.py")
+            top, whole, label = revision.top, self.scratch / revision.commit, f"{revision.label}:{file}"
+            replace(revision, root=top).extract(["."], whole)  # the file may read any other
+            here = whole / here.relative_to(top)
+            here.mkdir(parents=True, exist_ok=True)  # of which the revision may have no file
+            path = next((folder / file for folder in (here, whole) if (folder / file).is_file()), Path())
+            if not path.name:
+                raise InputError(f"{text!r} is no Python file: {name} has it neither in {Path.cwd()} nor in {top}")
+            path = Path(os.path.relpath(path, here))
         with progress(f"deriving {label}"):
-            built, read = _built(path, top, label)
+            built, read = _built(path, here, label)
         if revision is not None:
             _refuse_files_of_today(revision, label, read)
         return self._of_folders({_model_of(built): built}, label, single=True)

@@ -32,6 +32,8 @@ from .spectra import Loop
 
 _ZERO = 1e-9
 """Bound on rounding errors, of a rate at an equilibrium and of the smaller part of an eigenvalue."""
+_DIGITS, _EVERY = 4, 17
+"""Digits of an eigenvalue, and those of a double."""
 _CONDITIONS = ("constraint", "limit", "warning")
 """Kinds of rows whose name is a message."""
 _PLACE = re.compile(r"(?:\b(\w+) = )?\{(\w*)(?::[^{}]*)?\}")
@@ -329,13 +331,13 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
         yield f"the plant without a law: {equal}"
     if follows.eigenvalues:
         yield f"eigenvalues at {point(follows)}:"
-        yield from _first(f"  {number(old)} -> {number(new)}  1/s" for old, new in follows.eigenvalues)
+        yield from _first(f"  {moved(*pair)}  1/s" for pair in follows.eigenvalues)
     elif follows.samples:
         yield f"eigenvalues at {point(follows)}: the same"
     for loop in follows.loops[:_RUNS]:
         lost = "the loop became unstable; " if loop.lost else ""
         yield f"{lost}eigenvalues under {loop.law} at {_places(loop.point, loop.new_point)}:"
-        yield from _first(f"  {number(old)} -> {number(new)}  {unit(loop)}" for old, new in loop.eigenvalues)
+        yield from _first(f"  {moved(*pair)}  {unit(loop)}" for pair in loop.eigenvalues)
     if more := follows.loops[_RUNS:]:
         yield f"eigenvalues under {len(more)} more laws differ: {', '.join(loop.law for loop in more)}"
     operations = sorted(follows.operations, key=lambda row: -abs(row[2] - row[1]))
@@ -430,8 +432,8 @@ def listed_metrics(run: RunChange) -> list[MetricChange]:
 
 
 def relative(metric: MetricChange) -> str:
-    """Return the change of a metric relative to its old value, or an empty text if that is undefined."""
-    part = (metric.new - metric.old) / abs(metric.old) if metric.old else math.inf
+    """Return the change of a metric relative to its old value; empty if one of both is zero, or not a number."""
+    part = (metric.new - metric.old) / abs(metric.old) if metric.old and metric.new else math.inf
     return f"  ({100 * part:+.3g} %)" if math.isfinite(part) else ""
 
 
@@ -476,9 +478,15 @@ def place(values: Sequence[tuple[str, float]]) -> str:
     return f"{where}, the rest 0" if where else "zero"
 
 
-def number(value: complex) -> str:
-    """Return an eigenvalue as text with four digits, together with its conjugate if it has one."""
-    size = _ZERO * abs(value)
-    real = f"{value.real:.4g}" if abs(value.real) > size else ""
-    imaginary = f"± {abs(value.imag):.4g}i" if abs(value.imag) > size else ""
+def moved(old: complex, new: complex) -> str:
+    """Return the change of an eigenvalue as text, with as many digits as it shows in."""
+    pairs = [(number(old, digits), number(new, digits)) for digits in range(_DIGITS, _EVERY + 1)]
+    return " -> ".join(next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1]))
+
+
+def number(value: complex, digits: int = _DIGITS) -> str:
+    """Return an eigenvalue as text, together with its conjugate if it has one."""
+    size = min(_ZERO, 10.0**-digits) * abs(value)
+    real = f"{value.real:.{digits}g}" if abs(value.real) > size else ""
+    imaginary = f"± {abs(value.imag):.{digits}g}i" if abs(value.imag) > size else ""
     return f"{real} {imaginary}".strip() or "0"

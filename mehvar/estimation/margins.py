@@ -51,6 +51,10 @@ _STILL, _ACTING, _TURNING = 0.1, 1e-3, 0.1
 """Largest relative change of a mode, in its time, of a loop that is still; margins are judged by factors of two. Least
 angle of a mode in a run, and of one without damping: slower ones are integrators, coupled by noise or by what the
 motion left, such as the spare direction of a quaternion at a small rate."""
+_FASTEST = 2
+"""Rate of the fastest mode of an orbit and of the attitude in its gravity gradient, by the rate of the orbit: of roll.
+Where the craft goes round, the linear loop of a moment has errors of this size. Source: Hughes, Spacecraft Attitude
+Dynamics, Wiley 1986, section 9.3."""
 _LARGEST = 1e3
 """Largest gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
 _PER_DECADE, _SWEPT = 10, 3
@@ -147,6 +151,9 @@ def margins(
     base = simulate(loaded, controller, scenario, **run)
     if base.status is not Status.DONE:
         raise InputError(f"{base.controller.name} has no margins where {base.scenario.name} ends: {base.reason}")
+    if tanks := draining(loaded, base):
+        text = f"the margins are those of a moment: where {base.scenario.name} ends, fuel leaves {', '.join(tanks)}"
+        warnings.warn(text, stacklevel=2)
     if size is None:
         if frequencies is not None:
             raise bad_value("frequencies", frequencies, "left out without size: only measured margins need them")
@@ -159,7 +166,8 @@ def margins(
         if not np.all(np.isfinite(loop.A + loop.B @ loop.C)):
             where = f"where {base.scenario.name} ends"
             raise InputError(f"{base.controller.name} has no derivative {where}; give size to measure the margins")
-        result = linear_margins(loop)
+        slow = orbit_modes(loaded, base)
+        result = linear_margins(loop, slow)
         changing = moving(loaded, base)
         if not result:
             moment = ", a moment of a motion: give a longer t_end" if changing else ""
@@ -170,6 +178,10 @@ def margins(
                 f"the loop of {base.controller.name} still moves where {base.scenario.name} ends, so that the margins "
             )
             warnings.warn(text + "are those of a moment: give a longer t_end, or size to measure them", stacklevel=2)
+        if left_out := _left_out(loop, slow, result):
+            if any(math.isinf(margin.gain) and math.isinf(margin.phase) for margin in result):
+                raise InputError(f"{left_out}; give size to measure the margins")
+            warnings.warn(left_out, stacklevel=2)
         return result
     if COUNTER in (memory := [q.name for q in base.controller.memory]) and base.z[:, memory.index(COUNTER)].any():
         raise InputError(f"{base.controller.name} commands only at some samples: margins need a command at each sample")
@@ -202,8 +214,13 @@ def linear_loop(model: Model, run: Run, sample: int = -1) -> LinearSystem:
     held = run.u[sample] if run.controller.memory and run.controller.period else None
     r = model.functions["reference"](run.t[sample], p, s)
     cut = ClosedLoop(model.manifest, model.functions, run.controller, run.x[sample], held, p, r, c, z).cut()
+    return beside_orbit(cut, [name for own in _orbits(model) for name in own])
+
+
+def _orbits(model: Model) -> list[list[str]]:
+    """Return the names of the states of each orbit, place before velocity."""
     orbits = [name for name, part in model.manifest.parts.items() if part.get("") == "Orbit"]
-    return beside_orbit(cut, [f"{name}_{v}{axis}" for name in orbits for v in ("", "v") for axis in "xyz"])
+    return [[f"{name}_{v}{axis}" for v in ("", "v") for axis in "xyz"] for name in orbits]
 
 
 def beside_orbit(cut: LinearSystem, orbit: Sequence[str]) -> LinearSystem:
@@ -231,6 +248,35 @@ def beside_orbit(cut: LinearSystem, orbit: Sequence[str]) -> LinearSystem:
         return cut
     names = tuple(name for name, kept in zip(cut.states, rest, strict=True) if kept)
     return replace(cut, A=cut.A[np.ix_(rest, rest)], B=cut.B[rest], C=cut.C[:, rest], states=names)
+
+
+def draining(model: Model, run: Run) -> list[str]:
+    """Return the tanks that fuel leaves where a run ends; the loop changes with their mass."""
+    states = [q.name for q in model.manifest.states]
+    tanks = (name for name, part in model.manifest.parts.items() if part.get("") == "Tank")
+    return [name for name in tanks if np.ptp(run.x[-2:, states.index(f"{name}_fuel")])]
+
+
+def orbit_modes(model: Model, run: Run) -> float:
+    """Return the rate of modes, 1/s, that belong to the motion in an orbit where a run ends; zero without an orbit."""
+    names = [q.name for q in model.manifest.states]
+    states = ([names.index(name) for name in own] for own in _orbits(model))
+    vectors = ((run.x[-1, own[:3]], run.x[-1, own[3:]]) for own in states)
+    rates = (float(np.linalg.norm(np.cross(place, v)) / (place @ place)) for place, v in vectors)
+    return _FASTEST * max(rates, default=0.0)
+
+
+def _left_out(cut: LinearSystem, slow: float, margins: Sequence[Margin]) -> str:
+    """Return which margins leave out modes as slow as the orbit, and why; empty if that changes none."""
+    every = linear_margins(cut)
+    names = [margin.input for margin in margins if margin not in every]
+    if not names:
+        return ""
+    growth = "" if every else f", of which one grows by {np.max(_exponents(cut)[0].real):.2g} 1/s"
+    return (
+        f"margins at {', '.join(names)} leave out modes slower than {slow:.3g} 1/s, twice the rate of the orbit"
+        f"{growth}: the linear loop of a moment, in which the craft does not go round, does not decide about them"
+    )
 
 
 def moving(model: Model, run: Run) -> bool:
@@ -270,18 +316,20 @@ def _exponents(cut: LinearSystem) -> tuple[NDArray[np.complex128], FloatArray]:
     return exponents, errors / np.abs(values[lasting]) / period
 
 
-def linear_margins(cut: LinearSystem) -> tuple[Margin, ...]:
+def linear_margins(cut: LinearSystem, slow: float = 0.0) -> tuple[Margin, ...]:
     """Return the margins at each input that a law uses, or nothing if the closed loop is unstable.
 
     Parameters
     ----------
     cut : LinearSystem
         As `mehvar.runtime.model.linear.ClosedLoop.cut` returns it.
+    slow : float
+        Rate, 1/s, up to which modes may grow, such as `orbit_modes` returns it.
     """
     closed = cut.A + cut.B @ cut.C
-    if not np.all(np.isfinite(closed)) or is_unstable(closed, cut.period):
+    if not np.all(np.isfinite(closed)) or is_unstable(closed, cut.period, slow):
         return ()
-    loops = ((name, _Loop(cut, closed, number)) for number, name in enumerate(cut.inputs))
+    loops = ((name, _Loop(cut, closed, number, slow)) for number, name in enumerate(cut.inputs))
     return tuple(Margin(name, loop.gain(), loop.phase()) for name, loop in loops if loop.acts)
 
 
@@ -295,14 +343,15 @@ def unstable(model: Model, run: Run) -> bool:
     except InputError:  # of delays, skipped samples, or a model without derivatives
         return False
     closed = cut.A + cut.B @ cut.C
-    return bool(np.all(np.isfinite(closed))) and is_unstable(closed, cut.period)
+    return bool(np.all(np.isfinite(closed))) and is_unstable(closed, cut.period, orbit_modes(model, run))
 
 
-def is_unstable(matrix: NDArray[Any], period: FloatArray | float | None) -> bool:
-    """Return True if a mode grows; the eigenvalues of integrators are on the limit up to their errors."""
+def is_unstable(matrix: NDArray[Any], period: FloatArray | float | None, slow: float = 0.0) -> bool:
+    """Return True if a mode grows that is not slow; eigenvalues of integrators are on the limit up to their errors."""
     eigenvalues, errors = modes(matrix)
     growth = eigenvalues.real if period is None else np.abs(eigenvalues) - 1
-    return bool(np.any(growth > errors))
+    growing = eigenvalues[growth > errors]
+    return bool(np.any(np.abs(growing if period is None else np.log(growing) / period) > slow))
 
 
 class _Response(ABC):
@@ -359,7 +408,8 @@ class _Loop(_Response):
 
     rounding, accuracy = _ROUNDING, 1e-12
 
-    def __init__(self, cut: LinearSystem, closed: FloatArray, number: int) -> None:
+    def __init__(self, cut: LinearSystem, closed: FloatArray, number: int, slow: float) -> None:
+        self._slow = slow
         self._b, self._c = cut.B[:, number], cut.C[number]
         self._A = closed - np.outer(self._b, self._c)
         self._period = None if cut.period is None else float(cut.period)
@@ -390,7 +440,7 @@ class _Loop(_Response):
         feedback, log = np.outer(self._b, self._c), cmath.log(factor)
         way = log / abs(log) if log else 1.0
         beyond = (cmath.exp(log + step * way) for step in _BEYOND)
-        return any(is_unstable(self._A + each * feedback, self._period) for each in beyond)
+        return any(is_unstable(self._A + each * feedback, self._period, self._slow) for each in beyond)
 
     def _grid(self, closed: FloatArray) -> FloatArray:
         sizes = np.concatenate([_natural(matrix, self._period) for matrix in (self._A, closed)])
@@ -404,9 +454,8 @@ def _natural(matrix: FloatArray, period: float | None) -> FloatArray:
     """Return the natural frequencies of modes, without those of integrators."""
     eigenvalues, errors = modes(matrix)
     kept = eigenvalues[np.abs(eigenvalues - (0 if period is None else 1)) > errors]
-    with np.errstate(divide="ignore"):
-        sizes: FloatArray = np.abs(kept if period is None else np.log(kept) / period)
-    return sizes[np.isfinite(sizes)]
+    sizes: FloatArray = np.abs(kept if period is None else np.log(kept[kept != 0]) / period)
+    return sizes
 
 
 @dataclass

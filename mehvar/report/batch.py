@@ -23,6 +23,7 @@ from mehvar.runtime.batch.evaluation.statistics import (
     design_of,
     interval,
     metric_statistics,
+    scalars,
     summary_names,
 )
 from mehvar.runtime.batch.repeat import repetition
@@ -127,7 +128,8 @@ def _varied(runs: Runs) -> Table:
 
 def _success(runs: Runs, design: str) -> str:
     successes, n = int(runs.successful.sum()), runs.successful.size
-    condition = f" ({runs.condition})" if runs.condition else ""
+    units = Criterion(runs.condition).units(scalars(runs.batch)) if runs.condition else ""
+    condition = f" ({', '.join(filter(None, (runs.condition, units)))})" if runs.condition else ""
     ends = ", ".join(f"{end:.4g}" for end in interval(successes, n))
     estimate = f"{successes / n:.4g}, {NO_INTERVAL.get(design) or f'95 % interval [{ends}]'}"
     planned = runs.whole.sizes["run"]

@@ -173,7 +173,7 @@ class Verdicts:
         for verdict in self._verdicts:
             lines += [
                 f"{verdict.requirement.name}: {verdict.answer.upper()}",
-                f"    {verdict.requirement.text}",
+                f"    {', '.join(filter(None, (verdict.requirement.text, verdict.requirement.units)))}",
                 f"    {self._evidence(verdict)}",
                 *(f"    {': '.join(filter(None, pair))}" for pair in self._worst(verdict)),
             ]

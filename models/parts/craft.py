@@ -157,7 +157,7 @@ class Spacecraft:
         described = {"": {"attitude": self.chart.name, "motion": self.motion, "laws": laws}}
         for part in self.parts:
             texts = {f.name: _text(getattr(part, f.name)) for f in fields(part) if f.name != "name"}
-            described[part.name] = {"": type(part).__name__, **texts}
+            described[part.name] = {"": type(part).__name__, **texts, **part.texts()}
         return described
 
     def law(self, name: str, write: LawText, title: str = "", sampled: bool = True) -> None:

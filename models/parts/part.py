@@ -450,6 +450,10 @@ class Part(metaclass=Complete):
         """Return the list fields of a table with the class of their entries."""
         return {}
 
+    def texts(self) -> Mapping[str, str]:
+        """Return the fields that a description of the craft shows in words of their own."""
+        return {}
+
     def doubles(self, other: Part) -> bool:
         """Return True if another part has the same effect on the whole craft, so that a craft may have only one."""
         return False

@@ -202,13 +202,15 @@ class Parameters:
         if kind.form == "tensor":
             return self._tensor(kind, name, value, where)
         entries = listed(value, where, 3)
+        if kind.form == "direction":
+            _check_length(entries, where)
         if kind.form == "direction" and (along := _axis(entries)) is not None:
             return along
         labels = [f"{name}{axis}" for axis in AXES]
         result = sp.Matrix(
             [self._entry(kind, label, entry, axis) for label, entry, axis in zip(labels, entries, AXES, strict=True)]
         )
-        return _unit(result, where) if kind.form == "direction" else result
+        return result / sp.sqrt(result.dot(result)) if kind.form == "direction" else result
 
     def number(self, kind: Kind, name: str, value: Number, meaning: str) -> Expr:
         """Declare a number and return its symbol; an expression stays, with the bounds of the field."""
@@ -324,11 +326,21 @@ def _axis(entries: Sequence[Any]) -> sp.Matrix | None:
     return result
 
 
-def _unit(vector: sp.Matrix, where: str) -> sp.Matrix:
-    """Return a direction scaled to unit length."""
-    if vector.is_zero_matrix:
+def _check_length(entries: Sequence[Any], where: str) -> None:
+    """Refuse a direction whose squared length is zero or infinite; one with expressions is not checked."""
+    if any(isinstance(entry, sp.Expr) and not entry.is_number for entry in entries):
+        return
+    length = math.hypot(*(float(entry.default if isinstance(entry, Value) else entry) for entry in entries))
+    if not length:
         raise ModelError(f"{where}: must not be zero")
-    return vector / sp.sqrt(vector.dot(vector))
+    if not _SHORTEST <= length <= 1 / _SHORTEST:
+        raise ModelError(
+            f"{where} = {value_text(tuple(entries))}: must have a length from {_SHORTEST:g} to {1 / _SHORTEST:g}"
+        )
+
+
+_SHORTEST = 1e-150
+"""Shortest direction, and the inverse of the longest: squares of others are no numbers with all digits."""
 
 
 def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[Condition, ...]:

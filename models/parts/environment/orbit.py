@@ -29,7 +29,7 @@ from ..part import Motion, Mounted, Part, State
 from ..values import Number, Parameters, Value, kinds, scalar
 from .magnetism import Harmonics, check, coefficients
 from .magnetism import field as gauss_field
-from .sun import DAY, SPAN, Solar, seconds
+from .sun import DAY, SPAN, Solar, date, seconds
 
 GRAVITY = ("two-body", "J2", "J4")
 SHADOW = ("cylinder", "cone")
@@ -167,7 +167,7 @@ class Orbit(Part):
         if self.harmonics:
             check(self.harmonics)
         if isinstance(self.epoch, str):
-            object.__setattr__(self, "epoch", seconds(self.epoch))
+            object.__setattr__(self, "epoch", Value(seconds(self.epoch), source=self.epoch))
         object.__setattr__(self, "air", _layers(self.air))
         for group, (idle, effect) in _IDLE.items():
             given = [f.name for f in fields(self) if f.name in group.split() and getattr(self, f.name) != f.default]
@@ -177,6 +177,10 @@ class Orbit(Part):
     @classmethod
     def lists(cls) -> Mapping[str, type]:
         return {"air": Layer}
+
+    def texts(self) -> Mapping[str, str]:
+        epoch = self.epoch.default if isinstance(self.epoch, Value) else self.epoch
+        return {"epoch": date(float(epoch))} if isinstance(epoch, int | float) else {}
 
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)

@@ -8,7 +8,7 @@ date. ERFA confirms them to 0.015 degrees from 1950 to 2050. (Vallado, Fundament
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 
 import sympy as sp
 
@@ -17,7 +17,8 @@ from ...quantities import TIME, ModelError
 from ..part import Mounted
 
 DAY = 86400
-SPAN = f"[{-18263 * DAY}, {18263 * DAY}]"
+_SPAN = 18263 * DAY
+SPAN = f"[{-_SPAN}, {_SPAN}]"
 """From 1950 to 2050, s since 2000-01-01 12:00."""
 _START = datetime(2000, 1, 1, 12, tzinfo=UTC)
 
@@ -30,13 +31,21 @@ def seconds(text: str) -> float:
     Raises
     ------
     ModelError
-        If the text is no date of ISO 8601.
+        If the text is no date of ISO 8601, or the formulas do not hold then.
     """
     try:
         date = datetime.fromisoformat(text)
     except ValueError:
         raise ModelError(f"orbit: epoch = {text!r}: must be a date such as 2026-11-28 12:00, or a number, s") from None
-    return ((date if date.tzinfo else date.replace(tzinfo=UTC)) - _START).total_seconds()
+    result = ((date if date.tzinfo else date.replace(tzinfo=UTC)) - _START).total_seconds()
+    if abs(result) > _SPAN:
+        raise ModelError(f"orbit: epoch = {text!r}: must be from 1950 to 2050")
+    return result
+
+
+def date(epoch: float) -> str:
+    """Return the date, UTC, of seconds since 2000-01-01 12:00, between 1950 and 2050."""
+    return (_START + timedelta(seconds=epoch)).replace(tzinfo=None).isoformat(" ")
 
 
 @dataclass(frozen=True)

@@ -143,6 +143,11 @@ class Criterion:
                     self._origin, self.text, f"a condition on numbers that the runs have: {name} is {notes[name]}"
                 )
 
+    def units(self, units: Mapping[str, str]) -> str:
+        """Return the units of the named numbers, as in "T_x in s", if the condition itself has none."""
+        named = ((name, units.get(name, "1")) for name in sorted(self.names) if not self._quantities)
+        return ", ".join(f"{name} in {unit}" for name, unit in named if unit not in ("", "1"))
+
     def left(self) -> Callable[[Values], Any]:
         """Return the evaluator of the left side of a condition with a single comparison."""
         return self._number(self._compared())

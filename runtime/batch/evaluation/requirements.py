@@ -12,7 +12,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -68,6 +68,8 @@ class Requirement:
         True if large numbers are worse.
     limit : float
         The limit of a quantile.
+    units : str
+        Units of the numbers that it names; empty if its text has units.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Requirement:
     number: str = ""
     largest: bool = True
     limit: float = math.nan
+    units: str = ""
 
     def fulfilled(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return True for each stored run of some blocks that fulfils the condition; see `Success`."""
@@ -128,12 +131,14 @@ def _read(name: str, text: str, units: Mapping[str, str], notes: Mapping[str, st
         result = Requirement(
             name, text, share if below else 1 - share, f"{number} {match['sign']} {limit!r}", number, below, limit
         )
+        written = Criterion(f"{number} {match['sign']} {match['limit']}", name)
     elif match := _PROBABILITY.fullmatch(text):
         result = Requirement(name, text, _share(name, text, match["share"], origin), match["condition"].strip())
+        written = Criterion(result.condition, name)
     else:
         raise bad_value(name, text, _USAGE, origin)
-    Criterion(result.condition, name).check(units, notes)
-    return result
+    written.check(units, notes)
+    return replace(result, units=written.units(units))
 
 
 def _share(name: str, text: str, written: str, origin: str) -> float:

@@ -17,7 +17,7 @@ from mehvar.base.errors import MehvarError
 from mehvar.base.manifest import Scenario
 from mehvar.cli.app import app
 from mehvar.comparison.runs import _extremes
-from mehvar.parts import Gyro, Hinge, Hub, PointMass, Spacecraft, Tachometer, Torquer, Wheel
+from mehvar.parts import Gyro, Hinge, Hub, Orbit, PointMass, Spacecraft, Tachometer, Torquer, Wheel
 
 
 def craft_of(axis=(0, 1, 0), *more, mass=100.0):
@@ -132,6 +132,14 @@ def craft():
     assert told.exit_code == 1, told.output
     assert "hub: inertia (1, 1, 1) kg m^2 -> (1, 1, 1.5) kg m^2" in told.output
     assert "spare: mass 2 kg -> 3 kg" in told.output
+    Path("sub").mkdir()
+    monkeypatch.chdir("sub")
+    for path in ("craft.py", "../craft.py"):  # as git has it, and from this folder
+        told = CliRunner().invoke(app, ["diff", f"HEAD:{path}", "../craft.py"])
+        assert "hub.toml" in str(told.exception), told.output  # a path from the folder of the command, which has none
+    told = CliRunner().invoke(app, ["diff", "HEAD:none.py", "../craft.py"])
+    assert f"HEAD has it neither in {tmp_path / 'sub'} nor in {tmp_path}" in str(told.exception)
+    monkeypatch.chdir(tmp_path)
     Path("craft.py").write_text(text.replace('"hub.toml"', repr(str(tmp_path / "hub.toml"))), encoding="utf-8")
     subprocess.run(["git", *me, "commit", "-q", "-m", "a table by its absolute path", "craft.py"], check=True)
     mixed = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
@@ -189,6 +197,8 @@ def test_parts_that_come_and_go():
     assert newer.changes(older) == ("turn: removed",)
     assert craft_of((0, 1, 0), PointMass("turn", mass=1.0)).changes(newer) == ("turn: a PointMass -> a Torquer",)
     assert Spacecraft("a").changes(Spacecraft("b", attitude="mrp")) == ("attitude: quaternion -> mrp",)
+    first, later = (Spacecraft("a", orbit=Orbit(epoch=epoch)) for epoch in ("2026-11-28 12:00", 849225600.0))
+    assert first.changes(later) == ("orbit: epoch 2026-11-28 12:00:00 -> 2026-11-29 12:00:00",)
 
 
 def test_wrong_arguments_are_refused():

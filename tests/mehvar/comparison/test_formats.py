@@ -18,7 +18,7 @@ from mehvar.comparison.markdown import markdown
 from mehvar.comparison.result import Diff, ModelDiff
 from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
 from mehvar.comparison.spectra import Loop, rest
-from mehvar.comparison.text import example, margin_text, number, unit
+from mehvar.comparison.text import example, margin_text, moved, number, relative, unit
 from mehvar.estimation.margins import Margin
 from mehvar.html import quantities
 from tests.codegen.diff.documents import document
@@ -223,6 +223,15 @@ def test_a_notebook_shows_a_comparison_once(monkeypatch):
     model = compare_documents(*map(document, next(iter(EDITS.values()))))
     assert "<pre" in model._repr_html_()
     assert not shown
+
+
+def test_what_differs_is_shown_different_and_a_value_that_became_zero_has_no_percentage():
+    """Such lines read "-0.8333 -> -0.8333" and "(-100 %)"."""
+    assert moved(complex(-5 / 6), complex(-5 / 6 - 2e-6)) == "-0.83333 -> -0.83334"
+    assert moved(complex(-0.5), complex(-0.5, 1e-11)) == "-0.5 -> -0.5 ± 1e-11i"
+    assert moved(complex(-0.5), complex(-0.25, 1)) == "-0.5 -> -0.25 ± 1i"
+    pairs = ((2.0, 3.0), (2.0, 0.0), (0.0, 2.0))
+    assert [relative(MetricChange("m", "s", *pair)) for pair in pairs] == ["  (+50 %)", "", ""]
 
 
 def test_eigenvalues_of_two_periods_name_both():

@@ -67,7 +67,7 @@ def test_the_head_has_size_and_seed_and_tables_explain_their_numbers(sections, s
 
 def test_its_numbers_are_those_of_stats(sections, store):
     statistics = summarise(store)
-    assert f"{statistics.successes} of 40 runs succeed (T_theta < 19)" in sections["batch"].blocks[1].text
+    assert f"{statistics.successes} of 40 runs succeed (T_theta < 19, T_theta in s)" in sections["batch"].blocks[1].text
     assert 0 < statistics.successes < 40
     (metrics,) = tables(sections["metrics"]).values()
     for row, cells in zip(statistics.rows, metrics.rows, strict=True):

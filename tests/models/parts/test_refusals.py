@@ -93,6 +93,14 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         (lambda: assembled(Hub("my hub", mass=1.0, inertia=BALL)), "name = 'my hub': must be letters"),
         (lambda: assembled("hub"), "'hub' is not a part"),
         (lambda: assembled(Thruster("jet", direction=(0, 0, 0))), "jet.direction: must not be zero"),
+        (
+            lambda: assembled(Thruster("jet", direction=(1e200, 1e200, 0))),
+            r"jet.direction = \(1e\+200, 1e\+200, 0\): must have a length from 1e-150 to 1e\+150",
+        ),
+        (
+            lambda: assembled(Wheel("w", axis=(1e-320, 0, 0), inertia=0.1)),
+            r"w.axis = \(1e-320, 0, 0\): must have a length",
+        ),
         *(
             (lambda rest=rest: Bob("b", mass=1.0, length=1.0, rest=rest), r"b.rest = .*: must be an axis of the hub")
             for rest in ((0, 0, True), (0, 0, 1j), (0, 0, "1"), (0, 0, sp.nan), (0, 0, math.inf), 1.0, "z")

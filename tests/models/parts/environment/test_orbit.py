@@ -184,8 +184,9 @@ def test_the_sun_moves_as_in_an_ephemeris():
             body = np.array(place) * unit
             pulled = 1.32712440018e20 * ((body - far) / np.linalg.norm(body - far) ** 3 - body / (size * unit) ** 3)
             np.testing.assert_allclose(felt, pulled, rtol=0, atol=3e-9)
-    (epoch,) = (q.default for q in model.manifest.parameters if q.name == "orbit_epoch")
-    assert epoch == seconds("2006-04-02") == 2282.5 * day
+    (epoch,) = (q for q in model.manifest.parameters if q.name == "orbit_epoch")
+    assert epoch.default == seconds("2006-04-02") == 2282.5 * day
+    assert epoch.source == "2006-04-02"
 
 
 AIR = [(1.5e5, 2.070e-9), (2e5, 2.789e-10), (2.5e5, 7.248e-11), (3e5, 2.418e-11)]
@@ -374,7 +375,8 @@ def test_libration_in_pitch():
         (lambda: Orbit("kepler"), "orbit: gravity = 'kepler': must be one of two-body, J2, J4"),
         (lambda: Orbit(shadow="soft"), "orbit: shadow = 'soft': must be one of cylinder, cone"),
         (lambda: Orbit(epoch="now"), "orbit: epoch = 'now': must be a date such as 2026-11-28 12:00, or a number, s"),
-        (lambda: built(Orbit(epoch="1949-12-31")), "orbit_epoch = .*: must be a number in .-1577923200"),
+        (lambda: Orbit(epoch="1949-12-31"), "orbit: epoch = '1949-12-31': must be from 1950 to 2050"),
+        (lambda: built(Orbit(epoch=-2e9)), "orbit_epoch = .*: must be a number in .-1577923200"),
         (lambda: Orbit(epoch=0.0, ascension=0.3), "orbit: ascension has no effect beside epoch"),
         (lambda: Orbit(air=AIR, height=5e5), "orbit: height has no effect beside air"),
         (lambda: Orbit(oblateness=0.5), "orbit: oblateness has no effect without gravity = .J2. or .J4.: give both"),
