@@ -14,8 +14,8 @@ import sympy as sp
 from mehvar.codegen.diff.report import ModelStatus
 from mehvar.models.triangle import STRUCTURE
 
-from . import triangle
-from .rederived import POINTS, Pair, Side, bare, differ, mutant, structured
+from .shipped import triangle
+from .shipped.rederived import POINTS, Pair, Side, bare, differ, mutant, structured
 
 BOUNDS = {"rho": (Fraction(0), Fraction(7, 10))} | dict.fromkeys(
     ("mu", "mass", "m1", "m2", "m3"), (Fraction(1, 10), Fraction(10))

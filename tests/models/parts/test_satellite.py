@@ -13,8 +13,8 @@ import sympy as sp
 from mehvar.codegen.diff.report import ModelStatus
 from mehvar.models.satellite import STRUCTURE
 
-from . import satellite
-from .rederived import Pair, Side, bare, mutant, structured
+from .shipped import satellite
+from .shipped.rederived import Pair, Side, bare, mutant, structured
 
 
 @functools.cache

@@ -16,8 +16,8 @@ import sympy as sp
 from mehvar.codegen.diff.report import ModelStatus
 from mehvar.models.slosh import STRUCTURE
 
-from . import slosh
-from .rederived import Pair, Side, bare, mutant, structured
+from .shipped import slosh
+from .shipped.rederived import Pair, Side, bare, mutant, structured
 
 CHOICES = [STRUCTURE[name] for name in ("inertia", "attitude")]
 
