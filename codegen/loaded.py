@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import builtins
 import contextlib
+import functools
 import os
 import re
 import sys
@@ -57,6 +58,7 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
     """
     before, original = set(sys.modules), builtins.__import__
     known, libraries = set[tuple[object, ...]](), set[str]()
+    of_library = functools.cache(_is_of_library)
 
     def imported(
         name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
@@ -68,7 +70,7 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
         statement = (importer, name, tuple(fromlist or ()), level)
         if statement not in known:
             known.add(statement)
-            if _is_of_library(importer):
+            if of_library(importer):
                 libraries.add(importer)
             _IMPORTS[importer] |= _names(module, name, fromlist, level)
         return module
@@ -142,12 +144,13 @@ def _owners(modules: set[str]) -> set[str]:
     """
     from importlib.metadata import distributions
 
-    top = re.compile(rf"^(?:{'|'.join(map(re.escape, modules))})(?:/[^,\n]*)?\.py,", re.MULTILINE)
+    # one pattern a module, each with a fixed beginning: alternatives take seven times as long to search
+    tops = [re.compile(rf"\n{re.escape(module)}(?:/[^,\n]*)?\.py,") for module in modules]
 
     def has(distribution: Distribution) -> bool:
-        listed, record = distribution.read_text("top_level.txt"), distribution.read_text("RECORD")
-        if listed:
+        if listed := distribution.read_text("top_level.txt"):
             return not modules.isdisjoint(listed.split())
-        return bool(top.search(record or "".join(f"{file},\n" for file in distribution.files or ())))
+        record = distribution.read_text("RECORD") or "".join(f"{file},\n" for file in distribution.files or ())
+        return any(top.search(f"\n{record}") for top in tops)
 
     return {distribution.name for distribution in distributions() if has(distribution)}

@@ -126,13 +126,14 @@ def sign(a: Element) -> int:
 
 
 def sqrt(a: Element) -> Element:
-    """Return the root that is itself a square or, without a root in F_P, i times the root of the negative."""
+    """Return the root that is itself a square or, without a root in F_P, i times the root of the negative.
+
+    The root is a power of `a`, and so a square where `a` is one. The exponent is even, so -a has the same power.
+    """
     if isinstance(a, Complex):
         return _complex_root(a)
     root = pow(a, (P + 1) // 4, P)
-    if root * root % P != a:
-        return _element(0, pow(P - a, (P + 1) // 4, P))
-    return root if sign(root) >= 0 else P - root
+    return root if root * root % P == a else _element(0, root)
 
 
 def _complex_root(a: Complex) -> Element:

@@ -46,9 +46,9 @@ def shown(system, **values):
     known |= {s: values[s.name] for s in known if s.name in values}
 
     def value(expr):
-        while expr.free_symbols - known.keys():
-            expr = expr.xreplace(system.definitions)
-        return float(expr.subs(known))
+        for symbol in expr.free_symbols - known.keys():
+            known[symbol] = value(system.definitions[symbol])
+        return float(expr.xreplace(known))
 
     return {q.name: value(e) for q, e in zip(system.sensor.seen, system.sensor.measured, strict=True)}
 
