@@ -594,6 +594,7 @@ def line(world, part, reach):
     rate, stretch = world.rate(length), length - part.length
     pull, potential = part.stiffness * stretch + (part.damping or 0.0) * rate, part.stiffness * stretch**2 / 2
     if isinstance(part, of.Tether | of.Cable):
+        world.guards += [stretch] if part.damping is None else [stretch, pull]
         pull, potential = (ca.if_else(stretch > 0, e, 0) for e in (ca.fmax(pull, 0), potential))
     world.potential += potential
     world.push(-pull, rate)

@@ -36,6 +36,7 @@ from mehvar.models.parts import (
     Thruster,
     Wheel,
 )
+from mehvar.models.parts.environment.magnetism import MOST
 from mehvar.models.parts.hub import Pulsed
 from mehvar.models.parts.values import Parameters
 from mehvar.models.system import Condition, Definition, Group, System
@@ -52,7 +53,7 @@ METHODS = (
     "particle", "aggregates", "loads", "contribution", "rates", "power", "carried", "share", "events", "applied",
     "errors", "measured", "measures", "jumps",
 )  # fmt: skip
-DEGREE = 13
+"""Methods of parts whose terms have weights, each where a part has its own."""
 
 
 MOUNTED = {"area": 0.5, "at": (0.3, 0.1, -0.2)}
@@ -74,8 +75,8 @@ EARTH = {
     "third": -0.1, "fourth": 0.2,
 }  # fmt: skip
 """An Earth so light and so near that every load is of the order of one."""
-GAUSS = tuple((n, m, (-1) ** m * 4e8 / n, 3e8 / n if m else 0.0) for n in range(1, DEGREE + 1) for m in range(n + 1))
-"""All coefficients to a degree, nT, each with an effect."""
+GAUSS = tuple((n, m, (-1) ** m * 4e8 / n, 3e8 / n if m else 0.0) for n in range(1, MOST + 1) for m in range(n + 1))
+"""All coefficients, nT, each with an effect."""
 AIR = ((0.1, 0.9), (0.2, 0.5), (0.5, 0.4), (0.9, 0.1))
 LIMITED: dict[str, Part] = {
     "a thruster": Thruster("a", direction=SKEW, at=(0.1, 0.2, 0.3), limit=0.6, least=0.02),
