@@ -137,7 +137,7 @@ def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
 
 
 def load() -> None:
-    """Import the installed libraries and the packages of mehvar."""
+    """Import the installed libraries and the packages of mehvar, and compile the templates of derivations."""
     for name in LIBRARIES:
         with contextlib.suppress(ModuleNotFoundError):
             importlib.import_module(name)
@@ -146,6 +146,11 @@ def load() -> None:
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             with contextlib.suppress(ModuleNotFoundError):
                 importlib.import_module(module.name)
+    templates = importlib.import_module("mehvar.codegen.templates")
+    for folder in sorted(Path(importlib.import_module("mehvar.codegen").__path__[0]).glob("*/templates")):
+        environment = templates.text_environment(folder)
+        for name in environment.list_templates():
+            environment.get_template(name)
     sys.dont_write_bytecode = True  # of what a test may edit within a second
 
 
