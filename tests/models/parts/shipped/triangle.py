@@ -17,7 +17,7 @@ from mehvar.models.parts import Aggregates, Coordinate, Load, Part, Spacecraft
 from mehvar.models.parts.part import Mounted
 from mehvar.models.system import Expr, Quantity, System
 
-from .rederived import Pair, Side
+from .rederived import Pair, Side, bare, structured
 
 ENDS = ((1, 2), (2, 0), (0, 1))
 """Masses at the ends of each rod, counted from zero."""
@@ -126,6 +126,13 @@ class Triangle(Part):
 def summed(terms: Iterable[tuple[Expr, sp.Matrix]]) -> sp.Matrix:
     """Return the sum of vectors with factors."""
     return sum((factor * vector for factor, vector in terms), sp.zeros(3, 1))
+
+
+@functools.cache
+def forms(masses: str, rods: str) -> Pair:
+    """Return a dynamic structure beside its form from parts."""
+    shipped = bare(structured("triangle", masses=masses, model="dynamic", rods=rods))
+    return pair(shipped, assembled(shipped))
 
 
 def part(shipped: System) -> Triangle:
