@@ -14,8 +14,8 @@ from mehvar.models.satellite import STRUCTURE as SATELLITE
 from mehvar.models.triangle import STRUCTURE as TRIANGLE
 
 sys.path.insert(0, str(RESULTS.parents[1]))
-from tests.models.parts.shipped import satellite, slosh, triangle  # noqa: E402
-from tests.models.parts.shipped.rederived import Pair, operations  # noqa: E402
+from tests.models.parts.shipped import satellite, slosh, triangle
+from tests.models.parts.shipped.rederived import Pair, operations
 
 PENDULUMS = ("2", "8")
 
