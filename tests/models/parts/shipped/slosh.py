@@ -145,7 +145,7 @@ def named(shipped: System) -> Pair:
     """Return the pair of forms that have the same states under other names, without the attitude of small angles."""
     inertia, count = shipped.structure["inertia"], int(shipped.structure["pendulums"])
     names = {s.format(k=k): a.format(k=k) for k in range(1, count + 1) for s, a in NAMES[inertia].items()}
-    names |= ANGLES if shipped.structure["attitude"] == "angles" else {}
+    names |= attitude(shipped)
     other = Side(assembled(shipped, PENDULUMS[inertia]), {a: _symbol(s) for s, a in names.items()})
     kept = [q.name for q in shipped.states if not q.name.startswith("att")]
     return Pair(Side(shipped), other, {n: (_symbol(n), _symbol(names.get(n, n))) for n in kept})
@@ -161,6 +161,11 @@ def turned(shipped: System) -> Pair:
     )
 
 
+def attitude(shipped: System) -> dict[str, str]:
+    """Return the names of the angles of the attitude by those of the shipped system."""
+    return ANGLES if shipped.structure["attitude"] == "angles" else {}
+
+
 def charted(shipped: System) -> Pair:
     """Return the pair of bobs on ball joints and pendulums on universal joints, in the angles of the latter."""
     count, rate = int(shipped.structure["pendulums"]), sp.Matrix([_symbol(f"w{i}") for i in "xyz"])
@@ -170,7 +175,7 @@ def charted(shipped: System) -> Pair:
         rod = sp.Matrix([-sp.cos(a) * sp.cos(b), -sp.sin(b), sp.sin(a) * sp.cos(b)])
         turning = rod.jacobian([a, b]) * sp.Matrix(speeds) + rate.cross(rod)
         at |= {f"{n}{k}{i}": e for n, v in (("s", rod), ("sigma", turning)) for i, e in zip("xyz", v, strict=True)}
-    other = Side(assembled(shipped, jointed))
+    other = Side(assembled(shipped, jointed), {a: _symbol(s) for s, a in attitude(shipped).items()})
     kept = (q.name for q in shipped.states if not q.name.startswith("att"))
     return Pair(Side(shipped, at), other, {n: (_symbol(n), at.get(n, _symbol(n))) for n in kept})
 
