@@ -21,7 +21,7 @@ from .shipped.rederived import Side, bare, mutant, structured
 CHOICES = [STRUCTURE[name] for name in ("inertia", "attitude")]
 
 MOST_IN_DIFF = 3
-"""Pendulums up to which `diff` compares whole documents; it takes 10 s for three, 45 s for eight, hours for 64."""
+"""Pendulums up to which `diff` compares whole documents; it takes 10 s for three and 45 s for eight."""
 
 
 @pytest.mark.parametrize(
