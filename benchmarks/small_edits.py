@@ -129,7 +129,7 @@ EDITS = (
         "*inputs[:2]]) - rate.cross(velocity)",
         "*inputs[:2]])",
     ),
-    Edit("slosh", "title: roll inertia", "fast/hull.py", 'title="roll inertia"', 'title="inertia in roll"'),
+    Edit("slosh", "title: D", "bobs.py", '"inertia about the pivot"', '"moment of inertia about the pivot"'),
 )
 
 

@@ -112,14 +112,13 @@ def _closure(package: str) -> set[str]:
 
 
 def _files(root: Path, modules: set[str], opened: set[str]) -> dict[str, Path]:
-    sources = (getattr(sys.modules.get(name), "__file__", None) for name in modules)
-    code = {Path(file).resolve() for file in sources if file and file.endswith(".py")}
-    data = {Path(name).resolve() for name in opened}
-    files = {path for path in code | data if path.is_file() and not is_library(path)}
+    root, sources = root.resolve(), (getattr(sys.modules.get(name), "__file__", None) for name in modules)
+    code = {Path(file) for file in sources if file and file.endswith(".py")}
+    named = (path if path.is_relative_to(root) else path.resolve() for path in {*code, *map(Path, opened)})
     return {
-        Path(os.path.relpath(path, root.resolve())).as_posix(): path
-        for path in sorted(files)
-        if not is_ours(path) and not is_written(path, root.resolve())
+        Path(os.path.relpath(path, root)).as_posix(): path
+        for path in sorted(named)  # links by their own names, as they may lead elsewhere later
+        if path.is_file() and not (is_library(path) or is_ours(path) or is_written(path, root))
     }
 
 

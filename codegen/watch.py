@@ -163,8 +163,7 @@ def _hook() -> None:
 def _note(event: str, arguments: tuple[Any, ...]) -> None:
     if _requests is None:
         return
-    if event == "open" and isinstance(arguments[0], str):
-        name = _absolute(arguments[0])
+    if name := opened_file(event, arguments):
         if name.startswith(_requests.root):
             _requests.opened.add(name)
         if _reader(_requests):
@@ -180,6 +179,16 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
             f"{place(frame.f_code.co_filename, frame.f_lineno)}: {_REFUSED[event]}, whose result may "
             "change: store the result in a file in the model's folder"
         )
+
+
+def opened_file(event: str, arguments: tuple[Any, ...]) -> str:
+    """Return the absolute path of the file that an audited event opens, also as a database; empty for others."""
+    if event not in ("open", "sqlite3.connect") or not isinstance(arguments[0], str | os.PathLike):
+        return ""
+    name = os.fsdecode(arguments[0])
+    if event == "sqlite3.connect":
+        name = name.removeprefix("file:").partition("?")[0]
+    return "" if name in ("", ":memory:") else _absolute(name)
 
 
 def _absolute(name: str | os.PathLike[str]) -> str:

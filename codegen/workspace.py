@@ -119,7 +119,7 @@ class Tree:
         plant = self.plant(model)
         under = [] if plant is None else _texts(plant[0].root / "models" / plant[1])
         tool = (p for p in _TOOL.rglob("*") if p.suffix in (".py", ".j2"))
-        ours = (*vocabulary.glob("*.py"), *(path for room in ROOMS for path in vocabulary.glob(f"{room}/*.py")))
+        ours = (*vocabulary.glob("*.py"), *(path for room in ROOMS for path in (vocabulary / room).rglob("*.py")))
         names = {p: "models/" + p.relative_to(vocabulary).as_posix() for p in ours}
         names |= {p: p.relative_to(self.root).as_posix() for p in own}
         names |= {p: p.relative_to(plant[0].root).as_posix() for p in under if plant}

@@ -16,7 +16,7 @@ from .grouping.extension import Extended, extension
 from .grouping.groups import groups
 from .implicit import recombined, scale
 from .lost import Lost, lost_definitions
-from .names import renaming
+from .names import Renaming, exchange, renaming
 from .parameters import parameter_changes
 from .points.allowed import CONDITIONS, Allowed
 from .points.modes import Modes
@@ -53,7 +53,15 @@ def compare(old: Document, new: Document) -> Comparison:
     Comparison
         A verdict on every definition, shown equation and result.
     """
-    names = renaming(old, new)
+    if names := exchange(old, new):
+        result = _compare(old, new, names)
+        if all(equation.verdict in _EQUAL for equation in result.equations):
+            return result
+    return _compare(old, new, renaming(old, new))
+
+
+def _compare(old: Document, new: Document, names: Renaming) -> Comparison:
+    """Compare two versions, of which the old one receives new names."""
     former = names.document(old, new)
     verdicts = _Verdicts(Versions(former, new))
     structure = sorted({*old.structure, *new.structure})

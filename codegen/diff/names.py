@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from mehvar.base.manifest import Manifest
-from mehvar.base.parts import renamed_parts
+from mehvar.base.parts import exchanged_parts, renamed_parts
 
 from ..equations.document import Document, Row, Symbol
 
@@ -67,9 +68,15 @@ class Renaming:
             manifest=self._manifest(old.manifest, new.manifest),
         )
 
+    @functools.cached_property
+    def exchanged(self) -> frozenset[str]:
+        """Names that both versions have, for different things."""
+        names = {**self.wholes, **self.names}
+        return frozenset(names) & frozenset(names.values())
+
     def text(self, text: str, known: Container[str]) -> str:
         """Return a text with the new names: all of them, those of quantities, or the first word; else unchanged."""
-        if text in known:
+        if text in known and self.exchanged.isdisjoint(_WORD.findall(text)):
             return text
         wholes = self.wholes
         for words, count in (({**wholes, **self.names}, 0), (self.names, 0), (wholes, 1)):
@@ -90,6 +97,17 @@ class Renaming:
         if isinstance(value, Mapping):
             return {self._value(name, known): self._value(entry, known) for name, entry in value.items()}
         return tuple(self._value(entry, known) for entry in value) if isinstance(value, tuple) else value
+
+
+def exchange(old: Document, new: Document) -> Renaming | None:
+    """Return the renaming by which parts exchanged their names, if some did."""
+    pairs = exchanged_parts(old.manifest.parts, new.manifest.parts) if old.manifest and new.manifest else {}
+    if not pairs:
+        return None
+    before, after = _words(old), _words(new)
+    any_of = re.compile("|".join(sorted(map(re.escape, pairs), key=len, reverse=True)))
+    names = {name: any_of.sub(lambda part: pairs[part[0]], name) for name in before if any_of.search(name)}
+    return Renaming(pairs, {}, {}, {name: other for name, other in names.items() if other in after}, {})
 
 
 def renaming(old: Document, new: Document) -> Renaming:

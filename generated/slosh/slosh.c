@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* state derivative; 695 operations. */
+/* state derivative; 730 operations. */
 void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -29,337 +29,365 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_5
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_sfymc * x[wy] * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_s62lc = t_6iku5 * t_6dtnj;
-    const real t_6vega = K52 - t_f2nhc * t_s62lc;
-    const real K_L52 = t_6vega * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
-    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
-    const real t_vpdgs = t_ly572 * t_6dtnj_2;
-    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_ichgo * t_6dtnj_3;
-    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
-    const real K_L53 = t_jmicp * t_6dtnj_3;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
-    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
-    const real t_bk7yo = t_avyqv * t_6dtnj_2;
-    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
-    const real K_L63 = t_2dahu * t_6dtnj_3;
-    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
-    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_otpfz * t_6dtnj_4;
-    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
-    const real K_L64 = t_aolgd * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_6vega * K_L52
-        - t_jmicp * K_L53
-        - t_otpfz * K_L54
-        - t_6iku5 * t_s62lc;
-    const real t_hdeaq = K65
-        + t_6vega * t_bk7yo
-        - t_jmicp * K_L63
-        - t_otpfz * K_L64
-        - t_6iku5 * t_s62lc_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_hdeaq * t_6dtnj_5;
-    const real K_D6 = K66
-        - t_avyqv * t_bk7yo
-        - t_2dahu * K_L63
-        - t_aolgd * K_L64
-        - t_hdeaq * K_L65
-        - t_6iku5_2 * t_s62lc_2;
-    const real b1 = f_x
-        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
-    const real b2 = f_y - n2;
-    const real b4 = u[Mx] - n4;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_bknng;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_q2 = bob1_Q2 * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd);
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_q2 = bob2_Q2 * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p);
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real t_vh7r5_2 = t_yiqfo + t_yugsj;
+    const real t_wudhu_2 = t_6j24m + t_kmmnu;
+    const real hub_K54 = t_mwmzd_3 * bob1_r_x
+        - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p_3 * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_2 * bob1_r_x
+        - t_gxq2p_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real t_ak5u5 = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
+    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
-    const real X_y2 = b2 + t_gousg * b1;
-    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_s62lc * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_s62lc_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj_2
-        - K_L32 * X_x3
-        + t_vpdgs * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_6dtnj
-        + t_gousg * X_x2
-        + t_gousg_2 * X_x3
-        + t_w6lcf * X_x4
-        + t_s62lc * X_x5
-        + t_s62lc_2 * X_x6;
-    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
-    const real Gt_eta1 = G_t1 + eta1;
-    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_aqrn5);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
-    const real t_3ipx7 = X_x5 - W12;
-    const real t_hig3c_7 = X_x4 + X_x5;
-    const real t_pksrm = zeta1
-        + X_x2 * cos_theta1
-        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_hig3c_7 * q_1
-        - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
-    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
-    const real Gt_eta2 = G_t2 + eta2;
-    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_3hay7);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
-    const real t_zj7x3 = zeta2
-        + X_x2 * cos_theta2
-        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_hig3c_7 * q_2
-        - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
-    dx[0] = X_x1 + t_rybsf * x_C - x[vz] * x[wy] + x[vy] * x[wz];
-    dx[1] = X_x2 - X_x5 * x_C + (x[vz] * x[wx] - x[vx] * x[wz]);
-    dx[2] = X_x3 - X_x6 * x_C + (x[vx] * x[wy] - x[vy] * x[wx]);
-    dx[3] = X_x4;
-    dx[4] = W13 - X_x6;
-    dx[5] = t_3ipx7;
+    const real yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
+    const real yhub_alphax = u[Mx] + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real t_yxxpc = p[b] + p[d];
+    const real yhub_alphay = u[My]
+        + hub_b5
+        - t_gcu5g * t_yxxpc
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real yhub_alphaz = u[Mz]
+        + hub_b6
+        - f_y * t_yxxpc
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_ak5u5 * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj_2
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_6dtnj
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_ak5u5
+        + hub_ay * t_skn5h
+        + hub_az * t_skn5h_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_rlquh * bob1_aPz;
+    const real t_ozyob = t_txuch * t_vpzmf
+        + bob1_S1rx * hub_alphax
+        + bob1_S1tx * bob1_aPx
+        + bob1_S1ty * bob1_aPy
+        + bob1_S1tz * bob1_aPz;
+    const real bob1_a1 = -t_ozyob;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_i7psf * bob2_aPz;
+    const real t_xux2d = t_xyjt2 * t_mxpm2
+        + bob2_S1rx * hub_alphax
+        + bob2_S1tx * bob2_aPx
+        + bob2_S1ty * bob2_aPy
+        + bob2_S1tz * bob2_aPz;
+    const real bob2_a1 = -t_xux2d;
+    dx[0] = x[vy] * x[wz] - x[vz] * x[wy] + hub_ax;
+    dx[1] = x[vz] * x[wx] - x[vx] * x[wz] + hub_ay;
+    dx[2] = x[vx] * x[wy] - x[vy] * x[wx] + hub_az;
+    dx[3] = hub_alphax;
+    dx[4] = hub_alphay;
+    dx[5] = hub_alphaz;
     dx[6] = x[wx];
     dx[7] = x[wy];
     dx[8] = x[wz];
@@ -367,13 +395,13 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     dx[10] = x[theta1_dot];
     dx[11] = x[phi2_dot];
     dx[12] = x[theta2_dot];
-    dx[13] = phi_acc1;
-    dx[14] = theta_acc1;
-    dx[15] = phi_acc2;
-    dx[16] = theta_acc2;
+    dx[13] = bob1_a1;
+    dx[14] = bob1_a2;
+    dx[15] = bob2_a1;
+    dx[16] = bob2_a2;
 }
 
-/* outputs of a run; 612 operations. */
+/* outputs of a run; 668 operations. */
 void slosh_outputs(const real *x, const real *u, const real *r, const real *p, real *y)
 {
     (void)r;
@@ -397,311 +425,343 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_5
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_sfymc * x[wy] * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_s62lc = t_6iku5 * t_6dtnj;
-    const real t_6vega = K52 - t_f2nhc * t_s62lc;
-    const real K_L52 = t_6vega * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
-    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
-    const real t_vpdgs = t_ly572 * t_6dtnj_2;
-    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_ichgo * t_6dtnj_3;
-    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
-    const real K_L53 = t_jmicp * t_6dtnj_3;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
-    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
-    const real t_bk7yo = t_avyqv * t_6dtnj_2;
-    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
-    const real K_L63 = t_2dahu * t_6dtnj_3;
-    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
-    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_otpfz * t_6dtnj_4;
-    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
-    const real K_L64 = t_aolgd * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_6vega * K_L52
-        - t_jmicp * K_L53
-        - t_otpfz * K_L54
-        - t_6iku5 * t_s62lc;
-    const real t_hdeaq = K65
-        + t_6vega * t_bk7yo
-        - t_jmicp * K_L63
-        - t_otpfz * K_L64
-        - t_6iku5 * t_s62lc_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_hdeaq * t_6dtnj_5;
-    const real K_D6 = K66
-        - t_avyqv * t_bk7yo
-        - t_2dahu * K_L63
-        - t_aolgd * K_L64
-        - t_hdeaq * K_L65
-        - t_6iku5_2 * t_s62lc_2;
-    const real b1 = f_x
-        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
-    const real b2 = f_y - n2;
-    const real b4 = u[Mx] - n4;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_bknng;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd);
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p);
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real t_vh7r5_2 = t_yiqfo + t_yugsj;
+    const real t_wudhu_2 = t_6j24m + t_kmmnu;
+    const real hub_K54 = t_mwmzd_3 * bob1_r_x
+        - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p_3 * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_2 * bob1_r_x
+        - t_gxq2p_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real t_ak5u5 = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
+    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
-    const real X_y2 = b2 + t_gousg * b1;
-    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_s62lc * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_s62lc_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj_2
-        - K_L32 * X_x3
-        + t_vpdgs * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_6dtnj
-        + t_gousg * X_x2
-        + t_gousg_2 * X_x3
-        + t_w6lcf * X_x4
-        + t_s62lc * X_x5
-        + t_s62lc_2 * X_x6;
-    y[0] = X_x2 - X_x5 * x_C;
-    y[1] = X_x3 - X_x6 * x_C;
-    y[2] = X_x4;
-    y[3] = W13 - X_x6;
-    y[4] = X_x5 - W12;
-    y[5] = X_x1 + t_rybsf * x_C;
+    const real yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
+    const real yhub_alphax = u[Mx] + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real t_yxxpc = p[b] + p[d];
+    const real yhub_alphay = u[My]
+        + hub_b5
+        - t_gcu5g * t_yxxpc
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real yhub_alphaz = u[Mz]
+        + hub_b6
+        - f_y * t_yxxpc
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_ak5u5 * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj_2
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_6dtnj
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_ak5u5
+        + hub_ay * t_skn5h
+        + hub_az * t_skn5h_2;
+    y[0] = hub_ay;
+    y[1] = hub_az;
+    y[2] = hub_alphax;
+    y[3] = hub_alphay;
+    y[4] = hub_alphaz;
+    y[5] = hub_ax;
     y[6] = mv_sqrt(sin_delta2 * sin_delta2 + cos_delta2 * cos_delta2 * (sin_delta1 * sin_delta1));
 }
 
@@ -714,7 +774,7 @@ void slosh_limits(const real *x, const real *u, const real *p, real *margin)
     (void)margin;
 }
 
-/* input that acts; 236 operations. */
+/* input that acts; 268 operations. */
 void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
 {
     enum { phi1 = SLOSH_X_PHI1, theta1 = SLOSH_X_THETA1, phi2 = SLOSH_X_PHI2 };
@@ -739,112 +799,125 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real mv1 = p[l1] * p[m1] * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real mv2 = p[l2] * p[m2] * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
+    const real t_rcy73 = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - t_rcy73;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = t_rcy73 * sin_theta1;
+    const real bob1_r1_z = t_rcy73 * cos_theta1;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real t_uvqau = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - t_uvqau;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = t_uvqau * sin_theta2;
+    const real bob2_r1_z = t_uvqau * cos_theta2;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + bob1_S1rx * bob1_g1_x);
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_dugie * bob1_r_y;
+    const real t_vbot4 = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_vbot4 + bob1_Bzz + t_yiqfo_2;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + bob2_S1rx * bob2_g1_x);
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_s4byp * bob2_r_y;
+    const real t_bhjr2 = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_bhjr2 + bob2_Bzz + t_6j24m_2;
+    const real total_mass = p[m] + p[m0];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real hub_K53 = t_cub74
+        - (t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x));
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real t_6dtnj_2 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_2;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
     const real t_appoi = p[F] * cos_delta2_act;
     const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
     const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_gousg * df1_act;
-    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 / K_D3;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    u[0] = u_cmd[Mx_cmd]
-        - (Bs_1 + Bs_2) * da_act_x1
-        - (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * da_act_x2
-        + K43 * da_act_x3;
+    const real yda_act_y = df2_act + df1_act * t_skn5h;
+    const real yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y;
+    const real da_act_z = yda_act_z / kK3K32;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2;
+    const real da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2;
+    const real t_yxxpc = p[b] + p[d];
+    const real t_dxnus = da_act_x * (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y));
+    u[0] = u_cmd[Mx_cmd] + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     u[1] = u_cmd[My_cmd]
-        - t_bknng * df3_act
-        + (t_2jubo * cos_theta1 + t_ittbm * cos_theta2) * da_act_x1
-        + t_edvw3_2 * da_act_x2
-        - K63 * da_act_x3;
-    u[2] = u_cmd[Mz_cmd]
-        - (t_2jubo * sin_theta1 + t_ittbm * sin_theta2) * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + t_bknng * df2_act;
+        - t_yxxpc * df3_act
+        + da_act_x * hub_K51
+        - da_act_y * (t_yiqfo + t_vbot4 + (t_6j24m + t_bhjr2))
+        + da_act_z * hub_K53;
+    u[2] = u_cmd[Mz_cmd] - t_dxnus + da_act_y * hub_K62 + da_act_z * hub_K63 + t_yxxpc * df2_act;
     u[3] = delta1_act;
     u[4] = delta2_act;
 }
@@ -896,7 +969,7 @@ void slosh_constraints(const real *p, const real *s, real *margin)
     enum { att1_0 = SLOSH_S_ATT1_0, att2_0 = SLOSH_S_ATT2_0 };
     enum { att3_0 = SLOSH_S_ATT3_0, phi1_0 = SLOSH_S_PHI1_0, theta1_0 = SLOSH_S_THETA1_0 };
     enum { phi2_0 = SLOSH_S_PHI2_0, theta2_0 = SLOSH_S_THETA2_0 };
-    margin[0] = mv_min(mv_min(p[J_y] - p[J_z] + p[J_x], p[J_z] - p[J_y] + p[J_x]), p[J_y] + p[J_z] - p[J_x]);
+    margin[0] = mv_min(mv_min(p[J_y] + p[J_z] - p[J_x], p[J_x] + p[J_z] - p[J_y]), p[J_x] + p[J_y] - p[J_z]);
     margin[1] = K(6.283185307179586) - mv_fabs(s[att1_0]);
     margin[2] = K(6.283185307179586) - mv_fabs(s[att2_0]);
     margin[3] = K(6.283185307179586) - mv_fabs(s[att3_0]);
@@ -942,7 +1015,7 @@ void slosh_energy(const real *x, const real *p, real *energy)
     const real t_4fh24 = cos_phi1 * p[l1];
     const real t_5wsq6 = p[h1] - t_4fh24;
     const real t_gmx3d = t_4fh24 * x[phi1_dot];
-    const real t_3ndti = t_uu25d * cos_theta1;
+    const real t_3ndti = cos_theta1 * t_uu25d;
     const real t_yjz75 = t_5wsq6 * x[wz]
         + x[vy]
         + t_gmx3d * sin_theta1
@@ -962,21 +1035,21 @@ void slosh_energy(const real *x, const real *p, real *energy)
     const real t_i5y5i = cos_phi2 * p[l2];
     const real t_i4qrx = p[h2] - t_i5y5i;
     const real t_qy3i6 = t_i5y5i * x[phi2_dot];
-    const real t_m32m4 = t_pgd7h * cos_theta2;
+    const real t_m32m4 = cos_theta2 * t_pgd7h;
     const real t_yd4q2 = t_i4qrx * x[wz]
         + x[vy]
-        + t_qy3i6 * sin_theta2
+        + sin_theta2 * t_qy3i6
         + t_m32m4 * x[theta2_dot]
         - t_m32m4 * x[wx];
-    const real t_z7gk4 = t_pgd7h * sin_theta2;
+    const real t_z7gk4 = sin_theta2 * t_pgd7h;
     const real t_pxtje = x[vz]
         - t_i4qrx * x[wy]
-        + t_qy3i6 * cos_theta2
+        + cos_theta2 * t_qy3i6
         + t_z7gk4 * x[wx]
         - t_z7gk4 * x[theta2_dot];
-    energy[0] = (p[I0] + p[J_x]) * (K(0.5) * (x[wx] * x[wx]))
-        + (p[I0] + p[J_z]) * (K(0.5) * (x[wz] * x[wz]))
+    energy[0] = K(0.5) * (x[wx] * x[wx]) * (p[I0] + p[J_x])
         + K(0.5) * t_qux2u * (p[I0] + p[J_y])
+        + K(0.5) * (x[wz] * x[wz]) * (p[I0] + p[J_z])
         + K(0.5) * p[I1] * (t_qux2u + t_twhcz * t_twhcz + t_z5xwk * t_z5xwk)
         + K(0.5) * p[I2] * (t_qux2u + t_4edop * t_4edop + t_z3xrm * t_z3xrm)
         + K(0.5) * p[m] * (t_i5ifh + t_h3qit * t_h3qit + t_pwb5x * t_pwb5x)
@@ -1024,25 +1097,25 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     const real t_5wsq6 = p[h1] - t_4fh24;
     const real t_k43ez = t_5wsq6 * x[wz];
     const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
-    const real t_3ndti = t_uu25d * cos_theta1;
+    const real t_3ndti = cos_theta1 * t_uu25d;
     const real t_gmx3d = t_hjux3 * t_4fh24;
     const real t_f2ypg = x[wx] + x[wx];
     const real t_crmmg = t_byoa6_2
         + (t_k43ez + t_k43ez)
         + t_2zkgz * t_3ndti
         + t_gmx3d * sin_theta1
-        - t_f2ypg * t_3ndti;
+        - t_3ndti * t_f2ypg;
     const real t_i5y5i = cos_phi2 * p[l2];
     const real t_i4qrx = p[h2] - t_i5y5i;
     const real t_rkxmj = t_i4qrx * x[wz];
+    const real t_qy3i6 = t_mw75j * t_i5y5i;
+    const real t_m32m4 = cos_theta2 * t_pgd7h;
     const real t_m7bta = x[theta2_dot] + x[theta2_dot];
-    const real t_m32m4 = t_pgd7h * cos_theta2;
-    const real t_qy3i6 = t_i5y5i * t_mw75j;
     const real t_3apnu = t_byoa6_2
         + (t_rkxmj + t_rkxmj)
-        + t_m7bta * t_m32m4
-        + t_qy3i6 * sin_theta2
-        - t_f2ypg * t_m32m4;
+        + sin_theta2 * t_qy3i6
+        + t_m32m4 * t_m7bta
+        - t_m32m4 * t_f2ypg;
     const real t_s2c4q = x[vz] + x[vz];
     const real t_afq4u = p[b] * x[wy];
     const real t_vghml = p[h0] * x[wy];
@@ -1050,15 +1123,15 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     const real t_nifmf = t_uu25d * sin_theta1;
     const real t_3pu7w = t_s2c4q
         + K(-2.0) * t_ga5oq
-        + t_f2ypg * t_nifmf
+        + t_nifmf * t_f2ypg
         + t_gmx3d * cos_theta1
         - t_2zkgz * t_nifmf;
     const real t_wp7p4 = t_i4qrx * x[wy];
-    const real t_z7gk4 = t_pgd7h * sin_theta2;
+    const real t_z7gk4 = sin_theta2 * t_pgd7h;
     const real t_lsqou = t_s2c4q
         + K(-2.0) * t_wp7p4
-        + t_f2ypg * t_z7gk4
-        + t_qy3i6 * cos_theta2
+        + cos_theta2 * t_qy3i6
+        + t_z7gk4 * t_f2ypg
         - t_m7bta * t_z7gk4;
     const real t_ykayx = K(0.5) * p[I1];
     const real t_mjwqd = K(0.5) * p[I2];
@@ -1067,8 +1140,8 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     const real t_5ppc7 = t_k43ez + x[vy] + t_gmx3d_2 * sin_theta1 + t_3ndti * x[theta1_dot] - t_3ndti * x[wx];
     const real t_npl2t = t_3ndti + t_3ndti;
     const real t_qy3i6_2 = t_i5y5i * x[phi2_dot];
-    const real t_lsqou_2 = x[vz] - t_wp7p4 + t_qy3i6_2 * cos_theta2 + t_z7gk4 * x[wx] - t_z7gk4 * x[theta2_dot];
-    const real t_gcz5k = t_rkxmj + x[vy] + t_qy3i6_2 * sin_theta2 + t_m32m4 * x[theta2_dot] - t_m32m4 * x[wx];
+    const real t_lsqou_2 = x[vz] - t_wp7p4 + cos_theta2 * t_qy3i6_2 + t_z7gk4 * x[wx] - t_z7gk4 * x[theta2_dot];
+    const real t_gcz5k = t_rkxmj + x[vy] + sin_theta2 * t_qy3i6_2 + t_m32m4 * x[theta2_dot] - t_m32m4 * x[wx];
     const real t_hn6vs = t_m32m4 + t_m32m4;
     const real t_lgaky = p[b] * p[m];
     const real t_oslib = p[h0] * p[m0];
@@ -1089,28 +1162,28 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
         + t_4qrd5 * (t_s2c4q + (t_vghml + t_vghml))
         + t_zig7f * t_3pu7w
         + t_fha3f * t_lsqou;
-    momentum[3] = (p[I0] + p[J_x]) * x[wx]
-        + t_ykayx * (t_hjux3 + t_f2ypg)
+    momentum[3] = t_ykayx * (t_hjux3 + t_f2ypg)
         + t_mjwqd * (t_mw75j + t_f2ypg)
         + t_zig7f * ((t_3pu7w_2 + t_3pu7w_2) * sin_phi1 * sin_theta1 * p[l1] - t_5ppc7 * t_npl2t)
-        + t_fha3f * ((t_lsqou_2 + t_lsqou_2) * sin_phi2 * sin_theta2 * p[l2] - t_gcz5k * t_hn6vs);
-    momentum[4] = t_lgaky * (t_afq4u + x[vz])
-        + t_oslib * (t_vghml + x[vz])
-        + (p[I0] + p[J_y]) * x[wy]
+        + t_fha3f * ((sin_phi2 + sin_phi2) * sin_theta2 * t_lsqou_2 * p[l2] - t_gcz5k * t_hn6vs)
+        + (p[I0] + p[J_x]) * x[wx];
+    momentum[4] = (t_afq4u + x[vz]) * t_lgaky
+        + (t_vghml + x[vz]) * t_oslib
         + t_zig7f * (t_mpmd7 * t_npl2t - t_3pu7w_2 * t_5wsq6_2)
         + t_fha3f * (t_dctfb * t_hn6vs - t_lsqou_2 * t_i4qrx_2)
+        + (p[I0] + p[J_y]) * x[wy]
         + x[wy] * p[I1]
         + x[wy] * p[I2];
-    momentum[5] = (p[I0] + p[J_z]) * x[wz]
-        + t_ykayx * (t_2zkgz + t_pzkfy)
+    momentum[5] = t_ykayx * (t_2zkgz + t_pzkfy)
         + t_mjwqd * (t_m7bta + t_pzkfy)
         + t_zig7f * (t_5ppc7 * t_5wsq6_2 + K(-2.0) * t_mpmd7 * t_nifmf)
         + t_fha3f * (t_gcz5k * t_i4qrx_2 + K(-2.0) * t_dctfb * t_z7gk4)
-        - t_lgaky * (x[vy] - t_i435h)
-        - t_oslib * (x[vy] - t_2pqsj);
+        + (p[I0] + p[J_z]) * x[wz]
+        - (x[vy] - t_i435h) * t_lgaky
+        - (x[vy] - t_2pqsj) * t_oslib;
 }
 
-/* moments and gimbal angles that bring about a_y, a_z and Omega'; 601 operations. */
+/* moments and gimbal angles that bring about a_y, a_z and Omega'; 659 operations. */
 void slosh_to_physical(const real *x, const real *reduced, const real *p, real *u)
 {
     enum { wx = SLOSH_X_WX };
@@ -1131,309 +1204,329 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_aqrn5 = t_rybsf * e1;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real B_1 = me1 * p[l1];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = x[wx] * x[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real e2 = p[h2] - x_C;
-    const real t_3hay7 = t_rybsf * e2;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
-    const real G2_any = W12 + reduced[alpha3];
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real g_1 = e1 - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real g_2 = e2 - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_edvw3 + wqS_2;
-    const real W13 = x[wx] * x[wz];
-    const real G3_any = W13 - reduced[alpha2];
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real a2_any = reduced[ay] + G2_any * x_C;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real a3_any = reduced[az] + G3_any * x_C;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real q3_any = n3
-        + G2_any * K53
-        + G3_any * K63
-        + K32 * a2_any
-        + K33 * a3_any
-        + K43 * reduced[alpha1];
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real Bs_1 = B_1 * sin_phi1;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real Bs_2 = B_2 * sin_phi2;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_hig3c_3 = Bs_1 + Bs_2;
-    const real t_rueya = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_any * t_6iku5
-        + G3_any * t_6iku5_2
-        + t_f2nhc_2 * a2_any
-        + t_f2nhc * a3_any
-        + t_hig3c_3 * reduced[alpha1];
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_any = n2
-        + G2_any * K52
-        - G3_any * t_edvw3
-        + K22 * a2_any
-        + K32 * a3_any
-        - t_belws * reduced[alpha1];
-    const real t_3yved = K11 * t_rueya + t_f2nhc_2 * q2_any + t_f2nhc * q3_any;
-    const real PP_any = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_pogp7 = PP_any * (t_rueya * t_rueya - p[F] * p[F] + q2_any * q2_any + q3_any * q3_any);
-    const real root_any = mv_sqrt(mv_max(SPLAT(K(0.0)), t_3yved * t_3yved - t_pogp7));
-    const real ax_any = (root_any + t_3yved) / PP_any;
-    const real f3_any = q3_any - t_f2nhc * ax_any;
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_z;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd - bob1_Myz * bob1_r_z;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_z;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_dugie = bob1_S1tz * bob1_g1_x;
+    const real t_vh7r5 = t_dugie * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_s4byp = bob2_S1tz * bob2_g1_x;
+    const real t_wudhu = t_s4byp * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_yiqfo = t_dugie * bob1_r_y;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_6j24m = t_s4byp * bob2_r_y;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real total_mass = p[m] + p[m0];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real q3_any = reduced[alpha1] * hub_K43
+        - hub_b3
+        + reduced[alpha2] * hub_K53
+        + reduced[alpha3] * hub_K63
+        + reduced[ay] * hub_K32
+        + reduced[az] * hub_K33;
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real t_dugie_2 = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_z;
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo_2 - (t_yiqfo + t_mwmzd_2);
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real t_s4byp_2 = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_z;
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m_2 - (t_6j24m + t_gxq2p_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = t_cub74 * x[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_ezb77 = t_dugie_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real t_lhd4o = t_dugie_2 + t_s4byp_2;
+    const real t_lhd4o_2 = t_dugie + t_s4byp;
+    const real q1_any = reduced[alpha1] * hub_K41
+        - hub_b1
+        + reduced[alpha2] * hub_K51
+        - reduced[alpha3] * t_bjkdc
+        - reduced[ay] * t_lhd4o
+        - reduced[az] * t_lhd4o_2;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_y;
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_3 - bob1_Myy * bob1_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_y;
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real t_vh7r5_2 = t_yiqfo_2 + t_yugsj;
+    const real t_wudhu_2 = t_6j24m_2 + t_kmmnu;
+    const real t_rsnrr = t_vh7r5_2 + t_wudhu_2;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie_2 * bob1_r_y;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real q2_any = reduced[alpha1] * hub_K42
+        - hub_b2
+        - reduced[alpha2] * t_rsnrr
+        + reduced[alpha3] * hub_K62
+        + reduced[ay] * hub_K22
+        + reduced[az] * hub_K32;
+    const real Pq_any = hub_K11 * q1_any - t_lhd4o * q2_any - t_lhd4o_2 * q3_any;
+    const real PP_any = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2;
+    const real t_nekpd = PP_any * (q1_any * q1_any - p[F] * p[F] + q2_any * q2_any + q3_any * q3_any);
+    const real root_any = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_any * Pq_any - t_nekpd));
+    const real ax_any = (root_any - Pq_any) / PP_any;
+    const real f3_any = q3_any - ax_any * t_lhd4o_2;
     const real t_y7rm6 = K(1.0) / p[F];
-    const real f2_any = q2_any - t_f2nhc_2 * ax_any;
+    const real f2_any = q2_any - ax_any * t_lhd4o;
     const real sin_d2_any = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_any * t_y7rm6));
     const real cos_d2_any = mv_sqrt(K(1.0) - sin_d2_any * sin_d2_any);
     const real delta1_any = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_any * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_any)))));
     const real delta2_any = mv_asin(sin_d2_any);
     real sin_delta2_any, cos_delta2_any; mv_sincos(delta2_any, &sin_delta2_any, &cos_delta2_any);
     real sin_delta1_any, cos_delta1_any; mv_sincos(delta1_any, &sin_delta1_any, &cos_delta1_any);
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real eBc_1 = Bc_1 * e1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo_3 = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real Bl_2 = B_2 * p[l2];
-    const real eBc_2 = Bc_2 * e2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_4 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real t_hig3c_4 = wqq_1 + wqq_2;
-    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo_3
-        + t_leuxo_4
-        + t_hig3c_4
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_5 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_6 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_6
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_sfymc * x[wy] * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_6 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc_2 * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
-    const real t_gousg_2 = t_f2nhc * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
-    const real f1_any = K11 * ax_any - t_rueya;
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_mwmzd * bob1_r_x
+        - (t_mwmzd_2 * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_3 * bob1_r_x
+        - t_gxq2p_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real t_6dtnj_2 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_2;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_any = q1_any + ax_any * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_any;
     const real df1_any = t_qh3cx * cos_delta1_any - f1_any;
     const real t_jczim = p[F] * sin_delta2_any;
     const real df2_any = t_jczim - f2_any;
-    const real da_any_y2 = df2_any + t_gousg * df1_any;
+    const real yda_any_y = df2_any + df1_any * t_skn5h;
     const real t_v7qgl = t_qh3cx * sin_delta1_any;
-    const real da_any_y3 = t_gousg_2 * df1_any - (t_v7qgl + f3_any) - K_L32 * da_any_y2;
-    const real da_any_x3 = da_any_y3 / K_D3;
-    const real da_any_x2 = da_any_y2 * t_6dtnj_2 - K_L32 * da_any_x3;
-    const real da_any_x1 = df1_any * t_6dtnj + t_gousg * da_any_x2 + t_gousg_2 * da_any_x3;
-    const real Mx_any = n4
-        + G2_any * K54
-        + G3_any * K64
-        - t_hig3c_3 * ax_any
-        - t_hig3c_3 * da_any_x1
-        - t_belws * a2_any
-        - t_belws * da_any_x2
-        + K43 * a3_any
-        + K43 * da_any_x3
-        + K44 * reduced[alpha1];
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real My_any = t_v7qgl * t_bknng
-        - n6
-        - G2_any * K65
-        - G3_any * K66
-        + t_6iku5_2 * ax_any
-        + t_6iku5_2 * da_any_x1
-        + t_edvw3 * a2_any
-        + t_edvw3 * da_any_x2
-        - K63 * a3_any
-        - K63 * da_any_x3
-        - K64 * reduced[alpha1];
-    const real Mz_any = n5
-        + G2_any * K55
-        + G3_any * K65
-        - t_6iku5 * ax_any
-        - t_6iku5 * da_any_x1
-        + K52 * a2_any
-        + K52 * da_any_x2
-        + K53 * a3_any
-        + K53 * da_any_x3
-        + K54 * reduced[alpha1]
-        + t_jczim * t_bknng;
+    const real yda_any_z = df1_any * t_skn5h_2 - (t_v7qgl + f3_any) - lK3K2 * yda_any_y;
+    const real da_any_z = yda_any_z / kK3K32;
+    const real da_any_y = yda_any_y * t_6dtnj_2 - da_any_z * lK3K2;
+    const real da_any_x = df1_any * t_6dtnj + da_any_y * t_skn5h + da_any_z * t_skn5h_2;
+    const real Mx_any = reduced[alpha1] * hub_K44
+        - hub_b4
+        + reduced[alpha2] * hub_K54
+        + reduced[alpha3] * hub_K64
+        + ax_any * hub_K41
+        + reduced[ay] * hub_K42
+        + reduced[az] * hub_K43
+        + da_any_x * hub_K41
+        + da_any_y * hub_K42
+        + da_any_z * hub_K43;
+    const real t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real t_yxxpc = p[b] + p[d];
+    const real My_any = reduced[alpha1] * hub_K54
+        - hub_b5
+        + reduced[alpha2] * hub_K55
+        - reduced[alpha3] * t_6u6cw
+        + ax_any * hub_K51
+        - reduced[ay] * t_rsnrr
+        + reduced[az] * hub_K53
+        + da_any_x * hub_K51
+        - da_any_y * t_rsnrr
+        + da_any_z * hub_K53
+        + t_v7qgl * t_yxxpc;
+    const real Mz_any = reduced[alpha1] * hub_K64
+        - hub_b6
+        - reduced[alpha2] * t_6u6cw
+        + reduced[alpha3] * hub_K66
+        - ax_any * t_bjkdc
+        + reduced[ay] * hub_K62
+        + reduced[az] * hub_K63
+        - da_any_x * t_bjkdc
+        + da_any_y * hub_K62
+        + da_any_z * hub_K63
+        + t_jczim * t_yxxpc;
     u[0] = Mx_any;
     u[1] = My_any;
     u[2] = Mz_any;
@@ -1458,34 +1551,34 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
     enum { r5 = SLOSH_LYAPUNOV_V1_C_R5, r6 = SLOSH_LYAPUNOV_V1_C_R6 };
     enum { r7 = SLOSH_LYAPUNOV_V1_C_R7, r8 = SLOSH_LYAPUNOV_V1_C_R8 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9, r10 = SLOSH_LYAPUNOV_V1_C_R10 };
-    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
-    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
+    real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
     const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
     const real t_pv3py = cos_phi1 * p[l1] * p[m1];
     const real t_frhni = t_yx2kz * sin_theta1;
-    const real cz_phi1 = sin_theta1 * t_pv3py * p[h1] - t_frhni;  /* (25) */
+    const real cz_phi1 = t_pv3py * sin_theta1 * p[h1] - t_frhni;  /* (25) */
     const real t_nud3b = t_yx2kz * (sin_phi1 * sin_phi1);
     const real D_theta1 = t_nud3b + p[I1];  /* (26) */
-    const real t_6ulha = sin_phi1 * (p[l1] * p[m1]);
-    const real t_fgmjk = sin_phi1 * cos_phi1;
-    const real cy_theta1 = sin_theta1 * t_6ulha * p[h1] - t_fgmjk * t_frhni;  /* (26) */
+    const real t_6ulha = sin_phi1 * p[l1] * p[m1];
+    const real t_fgmjk = cos_phi1 * sin_phi1;
+    const real cy_theta1 = t_6ulha * sin_theta1 * p[h1] - t_frhni * t_fgmjk;  /* (26) */
     const real cz_theta1 = cos_theta1 * t_6ulha * p[h1] - t_fgmjk * (t_yx2kz * cos_theta1) + p[I1];  /* (26) */
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
     const real D_phi2 = t_frp3h + p[I2];  /* (25) */
     const real t_aafcb = cos_phi2 * p[l2] * p[m2];
     const real t_hhb7k = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_aafcb * sin_theta2 * p[h2] - t_hhb7k;  /* (25) */
+    const real cz_phi2 = sin_theta2 * t_aafcb * p[h2] - t_hhb7k;  /* (25) */
     const real t_mlci7 = sin_phi2 * sin_phi2 * t_frp3h;
     const real D_theta2 = t_mlci7 + p[I2];  /* (26) */
-    const real t_3fjpd = p[l2] * p[m2] * sin_phi2;
-    const real t_qg23f = sin_phi2 * cos_phi2;
-    const real cy_theta2 = t_3fjpd * sin_theta2 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
-    const real cz_theta2 = t_3fjpd * cos_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
+    const real t_3fjpd = sin_phi2 * p[l2] * p[m2];
+    const real t_qg23f = cos_phi2 * sin_phi2;
+    const real cy_theta2 = sin_theta2 * t_3fjpd * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real cz_theta2 = cos_theta2 * t_3fjpd * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
@@ -1494,10 +1587,10 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
         - (cos_theta1 * t_pv3py * p[h1] - t_os4zj * cos_theta1 * p[m1]) * x[wy]
         + cz_phi1 * x[wz];
     const real t_q7u73 = p[I2] * x[wx]
-        - (t_aafcb * cos_theta2 * p[h2] - cos_theta2 * t_nfvux * p[m2]) * x[wy]
+        - (cos_theta2 * t_aafcb * p[h2] - cos_theta2 * t_nfvux * p[m2]) * x[wy]
         + cz_phi2 * x[wz];
     const real t_3r7uy = (x[theta1_dot] + x[theta1_dot]) / D_theta1 * (cy_theta1 * x[wy] - t_nud3b * x[wx] + cz_theta1 * x[wz]);
-    const real t_2qh7i = (x[theta2_dot] + x[theta2_dot]) / D_theta2 * (cy_theta2 * x[wy] - t_mlci7 * x[wx] + cz_theta2 * x[wz]);
+    const real t_jd6g3 = (cy_theta2 * x[wy] - t_mlci7 * x[wx] + cz_theta2 * x[wz]) / D_theta2 * (x[theta2_dot] + x[theta2_dot]);
     const real V_v1 = K(0.5) * (x[wx] * x[wx]) * c[r4]
         + K(0.5) * (x[wy] * x[wy]) * c[r6]
         + K(0.5) * (x[wz] * x[wz]) * c[r8]
@@ -1507,13 +1600,13 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
         + K(0.5) * c[r5] * (x[att2] * x[att2])
         + K(0.5) * c[r7] * (x[att3] * x[att3])
         + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + (x[phi1_dot] + x[phi1_dot]) / D_phi1 * t_lxjx5)
-        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + (x[phi2_dot] + x[phi2_dot]) / D_phi2 * t_q7u73)
+        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + t_q7u73 / D_phi2 * (x[phi2_dot] + x[phi2_dot]))
         + K(0.5) * W_theta1 * (x[theta1_dot] * x[theta1_dot] + t_3r7uy)
-        + K(0.5) * W_theta2 * (x[theta2_dot] * x[theta2_dot] + t_2qh7i);  /* (27) */
+        + K(0.5) * W_theta2 * (x[theta2_dot] * x[theta2_dot] + t_jd6g3);  /* (27) */
     V[0] = V_v1;
 }
 
-/* what lyapunov-v1 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 812 operations. */
+/* what lyapunov-v1 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 879 operations. */
 void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real *demand)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -1539,249 +1632,280 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
+    const real bob1_S1tx = bob1_g1_x * t_gbl6n;
+    const real bob1_S1ty = bob1_g1_y * t_gbl6n;
+    const real bob1_S1tz = bob1_g1_z * t_gbl6n;
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real t_mpcxm = K(1.0) / (p[I1] + t_lgf4h);
+    const real bob1_S2ty = bob1_g2_y * t_mpcxm;
+    const real bob1_S2rz = p[I1] * t_mpcxm;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_x7lye = t_pj4i3 * t_mpcxm;
+    const real bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_2fozl = bob1_S1ty * bob1_g1_x;
+    const real t_pn57p = t_2fozl * bob1_r_z;
+    const real t_2fozl_2 = bob1_S1tz * bob1_g1_x;
+    const real t_pn57p_2 = t_2fozl_2 * bob1_r_y;
+    const real bob1_Nxx = t_pn57p - (t_pn57p_2 + bob1_S1rx * bob1_g1_x);
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_2fozl * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_uu2cl = sin_theta1 * x[wy];
-    const real t_rzamr = cos_theta1 * x[wz];
-    const real Wt1 = t_uu2cl + t_rzamr;
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real t_l4ozg = t_rzamr + t_uu2cl;
-    const real chi1 = cos_phi1 * w_x1 - t_l4ozg * sin_phi1;
-    const real t_zo72f = t_l4ozg * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_zo72f * t_zo72f + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_t2zmi = sin_theta2 * x[wy];
-    const real t_adduy = cos_theta2 * x[wz];
-    const real Wt2 = t_t2zmi + t_adduy;
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real t_doiln = t_adduy + t_t2zmi;
-    const real chi2 = cos_phi2 * w_x2 - t_doiln * sin_phi2;
-    const real t_vomrl = t_doiln * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_vomrl * t_vomrl + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_zo72f - t_l4ozg * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_ylzxh = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_ylzxh * cos_phi1;
-    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_vomrl - t_doiln * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_gupd5 = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_gupd5 * cos_phi2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
-    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
+    const real bob2_S1tx = bob2_g1_x * t_jx6g7;
+    const real bob2_S1ty = bob2_g1_y * t_jx6g7;
+    const real bob2_S1tz = bob2_g1_z * t_jx6g7;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_44exz = K(1.0) / (p[I2] + t_frp3h * t_pt6a7);
+    const real bob2_S2ty = bob2_g2_y * t_44exz;
+    const real bob2_S2rz = p[I2] * t_44exz;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_h6azt = t_zludf * t_44exz;
+    const real bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_4rrc5 = bob2_S1ty * bob2_g1_x;
+    const real t_fkg2b = t_4rrc5 * bob2_r_z;
+    const real t_4rrc5_2 = bob2_S1tz * bob2_g1_x;
+    const real t_fkg2b_2 = t_4rrc5_2 * bob2_r_y;
+    const real bob2_Nxx = t_fkg2b - (t_fkg2b_2 + bob2_S1rx * bob2_g1_x);
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_4rrc5 * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt;
+    const real total_mass = p[m] + p[m0];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real hub_K53 = t_cub74
+        - (t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x));
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
     const real t_ik6g5 = gy_phi1 * p[h1];
     const real t_dmccl = t_yx2kz * sin_theta1;
     const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_4evkh = Wt1 * Wt1;
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_lgf4h = t_yx2kz * t_hjphj;
-    const real t_wube7 = x[wx] * x[wx];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_l4ozg = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real t_mgpcw = t_l4ozg * t_lgf4h;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
     const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
-    const real t_y2jy5 = t_lgf4h_2 * Wt1;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_4evkh
-        - t_sxxxk * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_lgf4h
-        - t_lgf4h * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_y2jy5
-        - t_yx2kz * Wt1 * x[wx]
-        + t_os4zj * t_4evkh * sin_phi1 * cos_phi1 * p[m1]
-        + t_os4zj_2 * t_hjphj_2 * Wt1 * x[wx] * p[m1]
-        + cos_phi1 * Wt1 * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_mgpcw
+        - bob1_v22 * t_lgf4h_2
+        - t_wube7 * t_lgf4h_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
+        - t_yx2kz * t_l4ozg * x[wx]
+        + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + t_os4zj_2 * t_l4ozg * t_hjphj * x[wx] * p[m1]
+        + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
+        + t_os4zj_2 * cos_phi1 * sin_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real cy_theta1 = t_762ik - t_dmccl * t_hjphj_2;  /* (26) */
     const real t_n4yir = gy_theta1 * p[h1];
     const real t_dmccl_2 = t_yx2kz * cos_theta1;
-    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2;
     const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * x[wx];
-    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_lgf4h * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_y2jy5 * t_hjux3
-        + t_y2jy5 * Wn1
-        + t_7xuxq
-        - t_lgf4h * t_prfqf
+    const real t_hawtx = t_l4ozg_2 * x[wx];
+    const real Dd_theta1 = bob1_twice1 * t_lgf4h_2;
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_mgpcw
+        + bob1_v21 * t_lgf4h_2
+        + t_l4ozg_2 * t_mgpcw
+        + t_ik6g5_2 * t_hawtx
+        - t_lgf4h_2 * t_hawtx
         - Dd_theta1 * x[wx];  /* (26) */
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
     const real t_tkdjn = gy_phi2 * p[h2];
     const real t_c4pkx = sin_theta2 * t_frp3h;
     const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_6pfo6 = t_pt6a7 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_4evkh_2 = Wt2 * Wt2;
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_4rwin = Wt2 * t_6pfo6_2;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6
-        - t_2ys72 * t_4evkh_2
-        - t_2ys72 * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_6pfo6
-        - (x[theta2_dot] + x[theta2_dot]) * t_4rwin
-        - Wt2 * t_frp3h * x[wx]
-        + t_4evkh_2 * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (Wt2 + Wt2) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
-        + Wt2 * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * x[wz] + sin_theta2 * x[wy];
+    const real t_7ovbh = t_doiln * t_doiln;
+    const real t_doiln_2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7_2 * t_frp3h;
+    const real t_6pfo6_2 = t_pt6a7 * t_frp3h;
+    const real t_n7l2g = t_doiln * t_6pfo6_2;
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_6pfo6 * bob2_v22
+        - t_6pfo6 * t_wube7
+        - t_n7l2g * bob2_twice2
+        - t_doiln * t_frp3h * x[wx]
+        + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * x[wx] * p[m2]
+        + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
+        + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
     const real t_epql5 = gy_theta2 * p[h2];
     const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
     const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * x[wx];
-    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_6pfo6 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * x[theta2_dot];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_4rwin
-        + t_2ys72 * t_prfqf_2
-        + t_4rwin * t_mw75j
-        + t_5f4es
-        - t_6pfo6 * t_prfqf_2
-        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_go56f = t_doiln_2 * x[wx];
+    const real Dd_theta2 = t_6pfo6 * bob2_twice1;
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_n7l2g
+        + t_tkdjn_2 * t_go56f
+        + t_6pfo6 * bob2_v21
+        + t_n7l2g * bob2_twice1
+        - t_6pfo6 * t_go56f
+        - Dd_theta2 * x[wx];  /* (26) */
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
+    const real cdy_phi1 = cz_phi1 * x[theta1_dot] + t_n4yir * x[phi1_dot];
+    const real t_ik6g5_3 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_3 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_762ik * x[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
-    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl);
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * x[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
     const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
+    const real t_tkdjn_3 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_3 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
-    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
     const real t_wij2f = x[vy] * c[r1];
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_4pqij = D1 * x[phi1_dot];
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_4pqij = D_phi1 * x[phi1_dot];
     const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_lzacu = D2 * x[phi2_dot];
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real t_lzacu = D_phi2 * x[phi2_dot];
     const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
     const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
     const real t_4maxk = D_theta1 * x[theta1_dot];
-    const real t_z6ntf = t_dxtpc * (cy_theta1 * x[wy] - t_lgf4h_2 * x[wx] + cz_theta1 * x[wz] + t_4maxk);
+    const real t_z6ntf = t_dxtpc * (cy_theta1 * x[wy] - t_lgf4h * x[wx] + cz_theta1 * x[wz] + t_4maxk);
     const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
     const real t_qu7qb = D_theta2 * x[theta2_dot];
     const real t_dhnrr = t_hciml * (cy_theta2 * x[wy] - t_6pfo6_2 * x[wx] + cz_theta2 * x[wz] + t_qu7qb);
@@ -1794,37 +1918,39 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real C_v1 = t_aqbxr
         - t_xlxwl * gz_phi1
         - t_hgt7a * gz_phi2
-        + t_z6ntf * t_iouus
-        + t_dhnrr * t_cfuim;  /* (29) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_o6h5x = ax_eq * gx_phi2;
+        + t_z6ntf * t_y5hcm
+        + t_dhnrr * t_xs3iz;  /* (29) */
+    const real t_s5cay = ax_eq * bob1_g1_x;
+    const real t_q7mge = ax_eq * bob2_g1_x;
+    const real t_acyi3 = Dd_theta1 * x[theta1_dot];
+    const real t_cgapl = Dd_theta2 * x[theta2_dot];
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
+        - t_hyv47 * (t_s5cay * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_q7mge * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real g2_v1 = x[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+        + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + x[vx] * x[vz] * c[r2];  /* (29) */
     const real g3_v1 = x[att3] * c[r7]
         - t_wij2f * x[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
         - t_hyv47 * (p[I1] * p[I1])
         - t_pi35k * (p[I2] * p[I2])
-        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+        - t_dxtpc * (t_lgf4h * t_lgf4h)
         - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
     const real t_if7mv = t_hyv47 * p[I1];
     const real t_tmzpj = t_pi35k * p[I2];
-    const real t_loou6 = t_dxtpc * t_lgf4h_2;
+    const real t_loou6 = t_dxtpc * t_lgf4h;
     const real t_mszyx = t_hciml * t_6pfo6_2;
     const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
@@ -1843,66 +1969,56 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
         - t_dxtpc * (cz_theta1 * cz_theta1)
         - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
     const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj;
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
     const real t_y6t4t = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real u_v1_x1 = -t_bewoy;
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real u_v1_x3 = -t_bewoy;
     const real t_btp7k = B_v1 * c[w1];
     const real u1_v1 = -t_btp7k;  /* (31) */
     const real t_nn6jp = C_v1 * c[w2];
     const real u2_v1 = -t_nn6jp;  /* (32) */
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * x_C - t_btp7k;
-    const real a3_v1 = G3_v1 * x_C - t_nn6jp;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_swbpb = t_ylzxh * sin_phi1
-        + t_gupd5 * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-        + G3_v1 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = (Bs_1 + Bs_2) * t_bewoy - t_swbpb;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_bewoy;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
+    const real t_lmznw = t_2fozl + t_4rrc5;
+    const real t_lmznw_2 = t_2fozl_2 + t_4rrc5_2;
+    const real t_uryxi = (t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y + (t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y)) * u_v1_x5;
+    const real q1_v1 = t_lmznw * t_btp7k
+        - hub_b1
+        + t_lmznw_2 * t_nn6jp
+        - hub_K41 * t_bewoy
+        + hub_K51 * u_v1_x4
+        - t_uryxi;
+    const real t_sydti = hub_b2
+        + hub_K22 * t_btp7k
+        + hub_K32 * t_nn6jp
+        + hub_K42 * t_bewoy
+        + (t_pn57p + t_yugsj + (t_fkg2b + t_kmmnu)) * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_sydti;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+        + hub_K63 * u_v1_x5;
+    const real PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1;
+    const real t_23zlk = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_23zlk));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
+    const real f2_v1 = q2_v1 - ax_v1 * t_lmznw;
+    const real f3_v1 = q3_v1 - ax_v1 * t_lmznw_2;
     const real lateral_v1 = mv_sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1);
     demand[0] = u1_v1;
     demand[1] = u2_v1;
-    demand[2] = u_v1_x1;
-    demand[3] = u_v1_x2;
-    demand[4] = u_v1_x3;
+    demand[2] = u_v1_x3;
+    demand[3] = u_v1_x4;
+    demand[4] = u_v1_x5;
     demand[5] = lateral_v1;
     demand[6] = mv_max(SPLAT(K(0.0)), lateral_v1 - p[F]);
 }
@@ -1929,7 +2045,7 @@ void slosh_lyapunov_v2_value(const real *x, const real *p, const real *c, real *
     V[0] = V_v2;
 }
 
-/* what lyapunov-v2 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 361 operations. */
+/* what lyapunov-v2 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 429 operations. */
 void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real *demand)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -1955,179 +2071,208 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
-    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + bob1_S1rx * bob1_g1_x);
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_dugie * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + bob2_S1rx * bob2_g1_x);
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_s4byp * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real total_mass = p[m] + p[m0];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real hub_K53 = t_cub74
+        - (t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x));
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
     const real B_v2 = x[vy] * c[r1];  /* (29) */
     const real C_v2 = x[vz] * c[r2];  /* (29) */
     const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
     const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
     const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
     const real t_qwmt7 = (x[wz] * c[w5] + g3_v2) / c[r8];
-    const real u_v2_x3 = -t_qwmt7;
+    const real u_v2_x5 = -t_qwmt7;
     const real t_2delu = (x[wy] * c[w4] + g2_v2) / c[r6];
-    const real u_v2_x2 = -t_2delu;
+    const real u_v2_x4 = -t_2delu;
     const real t_n2b4c = (x[wx] * c[w3] + g1_v2) / c[r4];
-    const real u_v2_x1 = -t_n2b4c;
+    const real u_v2_x3 = -t_n2b4c;
     const real t_si2fh = B_v2 * c[w1];
     const real u1_v2 = -t_si2fh;  /* (34) */
     const real t_gkvv2 = C_v2 * c[w2];
     const real u2_v2 = -t_gkvv2;  /* (35) */
-    const real G2_v2 = W12 - t_qwmt7;
-    const real G3_v2 = W13 + t_2delu;
-    const real a2_v2 = G2_v2 * x_C - t_si2fh;
-    const real a3_v2 = G3_v2 * x_C - t_gkvv2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_7awx3 = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-        + G3_v2 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = (Bs_1 + Bs_2) * t_n2b4c - t_7awx3;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_n2b4c;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_n2b4c;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_jaqez = (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y)) * t_qwmt7;
+    const real q1_v2 = t_lhd4o * t_si2fh
+        - hub_b1
+        + t_lhd4o_2 * t_gkvv2
+        - hub_K41 * t_n2b4c
+        - hub_K51 * t_2delu
+        + t_jaqez;
+    const real q2_v2 = (t_yiqfo + t_yugsj + (t_6j24m + t_kmmnu)) * t_2delu
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_n2b4c)
+        - hub_K62 * t_qwmt7;
+    const real PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2;
+    const real t_q65pd = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_n2b4c
+        + hub_K53 * t_2delu
+        + hub_K63 * t_qwmt7;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_q65pd;
+    const real t_irt3i = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + t_q65pd * t_q65pd);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_irt3i));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2);
+    const real f2_v2 = q2_v2 - ax_v2 * t_lhd4o;
+    const real t_a7uq5 = t_q65pd + ax_v2 * t_lhd4o_2;
+    const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + t_a7uq5 * t_a7uq5);
     demand[0] = u1_v2;
     demand[1] = u2_v2;
-    demand[2] = u_v2_x1;
-    demand[3] = u_v2_x2;
-    demand[4] = u_v2_x3;
+    demand[2] = u_v2_x3;
+    demand[3] = u_v2_x4;
+    demand[4] = u_v2_x5;
     demand[5] = lateral_v2;
     demand[6] = mv_max(SPLAT(K(0.0)), lateral_v2 - p[F]);
 }
 
-/* Lyapunov law with the pendulums' rates, (27), (29)-(33); 1076 operations. */
+/* Lyapunov law with the pendulums' rates, (27), (29)-(33); 1133 operations. */
 void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)r;
@@ -2154,300 +2299,291 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
-    const real t_nfvux = p[l2] * p[l2];
-    const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_aqrn5 = t_rybsf * e1;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real t_rzamr = cos_theta1 * x[wz];
-    const real t_uu2cl = sin_theta1 * x[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real B_1 = me1 * p[l1];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = x[wx] * x[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real t_adduy = cos_theta2 * x[wz];
-    const real t_t2zmi = sin_theta2 * x[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real e2 = p[h2] - x_C;
-    const real t_3hay7 = t_rybsf * e2;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
+    const real bob1_S1tz = bob1_g1_z * t_gbl6n;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_2fozl = bob1_S1tz * bob1_g1_x;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real t_pj4i3 = bob1_r_y * p[m1];
     const real t_hjphj = sin_phi1 * sin_phi1;
     const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real t_mpcxm = K(1.0) / (p[I1] + t_lgf4h);
+    const real t_x7lye = t_pj4i3 * t_mpcxm;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real t_hcmdr = t_2fozl * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
+    const real bob2_S1tz = bob2_g1_z * t_jx6g7;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_4rrc5 = bob2_S1tz * bob2_g1_x;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_44exz = K(1.0) / (p[I2] + t_frp3h * t_pt6a7);
+    const real t_h6azt = t_zludf * t_44exz;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real t_pfoxj = t_4rrc5 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_hcmdr + t_pfoxj);
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5 - t_os4zj * cos_theta1 * p[m1];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn - cos_theta2 * t_nfvux * p[m2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
     const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
     const real t_loou6 = t_dxtpc * t_lgf4h;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_hjphj_2 = sin_phi1 * cos_phi1;
-    const real t_dmccl = t_yx2kz * cos_theta1;
-    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
-    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_if7mv = t_hyv47 * p[I1];
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_dmccl_2 = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_tmzpj = t_pi35k * p[I2];
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
+    const real cy_theta1 = t_762ik - t_dmccl * t_hjphj_2;  /* (26) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_pt6a7 = sin_phi2 * sin_phi2;
     const real t_6pfo6 = t_pt6a7 * t_frp3h;
     const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
     const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
     const real t_mszyx = t_hciml * t_6pfo6;
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
-    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
-    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
+    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f11_v1 = c[r4]
         - t_hyv47 * (p[I1] * p[I1])
         - t_pi35k * (p[I2] * p[I2])
         - t_dxtpc * (t_lgf4h * t_lgf4h)
         - t_hciml * (t_6pfo6 * t_6pfo6);  /* (29) */
     const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
     const real t_aqbxr = x[vz] * c[r2];
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real total_mass = p[m] + p[m0];
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
+    const real t_s5cay = ax_eq * bob1_g1_x;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real t_l4ozg = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real t_mgpcw = t_l4ozg * t_lgf4h;
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_lgf4h_2
-        - t_lgf4h_2 * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_mgpcw
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_mgpcw
+        - bob1_v22 * t_lgf4h_2
+        - t_wube7 * t_lgf4h_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
         - t_yx2kz * t_l4ozg * x[wx]
-        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + t_os4zj_2 * t_hjphj * t_l4ozg * x[wx] * p[m1]
+        + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + t_os4zj_2 * t_l4ozg * t_hjphj * x[wx] * p[m1]
         + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real t_o6h5x = ax_eq * gx_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
+        + t_os4zj_2 * cos_phi1 * sin_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real t_q7mge = ax_eq * bob2_g1_x;
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real t_7ovbh = t_doiln * t_doiln;
+    const real t_doiln_2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real t_n7l2g = t_doiln * t_6pfo6;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6_2
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_6pfo6_2
-        - (x[theta2_dot] + x[theta2_dot]) * t_n7l2g
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_6pfo6_2 * bob2_v22
+        - t_6pfo6_2 * t_wube7
+        - t_n7l2g * bob2_twice2
         - t_doiln * t_frp3h * x[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * p[m2]
         + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * x[wx] * p[m2]
         + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+        + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real t_4maxk = D_theta1 * x[theta1_dot];
-    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
-    const real t_prfqf = Wn1 * x[wx];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h_2 * t_prfqf
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = bob1_twice1 * t_lgf4h_2;
+    const real t_acyi3 = Dd_theta1 * x[theta1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real t_hawtx = t_l4ozg_2 * x[wx];
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_mgpcw
+        + bob1_v21 * t_lgf4h_2
+        + t_l4ozg_2 * t_mgpcw
+        + t_ik6g5_2 * t_hawtx
+        - t_lgf4h_2 * t_hawtx
         - Dd_theta1 * x[wx];  /* (26) */
     const real t_qu7qb = D_theta2 * x[theta2_dot];
-    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * x[theta2_dot];
-    const real t_prfqf_2 = Wn2 * x[wx];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6_2 * t_prfqf_2
-        - t_6pfo6_2 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * bob2_twice1;
+    const real t_cgapl = Dd_theta2 * x[theta2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real t_go56f = t_doiln_2 * x[wx];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_n7l2g
+        + t_tkdjn_2 * t_go56f
+        + t_6pfo6_2 * bob2_v21
+        + t_n7l2g * bob2_twice1
+        - t_6pfo6_2 * t_go56f
+        - Dd_theta2 * x[wx];  /* (26) */
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
-        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+        - t_hyv47 * (t_s5cay * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_q7mge * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6 + t_6pfo6 * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real t_y6t4t = x[wx] * c[w3] + g1_v1;
-    const real t_wij2f = x[vy] * c[r1];
-    const real t_4pqij = D1 * x[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
-    const real t_lzacu = D2 * x[phi2_dot];
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
+    const real t_4pqij = D_phi1 * x[phi1_dot];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
+    const real t_ik6g5_3 = gy_phi1 * p[h1];
+    const real cz_phi1 = t_ik6g5_3 - t_dmccl;  /* (25) */
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real cdy_phi1 = cz_phi1 * x[theta1_dot] + t_n4yir * x[phi1_dot];
+    const real t_lzacu = D_phi2 * x[phi2_dot];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn_3 = gy_phi2 * p[h2];
+    const real cz_phi2 = t_tkdjn_3 - t_c4pkx;  /* (25) */
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real t_dmccl_2 = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2;
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
-    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * x[theta1_dot];
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5_3 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl);
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
-    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
-    const real g3_v1 = x[att3] * c[r7]
-        - t_wij2f * x[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
-    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
-        + t_pi35k * t_zshn6 * cz_phi2
-        - t_dxtpc * cy_theta1 * cz_theta1
-        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real g2_v1 = x[att2] * c[r5]
+        + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
     const real f22_v1 = c[r6]
         - t_hyv47 * (t_2ksfs * t_2ksfs)
         - t_pi35k * (t_zshn6 * t_zshn6)
         - t_dxtpc * (cy_theta1 * cy_theta1)
         - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj;
-    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
-    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2);
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
-    const real g2_v1 = x[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-        + x[vx] * x[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real t_wij2f = x[vy] * c[r1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_762ik * x[phi1_dot];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * x[theta1_dot];
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
     const real f33_v1 = c[r8]
         - t_hyv47 * (cz_phi1 * cz_phi1)
         - t_pi35k * (cz_phi2 * cz_phi2)
         - t_dxtpc * (cz_theta1 * cz_theta1)
         - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real g_1 = e1 - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real g_2 = e2 - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_edvw3 + wqS_2;
-    const real W13 = x[wx] * x[wz];
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real t_xlxwl = t_hyv47 * (p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz] + t_4pqij);
     const real t_hgt7a = t_pi35k * (p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz] + t_lzacu);
     const real t_z6ntf = t_dxtpc * (cy_theta1 * x[wy] - t_lgf4h * x[wx] + cz_theta1 * x[wz] + t_4maxk);
@@ -2457,212 +2593,232 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
         - t_hgt7a * gy_phi2
         - t_z6ntf * gy_theta1
         - t_dhnrr * gy_theta2;  /* (29) */
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real t_btp7k = B_v1 * c[w1];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
     const real C_v1 = t_aqbxr
         - t_xlxwl * gz_phi1
         - t_hgt7a * gz_phi2
-        + t_z6ntf * t_iouus
-        + t_dhnrr * t_cfuim;  /* (29) */
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bs_2 = B_2 * sin_phi2;
-    const real t_hig3c_3 = Bs_1 + Bs_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_asytu = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_6iku5
-        + G3_v1 * t_6iku5_2
-        + t_f2nhc_2 * a2_v1
-        + t_f2nhc * a3_v1;
-    const real q1_v1 = t_hig3c_3 * t_bewoy - t_asytu;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_belws * t_bewoy;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
-    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
+        + t_z6ntf * t_y5hcm
+        + t_dhnrr * t_xs3iz;  /* (29) */
+    const real t_nn6jp = C_v1 * c[w2];
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real t_627tc = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc - bob1_Myz * bob1_r_z;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
+    const real t_m33lw = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_mpcxm;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_pn57p = t_2fozl * bob1_r_y;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_44exz;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_fkg2b = t_4rrc5 * bob2_r_y;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+        + hub_K63 * u_v1_x5;
+    const real bob1_S1tx = bob1_g1_x * t_gbl6n;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * t_jx6g7;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real bob1_S1ty = bob1_g1_y * t_gbl6n;
+    const real t_2fozl_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * t_jx6g7;
+    const real t_4rrc5_2 = bob2_S1ty * bob2_g1_x;
+    const real t_lmznw = t_2fozl_2 + t_4rrc5_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = t_cub74 * x[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real t_lmznw_2 = t_2fozl + t_4rrc5;
+    const real t_pn57p_2 = t_2fozl_2 * bob1_r_z;
+    const real t_627tc_2 = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_pn57p_2 - (t_pn57p + t_627tc_2);
+    const real t_fkg2b_2 = t_4rrc5_2 * bob2_r_z;
+    const real t_m33lw_2 = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_fkg2b_2 - (t_fkg2b + t_m33lw_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5 * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_2qm2u = t_2fozl_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_jspy6 = t_4rrc5_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_c7dq3 = t_2qm2u + t_jspy6;
+    const real q1_v1 = t_lmznw * t_btp7k
+        - hub_b1
+        + t_lmznw_2 * t_nn6jp
+        - hub_K41 * t_bewoy
+        + hub_K51 * u_v1_x4
+        - t_c7dq3 * u_v1_x5;
+    const real bob1_S2ty = bob1_g2_y * t_mpcxm;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_dugie = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie + t_2fozl_2 * bob1_r_y;
+    const real bob2_S2ty = bob2_g2_y * t_44exz;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_s4byp = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp + t_4rrc5_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real t_627tc_3 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_3 - bob1_Myy * bob1_r_z;
+    const real t_m33lw_3 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_hcmdr_2 = t_pn57p_2 + t_yugsj;
+    const real t_pfoxj_2 = t_fkg2b_2 + t_kmmnu;
+    const real t_rsnrr = t_hcmdr_2 + t_pfoxj_2;
+    const real t_dtmmd = hub_b2
+        + hub_K22 * t_btp7k
+        + hub_K32 * t_nn6jp
+        + hub_K42 * t_bewoy
+        + t_rsnrr * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_dtmmd;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1;
+    const real PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2;
+    const real t_23zlk = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_23zlk));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - ax_v1 * t_lmznw_2;
     const real t_y7rm6 = K(1.0) / p[F];
-    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real f2_v1 = q2_v1 - ax_v1 * t_lmznw;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real eBc_1 = Bc_1 * e1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo_3 = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real Bl_2 = B_2 * p[l2];
-    const real eBc_2 = Bc_2 * e2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_4 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real t_hig3c_4 = wqq_1 + wqq_2;
-    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo_3
-        + t_leuxo_4
-        + t_hig3c_4
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_5 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_6 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_6
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_sfymc * x[wy] * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_6 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_6dtnj_2 = K(1.0) / K11;
-    const real t_gousg = t_f2nhc_2 * t_6dtnj_2;
-    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
-    const real t_gousg_2 = t_f2nhc * t_6dtnj_2;
-    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
-    const real t_6dtnj_3 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_3;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
-    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_627tc * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_m33lw * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_627tc_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_m33lw_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_627tc * bob1_r_x
+        - (t_627tc_2 * bob1_r_z + t_hcmdr * bob1_r_y + t_m33lw_2 * bob2_r_z + t_pfoxj * bob2_r_y)
+        + t_hcmdr_2 * bob1_r_z
+        + t_m33lw * bob2_r_x
+        + t_pfoxj_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_hcmdr * bob1_r_x
+        + t_pfoxj * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_627tc_3 * bob1_r_x
+        - t_m33lw_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_627tc_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_m33lw_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = total_Jzz
+        - t_dugie * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_2qm2u * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_jspy6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_6dtnj_2 = K(1.0) / hub_K11;
+    const real t_rvh36 = t_lmznw * t_6dtnj_2;
+    const real kK2K21 = hub_K22 - t_lmznw * t_rvh36;
+    const real t_rvh36_2 = t_lmznw_2 * t_6dtnj_2;
+    const real kK3K21 = hub_K32 - t_lmznw * t_rvh36_2;
+    const real kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2;
+    const real t_6dtnj_3 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_3;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_gousg * df1_v1;
+    const real yda_v1_y = df2_v1 + df1_v1 * t_rvh36;
     const real t_v7qgl = t_qh3cx * sin_delta1_v1;
-    const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 / K_D3;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
-    const real Mx_v1 = n4
-        + G2_v1 * K54
-        + G3_v1 * K64
-        - t_hig3c_3 * ax_v1
-        - t_hig3c_3 * da_v1_x1
-        - t_belws * a2_v1
-        - t_belws * da_v1_x2
-        + K43 * a3_v1
-        + K43 * da_v1_x3
-        - K44 * t_bewoy;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real My_v1 = t_v7qgl * t_bknng
-        - n6
-        - G2_v1 * K65
-        - G3_v1 * K66
-        + t_6iku5_2 * ax_v1
-        + t_6iku5_2 * da_v1_x1
-        + t_edvw3 * a2_v1
-        + t_edvw3 * da_v1_x2
-        - K63 * a3_v1
-        - K63 * da_v1_x3
-        + K64 * t_bewoy;
-    const real Mz_v1 = n5
-        + G2_v1 * K55
-        + G3_v1 * K65
-        - t_6iku5 * ax_v1
-        - t_6iku5 * da_v1_x1
-        + K52 * a2_v1
-        + K52 * da_v1_x2
-        + K53 * a3_v1
-        + K53 * da_v1_x3
-        - K54 * t_bewoy
-        + t_jczim * t_bknng;
+    const real yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y;
+    const real da_v1_z = yda_v1_z / kK3K32;
+    const real da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2;
+    const real da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2;
+    const real Mx_v1 = ax_v1 * hub_K41
+        - hub_b4
+        + da_v1_x * hub_K41
+        + da_v1_y * hub_K42
+        + da_v1_z * hub_K43
+        - hub_K42 * t_btp7k
+        - hub_K43 * t_nn6jp
+        - hub_K44 * t_bewoy
+        + hub_K54 * u_v1_x4
+        + hub_K64 * u_v1_x5;
+    const real t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real t_yxxpc = p[b] + p[d];
+    const real My_v1 = ax_v1 * hub_K51
+        - hub_b5
+        + da_v1_x * hub_K51
+        - da_v1_y * t_rsnrr
+        + da_v1_z * hub_K53
+        + t_rsnrr * t_btp7k
+        - hub_K53 * t_nn6jp
+        - hub_K54 * t_bewoy
+        + hub_K55 * u_v1_x4
+        - t_osa4j * u_v1_x5
+        + t_v7qgl * t_yxxpc;
+    const real Mz_v1 = da_v1_y * hub_K62
+        - (hub_b6 + ax_v1 * t_c7dq3 + da_v1_x * t_c7dq3)
+        + da_v1_z * hub_K63
+        - hub_K62 * t_btp7k
+        - hub_K63 * t_nn6jp
+        - hub_K64 * t_bewoy
+        - t_osa4j * u_v1_x4
+        + hub_K66 * u_v1_x5
+        + t_jczim * t_yxxpc;
     u[0] = Mx_v1;
     u[1] = My_v1;
     u[2] = Mz_v1;
@@ -2670,7 +2826,7 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     u[4] = delta2_v1;
 }
 
-/* closed loop of lyapunov-v1; 1395 operations. */
+/* closed loop of lyapunov-v1; 1423 operations. */
 void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
@@ -2696,374 +2852,405 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_rzamr = cos_theta1 * q[wz];
-    const real t_uu2cl = sin_theta1 * q[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real p1 = Wn1 + q[phi1_dot];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * cos_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_adduy = cos_theta2 * q[wz];
-    const real t_t2zmi = sin_theta2 * q[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_g1_y = bob1_r1_y * p[m1];
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real me1 = t_wywjk * p[I1];
-    const real t_nfvux = p[l2] * p[l2];
-    const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real me2 = t_jzg7x * p[I2];
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_aqrn5 = t_rybsf * e1;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_wywjk * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real B_1 = me1 * p[l1];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real e2 = p[h2] - x_C;
-    const real t_3hay7 = t_rybsf * e2;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_jzg7x * p[l2];
-    const real mv2 = t_popww * k2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
+    const real bob1_S1ty = bob1_g1_y * t_gbl6n;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_g2_y = bob1_r_z * p[m1];
     const real t_hjphj = sin_phi1 * sin_phi1;
     const real t_lgf4h = t_yx2kz * t_hjphj;
-    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
-    const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
-    const real t_loou6 = t_dxtpc * t_lgf4h;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real D_theta1 = p[I1] + t_lgf4h;  /* (26) */
+    const real t_fdes3 = K(1.0) / D_theta1;
+    const real bob1_S2ty = bob1_g2_y * t_fdes3;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_S2rz = p[I1] * t_fdes3;
+    const real t_627tc = bob1_S2rz * bob1_g2_y;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_2fozl = bob1_S1ty * bob1_g1_x;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_627tc + t_2fozl * bob1_r_y;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
+    const real bob2_S1ty = bob2_g1_y * t_jx6g7;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real D_theta2 = p[I2] + t_frp3h * t_pt6a7;  /* (26) */
+    const real t_jlpsc = K(1.0) / D_theta2;
+    const real bob2_S2ty = bob2_g2_y * t_jlpsc;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_S2rz = p[I2] * t_jlpsc;
+    const real t_m33lw = bob2_S2rz * bob2_g2_y;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_4rrc5 = bob2_S1ty * bob2_g1_x;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_m33lw + t_4rrc5 * bob2_r_y;
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real t_czm24 = t_lgf4h + p[I1];
+    const real t_kzhyn = W_theta1 / (t_czm24 * t_czm24);
+    const real t_tqbuz = t_kzhyn * t_lgf4h;
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
     const real t_n4yir = gy_theta1 * p[h1];
-    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
     const real t_dmccl = t_yx2kz * cos_theta1;
     const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
     const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
     const real t_if7mv = t_hyv47 * p[I1];
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
     const real t_ik6g5 = gy_phi1 * p[h1];
     const real t_dmccl_2 = t_yx2kz * sin_theta1;
     const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
     const real t_tmzpj = t_pi35k * p[I2];
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
     const real t_tkdjn = gy_phi2 * p[h2];
     const real t_c4pkx = sin_theta2 * t_frp3h;
     const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_pt6a7 = sin_phi2 * sin_phi2;
     const real t_6pfo6 = t_pt6a7 * t_frp3h;
-    const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
-    const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
-    const real t_mszyx = t_hciml * t_6pfo6;
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_v7y4o = t_6pfo6 + p[I2];
+    const real t_7wbsh = W_theta2 / (t_v7y4o * t_v7y4o);
+    const real t_i3wq5 = t_7wbsh * t_6pfo6;
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_epql5 = gy_theta2 * p[h2];
-    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
     const real t_c4pkx_2 = cos_theta2 * t_frp3h;
     const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
     const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real f31_v1 = t_tqbuz * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_i3wq5 * cz_theta2;  /* (29) */
     const real f11_v1 = c[r4]
         - t_hyv47 * (p[I1] * p[I1])
         - t_pi35k * (p[I2] * p[I2])
-        - t_dxtpc * (t_lgf4h * t_lgf4h)
-        - t_hciml * (t_6pfo6 * t_6pfo6);  /* (29) */
+        - t_kzhyn * (t_lgf4h * t_lgf4h)
+        - t_7wbsh * (t_6pfo6 * t_6pfo6);  /* (29) */
     const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
     const real t_aqbxr = q[vz] * c[r2];
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real total_mass = p[m] + p[m0];
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
+    const real t_s5cay = ax_eq * bob1_g1_x;
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real t_l4ozg = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real t_mgpcw = t_l4ozg * t_lgf4h;
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
     const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_lgf4h_2
-        - t_lgf4h_2 * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_mgpcw
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_mgpcw
+        - bob1_v22 * t_lgf4h_2
+        - t_wube7 * t_lgf4h_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
         - t_yx2kz * t_l4ozg * q[wx]
-        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + t_os4zj_2 * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + t_os4zj_2 * t_l4ozg * t_hjphj * q[wx] * p[m1]
         + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_o6h5x = ax_eq * gx_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
+        + t_os4zj_2 * cos_phi1 * sin_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_q7mge = ax_eq * bob2_g1_x;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * q[wz] + sin_theta2 * q[wy];
     const real t_7ovbh = t_doiln * t_doiln;
+    const real t_doiln_2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
     const real t_n7l2g = t_doiln * t_6pfo6;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6_2
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_6pfo6_2
-        - (q[theta2_dot] + q[theta2_dot]) * t_n7l2g
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_6pfo6_2 * bob2_v22
+        - t_6pfo6_2 * t_wube7
+        - t_n7l2g * bob2_twice2
         - t_doiln * t_frp3h * q[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * p[m2]
         + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * q[wx] * p[m2]
         + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real t_4maxk = D_theta1 * q[theta1_dot];
-    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
-    const real t_prfqf = Wn1 * q[wx];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h_2 * t_prfqf
+        + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_s5jfy = t_czm24 * q[theta1_dot];
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = bob1_twice1 * t_lgf4h_2;
+    const real t_acyi3 = Dd_theta1 * q[theta1_dot];
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real t_hawtx = t_l4ozg_2 * q[wx];
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_mgpcw
+        + bob1_v21 * t_lgf4h_2
+        + t_l4ozg_2 * t_mgpcw
+        + t_ik6g5_2 * t_hawtx
+        - t_lgf4h_2 * t_hawtx
         - Dd_theta1 * q[wx];  /* (26) */
-    const real t_qu7qb = D_theta2 * q[theta2_dot];
-    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * q[theta2_dot];
-    const real t_prfqf_2 = Wn2 * q[wx];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6_2 * t_prfqf_2
-        - t_6pfo6_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real t_uz2dl = t_v7y4o * q[theta2_dot];
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * bob2_twice1;
+    const real t_cgapl = Dd_theta2 * q[theta2_dot];
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real t_go56f = t_doiln_2 * q[wx];
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_n7l2g
+        + t_tkdjn_2 * t_go56f
+        + t_6pfo6_2 * bob2_v21
+        + t_n7l2g * bob2_twice1
+        - t_6pfo6_2 * t_go56f
+        - Dd_theta2 * q[wx];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
-        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+        - t_hyv47 * (t_s5cay * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_q7mge * p[I2] + p[I2] * k_phi2)
+        - t_kzhyn * (t_s5jfy * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+        - t_7wbsh * (t_uz2dl * Dd_theta2 - (t_cgapl * t_6pfo6 + t_6pfo6 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real t_y6t4t = q[wx] * c[w3] + g1_v1;
     const real t_wij2f = q[vy] * c[r1];
-    const real t_4pqij = D1 * q[phi1_dot];
+    const real t_4pqij = D_phi1 * q[phi1_dot];
     const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
-    const real t_lzacu = D2 * q[phi2_dot];
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
+    const real t_ik6g5_3 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_3 - t_os4zj * cos_theta1 * p[m1];
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_762ik * q[phi1_dot];
+    const real t_lzacu = D_phi2 * q[phi2_dot];
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn_3 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_3 - cos_theta2 * t_nfvux * p[m2];
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ogbo3 * q[phi2_dot];
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real cy_theta1 = t_762ik - t_dmccl_2 * t_hjphj_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_dmccl - t_hjphj_3 * t_dmccl) - cy_theta1 * q[theta1_dot];
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
+    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_kzhyn * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_s5jfy * cdz_theta1)
+        - t_7wbsh * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_uz2dl * cdz_theta2);  /* (29) */
     const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
         + t_pi35k * t_zshn6 * cz_phi2
-        - t_dxtpc * cy_theta1 * cz_theta1
-        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+        - t_kzhyn * cy_theta1 * cz_theta1
+        - t_7wbsh * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_tqbuz * cy_theta1 + t_i3wq5 * cy_theta2;  /* (29) */
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
     const real f22_v1 = c[r6]
         - t_hyv47 * (t_2ksfs * t_2ksfs)
         - t_pi35k * (t_zshn6 * t_zshn6)
-        - t_dxtpc * (cy_theta1 * cy_theta1)
-        - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj;
-    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+        - t_kzhyn * (cy_theta1 * cy_theta1)
+        - t_7wbsh * (cy_theta2 * cy_theta2);  /* (29) */
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
     const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
-    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2);
+    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_dmccl_2 * t_hjphj - t_hjphj_3 * t_dmccl_2);
     const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
     const real g2_v1 = q[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+        + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_kzhyn * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_s5jfy * cdy_theta1)
+        - t_7wbsh * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_uz2dl * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
     const real f33_v1 = c[r8]
         - t_hyv47 * (cz_phi1 * cz_phi1)
         - t_pi35k * (cz_phi2 * cz_phi2)
-        - t_dxtpc * (cz_theta1 * cz_theta1)
-        - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real g_1 = e1 - lc_1;
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real g_2 = e2 - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real W13 = q[wx] * q[wz];
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
+        - t_kzhyn * (cz_theta1 * cz_theta1)
+        - t_7wbsh * (cz_theta2 * cz_theta2);  /* (29) */
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real stream_z = t_cub74 * q[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
     const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
     const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
-    const real t_z6ntf = t_dxtpc * (cy_theta1 * q[wy] - t_lgf4h * q[wx] + cz_theta1 * q[wz] + t_4maxk);
-    const real t_dhnrr = t_hciml * (cy_theta2 * q[wy] - t_6pfo6 * q[wx] + cz_theta2 * q[wz] + t_qu7qb);
+    const real t_jxsl7 = t_kzhyn * (cy_theta1 * q[wy] - t_lgf4h * q[wx] + cz_theta1 * q[wz] + t_s5jfy);
+    const real t_axu4c = t_7wbsh * (cy_theta2 * q[wy] - t_6pfo6 * q[wx] + cz_theta2 * q[wz] + t_uz2dl);
     const real B_v1 = t_wij2f
         - t_xlxwl * gy_phi1
         - t_hgt7a * gy_phi2
-        - t_z6ntf * gy_theta1
-        - t_dhnrr * gy_theta2;  /* (29) */
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+        - t_jxsl7 * gy_theta1
+        - t_axu4c * gy_theta2;  /* (29) */
+    const real t_btp7k = B_v1 * c[w1];
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_loayl = t_pj4i3 * t_fdes3;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * t_gbl6n;
+    const real bob1_Myz = t_loayl * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_wzdtp = t_zludf * t_jlpsc;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * t_jx6g7;
+    const real bob2_Myz = t_wzdtp * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real C_v1 = t_aqbxr
         - t_xlxwl * gz_phi1
         - t_hgt7a * gz_phi2
-        + t_z6ntf * t_iouus
-        + t_dhnrr * t_cfuim;  /* (29) */
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_belws * t_bewoy;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bs_2 = B_2 * sin_phi2;
-    const real t_hig3c_3 = Bs_1 + Bs_2;
-    const real t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_ti46a = t_ep53l
-        + G2_v1 * t_6iku5
-        + G3_v1 * t_6iku5_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_hig3c_3 * t_bewoy - t_ti46a;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
+        + t_jxsl7 * t_y5hcm
+        + t_axu4c * t_xs3iz;  /* (29) */
+    const real t_nn6jp = C_v1 * c[w2];
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real t_627tc_2 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_2 - bob1_Myy * bob1_r_z;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
+    const real t_m33lw_2 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_2 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real t_pn57p = t_2fozl * bob1_r_z;
+    const real t_ku3ch = bob1_Myz * bob1_r_x;
+    const real t_znu6i = t_pn57p + t_ku3ch;
+    const real t_fkg2b = t_4rrc5 * bob2_r_z;
+    const real t_wg7vs = bob2_Myz * bob2_r_x;
+    const real t_nwbhr = t_fkg2b + t_wg7vs;
+    const real t_4yjdc = t_znu6i + t_nwbhr;
+    const real t_dtmmd = hub_b2
+        + hub_K22 * t_btp7k
+        + hub_K32 * t_nn6jp
+        + hub_K42 * t_bewoy
+        + t_4yjdc * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_dtmmd;
+    const real bob1_S1tx = bob1_g1_x * t_gbl6n;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * t_jx6g7;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real t_lmznw = t_2fozl + t_4rrc5;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real t_uw5f5 = t_cub74 * q[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * q[wz] - stream_z * q[wy];
+    const real t_2fozl_2 = bob1_S1tz * bob1_g1_x;
+    const real t_4rrc5_2 = bob2_S1tz * bob2_g1_x;
+    const real t_lmznw_2 = t_2fozl_2 + t_4rrc5_2;
+    const real t_pn57p_2 = t_2fozl_2 * bob1_r_y;
+    const real t_627tc_3 = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_pn57p - (t_pn57p_2 + t_627tc_3);
+    const real t_fkg2b_2 = t_4rrc5_2 * bob2_r_y;
+    const real t_m33lw_3 = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_fkg2b - (t_fkg2b_2 + t_m33lw_3);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_2qm2u = t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_jspy6 = t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_c7dq3 = t_2qm2u + t_jspy6;
+    const real q1_v1 = t_lmznw * t_btp7k
+        - hub_b1
+        + t_lmznw_2 * t_nn6jp
+        - hub_K41 * t_bewoy
+        + hub_K51 * u_v1_x4
+        - t_c7dq3 * u_v1_x5;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_loayl * t_pj4i3;
+    const real t_znu6i_2 = t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_wzdtp * t_zludf;
+    const real t_nwbhr_2 = t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_znu6i_2 + t_nwbhr_2);
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_loayl;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_wzdtp;
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * q[wx];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real t_627tc_4 = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc_4 - bob1_Myz * bob1_r_z;
+    const real t_m33lw_4 = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw_4 - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real bob1_Nzz = t_ku3ch + bob1_Bzz + t_pn57p_2;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real bob2_Nzz = t_wg7vs + bob2_Bzz + t_fkg2b_2;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+        + hub_K63 * u_v1_x5;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1;
+    const real PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2;
+    const real t_23zlk = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_23zlk));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f2_v1 = q2_v1 - ax_v1 * t_lmznw;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
+    const real f3_v1 = q3_v1 - ax_v1 * t_lmznw_2;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
@@ -3072,273 +3259,260 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
     const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
-    const real f_y = sin_delta2_act * p[F];
-    const real Bl_1 = B_1 * p[l1];
-    const real eBc_1 = Bc_1 * e1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo_3 = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real Bl_2 = B_2 * p[l2];
-    const real eBc_2 = Bc_2 * e2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_4 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c_4 = wqq_1 + wqq_2;
-    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo_3
-        + t_leuxo_4
-        + t_hig3c_4
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_5 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_6 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_6
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - t_sfymc * q[wy] * q[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_6 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_6dtnj_2 = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj_2;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj_2;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_3 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_3;
-    const real t_s62lc = t_6iku5 * t_6dtnj_2;
-    const real t_6vega = K52 - t_f2nhc * t_s62lc;
-    const real K_L52 = t_6vega * t_6dtnj_3;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_w6lcf = t_hig3c_3 * t_6dtnj_2;
-    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
-    const real t_bopbx = t_cawlo * t_6dtnj_3;
-    const real t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_4 = K(1.0) / K_D3;
-    const real K_L43 = t_itbrl * t_6dtnj_4;
-    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
-    const real K_L53 = t_jmicp * t_6dtnj_4;
-    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj_2;
-    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
-    const real t_bk7yo = t_avyqv * t_6dtnj_3;
-    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
-    const real K_L63 = t_2dahu * t_6dtnj_4;
-    const real K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf;
-    const real t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc;
-    const real t_6dtnj_5 = K(1.0) / K_D4;
-    const real K_L54 = t_agu5t * t_6dtnj_5;
-    const real t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2;
-    const real K_L64 = t_kiszr * t_6dtnj_5;
-    const real K_D5 = K55
-        - t_6vega * K_L52
-        - t_jmicp * K_L53
-        - t_agu5t * K_L54
-        - t_6iku5 * t_s62lc;
-    const real t_nx7y6 = K65
-        + t_6vega * t_bk7yo
-        - t_jmicp * K_L63
-        - t_agu5t * K_L64
-        - t_6iku5 * t_s62lc_2;
-    const real t_6dtnj_6 = K(1.0) / K_D5;
-    const real K_L65 = t_nx7y6 * t_6dtnj_6;
-    const real K_D6 = K66
-        - t_avyqv * t_bk7yo
-        - t_2dahu * K_L63
-        - t_kiszr * K_L64
-        - t_nx7y6 * K_L65
-        - t_6iku5_2 * t_s62lc_2;
-    const real b1 = f_x + t_ep53l;
-    const real b2 = f_y - n2;
+    const real f_y = p[F] * sin_delta2_act;
+    const real bob1_q2 = bob1_Q2 * t_fdes3;
+    const real bob2_q2 = bob2_Q2 * t_jlpsc;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + total_Jxx * q[wx];
+    const real total_Hy = total_Jyy * q[wy];
+    const real total_Hz = total_hz + total_Jzz * q[wz];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_627tc_4 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_m33lw_4 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_627tc_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_m33lw_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_627tc_4 * bob1_r_x
+        - (t_627tc_3 * bob1_r_z + t_znu6i_2 * bob1_r_y + t_m33lw_3 * bob2_r_z + t_nwbhr_2 * bob2_r_y)
+        + t_znu6i * bob1_r_z
+        + t_m33lw_4 * bob2_r_x
+        + t_nwbhr * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_znu6i_2 * bob1_r_x
+        + t_nwbhr_2 * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_627tc_2 * bob1_r_x
+        - t_m33lw_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_627tc_3 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_m33lw_3 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = total_Jzz
+        - t_627tc * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_m33lw * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_2qm2u * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_jspy6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_6dtnj_2 = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj_2;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj_2;
+    const real t_rvh36 = t_lmznw * t_6dtnj_2;
+    const real khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36;
+    const real t_rvh36_2 = t_lmznw_2 * t_6dtnj_2;
+    const real khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2;
+    const real khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - t_4yjdc;
+    const real khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_ak5u5 = t_c7dq3 * t_6dtnj_2;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5;
+    const real khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_osa4j;
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5;
+    const real t_6dtnj_3 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_3;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_3;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_3;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_3;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_4 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_4;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_4;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_4;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_5;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_5;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_6 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_6;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real t_4rwfu = sin_delta2_act * p[F];
+    const real yhub_ay = t_4rwfu + hub_b2 + t_rvh36 * yhub_ax;
+    const real t_y3fxb = t_gbb3a * sin_delta1_act;
+    const real yhub_az = hub_b3 - t_y3fxb + t_rvh36_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
     const real t_qh3cx = p[F] * cos_delta2_v1;
-    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_gousg * df1_v1;
+    const real yda_v1_y = df2_v1 + df1_v1 * t_rvh36;
     const real t_v7qgl = t_qh3cx * sin_delta1_v1;
-    const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 * t_6dtnj_4;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
-    const real Mx_v1 = n4
-        + G2_v1 * K54
-        + G3_v1 * K64
-        - t_hig3c_3 * ax_v1
-        - t_hig3c_3 * da_v1_x1
-        - t_belws * a2_v1
-        - t_belws * da_v1_x2
-        + K43 * a3_v1
-        + K43 * da_v1_x3
-        - K44 * t_bewoy;
+    const real yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lhub_azhub_ay * yda_v1_y;
+    const real da_v1_z = yda_v1_z * t_6dtnj_4;
+    const real da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lhub_azhub_ay;
+    const real da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2;
+    const real Mx_v1 = ax_v1 * hub_K41
+        - hub_b4
+        + da_v1_x * hub_K41
+        + da_v1_y * hub_K42
+        + da_v1_z * hub_K43
+        - hub_K42 * t_btp7k
+        - hub_K43 * t_nn6jp
+        - hub_K44 * t_bewoy
+        + hub_K54 * u_v1_x4
+        + hub_K64 * u_v1_x5;
     const real t_gbb3a_2 = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_jczim;
-    const real da_act_y2 = df2_act + t_gousg * df1_act;
+    const real df2_act = f_y - t_jczim;
+    const real yda_act_y = df2_act + df1_act * t_rvh36;
     const real df3_act = t_m2xxj * p[F] - t_gbb3a_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_4;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
-    const real Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
-    const real b4 = Mx - n4;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real Mz_v1 = n5
-        + G2_v1 * K55
-        + G3_v1 * K65
-        - t_6iku5 * ax_v1
-        - t_6iku5 * da_v1_x1
-        + K52 * a2_v1
-        + K52 * da_v1_x2
-        + K53 * a3_v1
-        + K53 * da_v1_x3
-        - K54 * t_bewoy
-        + t_jczim * t_bknng;
-    const real Mz = Mz_v1
-        - t_6iku5 * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * t_bknng;
-    const real b5 = Mz - n5 - f_y * t_bknng;
-    const real t_y3fxb = t_gbb3a * sin_delta1_act;
-    const real My_v1 = t_v7qgl * t_bknng
-        - n6
-        - G2_v1 * K65
-        - G3_v1 * K66
-        + t_6iku5_2 * ax_v1
-        + t_6iku5_2 * da_v1_x1
-        + t_edvw3_2 * a2_v1
-        + t_edvw3_2 * da_v1_x2
-        - K63 * a3_v1
-        - K63 * da_v1_x3
-        + K64 * t_bewoy;
+    const real yda_act_z = df3_act + df1_act * t_rvh36_2 - lhub_azhub_ay * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_4;
+    const real da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lhub_azhub_ay;
+    const real da_act_x = df1_act * t_6dtnj_2 + da_act_y * t_rvh36 + da_act_z * t_rvh36_2;
+    const real Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
+    const real yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real t_yxxpc = p[b] + p[d];
+    const real My_v1 = ax_v1 * hub_K51
+        - hub_b5
+        + da_v1_x * hub_K51
+        - da_v1_y * t_4yjdc
+        + da_v1_z * hub_K53
+        + t_4yjdc * t_btp7k
+        - hub_K53 * t_nn6jp
+        - hub_K54 * t_bewoy
+        + hub_K55 * u_v1_x4
+        - t_osa4j * u_v1_x5
+        + t_v7qgl * t_yxxpc;
     const real My = My_v1
-        - df3_act * t_bknng
-        + t_6iku5_2 * da_act_x1
-        + t_edvw3_2 * da_act_x2
-        - K63 * da_act_x3;
-    const real b6 = t_y3fxb * t_bknng - (My + n6);
-    const real X_y2 = b2 + t_gousg * b1;
-    const real X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_s62lc * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_s62lc_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_6dtnj_6 - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_5 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_4 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj_3
-        - K_L32 * X_x3
-        + t_bopbx * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_6dtnj_2
-        + t_gousg * X_x2
-        + t_gousg_2 * X_x3
-        + t_w6lcf * X_x4
-        + t_s62lc * X_x5
-        + t_s62lc_2 * X_x6;
-    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
-    const real Gt_eta1 = G_t1 + eta1;
-    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_aqrn5);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
-    const real t_3ipx7 = X_x5 - W12;
-    const real t_hig3c_7 = X_x4 + X_x5;
-    const real t_pksrm = zeta1
-        + X_x2 * cos_theta1
-        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_hig3c_7 * q_1
-        - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
-    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
-    const real Gt_eta2 = G_t2 + eta2;
-    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_3hay7);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
-    const real t_zj7x3 = zeta2
-        + X_x2 * cos_theta2
-        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_hig3c_7 * q_2
-        - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
-    dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
-    dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
-    dq[3] = X_x4;
-    dq[4] = W13 - X_x6;
-    dq[5] = t_3ipx7;
+        + da_act_x * hub_K51
+        - da_act_y * t_4yjdc
+        + da_act_z * hub_K53
+        - df3_act * t_yxxpc;
+    const real yhub_alphay = My
+        + hub_b5
+        - t_y3fxb * t_yxxpc
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real Mz_v1 = da_v1_y * hub_K62
+        - (hub_b6 + ax_v1 * t_c7dq3 + da_v1_x * t_c7dq3)
+        + da_v1_z * hub_K63
+        - hub_K62 * t_btp7k
+        - hub_K63 * t_nn6jp
+        - hub_K64 * t_bewoy
+        - t_osa4j * u_v1_x4
+        + hub_K66 * u_v1_x5
+        + t_jczim * t_yxxpc;
+    const real Mz = Mz_v1
+        - da_act_x * t_c7dq3
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * t_yxxpc;
+    const real yhub_alphaz = Mz
+        + hub_b6
+        - t_4rwfu * t_yxxpc
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_ak5u5 * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_6 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_5 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_4 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj_3
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_6dtnj_2
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_ak5u5
+        + hub_ay * t_rvh36
+        + hub_az * t_rvh36_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_loayl * bob1_aPz;
+    const real t_bzsqx = t_txuch * t_gbl6n
+        + bob1_S1rx * hub_alphax
+        + bob1_S1tx * bob1_aPx
+        + bob1_S1ty * bob1_aPy
+        + bob1_S1tz * bob1_aPz;
+    const real bob1_a1 = -t_bzsqx;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_wzdtp * bob2_aPz;
+    const real t_cckhz = t_xyjt2 * t_jx6g7
+        + bob2_S1rx * hub_alphax
+        + bob2_S1tx * bob2_aPx
+        + bob2_S1ty * bob2_aPy
+        + bob2_S1tz * bob2_aPz;
+    const real bob2_a1 = -t_cckhz;
+    dq[0] = q[vy] * q[wz] - q[vz] * q[wy] + hub_ax;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] + hub_ay;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] + hub_az;
+    dq[3] = hub_alphax;
+    dq[4] = hub_alphay;
+    dq[5] = hub_alphaz;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -3346,13 +3520,13 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = phi_acc1;
-    dq[14] = theta_acc1;
-    dq[15] = phi_acc2;
-    dq[16] = theta_acc2;
+    dq[13] = bob1_a1;
+    dq[14] = bob1_a2;
+    dq[15] = bob2_a1;
+    dq[16] = bob2_a2;
 }
 
-/* state and input in the loop of lyapunov-v1; 1142 operations. */
+/* state and input in the loop of lyapunov-v1; 1199 operations. */
 void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u, real *u_cmd)
 {
     (void)r;
@@ -3378,300 +3552,291 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
-    const real t_nfvux = p[l2] * p[l2];
-    const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_aqrn5 = t_rybsf * e1;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real t_rzamr = cos_theta1 * q[wz];
-    const real t_uu2cl = sin_theta1 * q[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real B_1 = me1 * p[l1];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_adduy = cos_theta2 * q[wz];
-    const real t_t2zmi = sin_theta2 * q[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real e2 = p[h2] - x_C;
-    const real t_3hay7 = t_rybsf * e2;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
+    const real bob1_S1tz = bob1_g1_z * t_gbl6n;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_2fozl = bob1_S1tz * bob1_g1_x;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real t_pj4i3 = bob1_r_y * p[m1];
     const real t_hjphj = sin_phi1 * sin_phi1;
     const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real t_mpcxm = K(1.0) / (p[I1] + t_lgf4h);
+    const real t_x7lye = t_pj4i3 * t_mpcxm;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real t_hcmdr = t_2fozl * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real t_nfvux = p[l2] * p[l2];
+    const real t_frp3h = t_nfvux * p[m2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
+    const real bob2_S1tz = bob2_g1_z * t_jx6g7;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_4rrc5 = bob2_S1tz * bob2_g1_x;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_44exz = K(1.0) / (p[I2] + t_frp3h * t_pt6a7);
+    const real t_h6azt = t_zludf * t_44exz;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real t_pfoxj = t_4rrc5 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_hcmdr + t_pfoxj);
+    const real W_phi1 = c[r9] * p[m1];  /* (27) */
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_if7mv = t_hyv47 * p[I1];
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5 - t_os4zj * cos_theta1 * p[m1];
+    const real W_phi2 = c[r9] * p[m2];  /* (27) */
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real t_tmzpj = t_pi35k * p[I2];
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn - cos_theta2 * t_nfvux * p[m2];
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
     const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
     const real t_loou6 = t_dxtpc * t_lgf4h;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_hjphj_2 = sin_phi1 * cos_phi1;
-    const real t_dmccl = t_yx2kz * cos_theta1;
-    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl;
-    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
-    const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_if7mv = t_hyv47 * p[I1];
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_dmccl_2 = t_yx2kz * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_dmccl_2;  /* (25) */
-    const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_tmzpj = t_pi35k * p[I2];
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
-    const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real t_dmccl = t_yx2kz * sin_theta1;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
+    const real cy_theta1 = t_762ik - t_dmccl * t_hjphj_2;  /* (26) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real t_pt6a7 = sin_phi2 * sin_phi2;
     const real t_6pfo6 = t_pt6a7 * t_frp3h;
     const real D_theta2 = t_6pfo6 + p[I2];  /* (26) */
     const real t_hciml = W_theta2 / (D_theta2 * D_theta2);
     const real t_mszyx = t_hciml * t_6pfo6;
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
-    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
-    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
+    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f11_v1 = c[r4]
         - t_hyv47 * (p[I1] * p[I1])
         - t_pi35k * (p[I2] * p[I2])
         - t_dxtpc * (t_lgf4h * t_lgf4h)
         - t_hciml * (t_6pfo6 * t_6pfo6);  /* (29) */
     const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
     const real t_aqbxr = q[vz] * c[r2];
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real total_mass = p[m] + p[m0];
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
+    const real t_s5cay = ax_eq * bob1_g1_x;
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real t_l4ozg = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real t_mgpcw = t_l4ozg * t_lgf4h;
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
     const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_mgpcw = t_lgf4h * t_l4ozg;
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
     const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_lgf4h_2
-        - t_lgf4h_2 * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_mgpcw
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_mgpcw
+        - bob1_v22 * t_lgf4h_2
+        - t_wube7 * t_lgf4h_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
         - t_yx2kz * t_l4ozg * q[wx]
-        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + t_os4zj_2 * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + t_os4zj_2 * t_l4ozg * t_hjphj * q[wx] * p[m1]
         + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
-        + t_os4zj_2 * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_o6h5x = ax_eq * gx_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
+        + t_os4zj_2 * cos_phi1 * sin_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_q7mge = ax_eq * bob2_g1_x;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * q[wz] + sin_theta2 * q[wy];
     const real t_7ovbh = t_doiln * t_doiln;
+    const real t_doiln_2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
     const real t_n7l2g = t_doiln * t_6pfo6;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6_2
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_6pfo6_2
-        - (q[theta2_dot] + q[theta2_dot]) * t_n7l2g
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_6pfo6_2 * bob2_v22
+        - t_6pfo6_2 * t_wube7
+        - t_n7l2g * bob2_twice2
         - t_doiln * t_frp3h * q[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
+        + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * p[m2]
         + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * q[wx] * p[m2]
         + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+        + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real t_4maxk = D_theta1 * q[theta1_dot];
-    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_lgf4h_2 * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * q[theta1_dot];
-    const real t_prfqf = Wn1 * q[wx];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h_2 * t_prfqf
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = bob1_twice1 * t_lgf4h_2;
+    const real t_acyi3 = Dd_theta1 * q[theta1_dot];
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real t_hawtx = t_l4ozg_2 * q[wx];
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_mgpcw
+        + bob1_v21 * t_lgf4h_2
+        + t_l4ozg_2 * t_mgpcw
+        + t_ik6g5_2 * t_hawtx
+        - t_lgf4h_2 * t_hawtx
         - Dd_theta1 * q[wx];  /* (26) */
     const real t_qu7qb = D_theta2 * q[theta2_dot];
-    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_6pfo6_2 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * q[theta2_dot];
-    const real t_prfqf_2 = Wn2 * q[wx];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6_2 * t_prfqf_2
-        - t_6pfo6_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_6pfo6_2 * bob2_twice1;
+    const real t_cgapl = Dd_theta2 * q[theta2_dot];
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real t_go56f = t_doiln_2 * q[wx];
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_n7l2g
+        + t_tkdjn_2 * t_go56f
+        + t_6pfo6_2 * bob2_v21
+        + t_n7l2g * bob2_twice1
+        - t_6pfo6_2 * t_go56f
+        - Dd_theta2 * q[wx];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
-        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+        - t_hyv47 * (t_s5cay * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_q7mge * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6 + t_6pfo6 * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real t_y6t4t = q[wx] * c[w3] + g1_v1;
-    const real t_wij2f = q[vy] * c[r1];
-    const real t_4pqij = D1 * q[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_d2e6j * q[phi1_dot];
-    const real t_lzacu = D2 * q[phi2_dot];
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ipyra * q[phi2_dot];
+    const real t_4pqij = D_phi1 * q[phi1_dot];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
+    const real t_ik6g5_3 = gy_phi1 * p[h1];
+    const real cz_phi1 = t_ik6g5_3 - t_dmccl;  /* (25) */
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
+    const real t_lzacu = D_phi2 * q[phi2_dot];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn_3 = gy_phi2 * p[h2];
+    const real cz_phi2 = t_tkdjn_3 - t_c4pkx;  /* (25) */
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real t_dmccl_2 = t_yx2kz * cos_theta1;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2;
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5_3 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl);
+    const real t_c4pkx_2 = cos_theta2 * t_frp3h;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
-    const real g3_v1 = q[att3] * c[r7]
-        - t_wij2f * q[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
-    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
-        + t_pi35k * t_zshn6 * cz_phi2
-        - t_dxtpc * cy_theta1 * cz_theta1
-        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real g2_v1 = q[att2] * c[r5]
+        + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
     const real f22_v1 = c[r6]
         - t_hyv47 * (t_2ksfs * t_2ksfs)
         - t_pi35k * (t_zshn6 * t_zshn6)
         - t_dxtpc * (cy_theta1 * cy_theta1)
         - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj;
-    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
-    const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2);
-    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
-    const real g2_v1 = q[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-        + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
+    const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
+    const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
+        + t_pi35k * t_zshn6 * cz_phi2
+        - t_dxtpc * cy_theta1 * cz_theta1
+        - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
+    const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real t_wij2f = q[vy] * c[r1];
+    const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_762ik * q[phi1_dot];
+    const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ogbo3 * q[phi2_dot];
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * q[theta1_dot];
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
     const real f33_v1 = c[r8]
         - t_hyv47 * (cz_phi1 * cz_phi1)
         - t_pi35k * (cz_phi2 * cz_phi2)
         - t_dxtpc * (cz_theta1 * cz_theta1)
         - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real g_1 = e1 - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real g_2 = e2 - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_edvw3 + wqS_2;
-    const real W13 = q[wx] * q[wz];
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye;
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt;
+    const real t_uw5f5 = t_cub74 * q[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * q[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real t_xlxwl = t_hyv47 * (p[I1] * q[wx] - t_2ksfs * q[wy] + cz_phi1 * q[wz] + t_4pqij);
     const real t_hgt7a = t_pi35k * (p[I2] * q[wx] - t_zshn6 * q[wy] + cz_phi2 * q[wz] + t_lzacu);
     const real t_z6ntf = t_dxtpc * (cy_theta1 * q[wy] - t_lgf4h * q[wx] + cz_theta1 * q[wz] + t_4maxk);
@@ -3681,67 +3846,105 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         - t_hgt7a * gy_phi2
         - t_z6ntf * gy_theta1
         - t_dhnrr * gy_theta2;  /* (29) */
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
+    const real t_btp7k = B_v1 * c[w1];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
     const real C_v1 = t_aqbxr
         - t_xlxwl * gz_phi1
         - t_hgt7a * gz_phi2
-        + t_z6ntf * t_iouus
-        + t_dhnrr * t_cfuim;  /* (29) */
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bs_2 = B_2 * sin_phi2;
-    const real t_hig3c_3 = Bs_1 + Bs_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_asytu = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_6iku5
-        + G3_v1 * t_6iku5_2
-        + t_f2nhc_2 * a2_v1
-        + t_f2nhc * a3_v1;
-    const real q1_v1 = t_hig3c_3 * t_bewoy - t_asytu;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_belws * t_bewoy;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
-    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
+        + t_z6ntf * t_y5hcm
+        + t_dhnrr * t_xs3iz;  /* (29) */
+    const real t_nn6jp = C_v1 * c[w2];
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real t_627tc = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc - bob1_Myz * bob1_r_z;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
+    const real t_m33lw = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_mpcxm;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_pn57p = t_2fozl * bob1_r_y;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_44exz;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_fkg2b = t_4rrc5 * bob2_r_y;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+        + hub_K63 * u_v1_x5;
+    const real bob1_S1tx = bob1_g1_x * t_gbl6n;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * t_jx6g7;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real bob1_S1ty = bob1_g1_y * t_gbl6n;
+    const real t_2fozl_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * t_jx6g7;
+    const real t_4rrc5_2 = bob2_S1ty * bob2_g1_x;
+    const real t_lmznw = t_2fozl_2 + t_4rrc5_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = t_cub74 * q[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * q[wz] - stream_z * q[wy];
+    const real t_lmznw_2 = t_2fozl + t_4rrc5;
+    const real t_pn57p_2 = t_2fozl_2 * bob1_r_z;
+    const real t_627tc_2 = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_pn57p_2 - (t_pn57p + t_627tc_2);
+    const real t_fkg2b_2 = t_4rrc5_2 * bob2_r_z;
+    const real t_m33lw_2 = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_fkg2b_2 - (t_fkg2b + t_m33lw_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5 * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_2qm2u = t_2fozl_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_jspy6 = t_4rrc5_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_c7dq3 = t_2qm2u + t_jspy6;
+    const real q1_v1 = t_lmznw * t_btp7k
+        - hub_b1
+        + t_lmznw_2 * t_nn6jp
+        - hub_K41 * t_bewoy
+        + hub_K51 * u_v1_x4
+        - t_c7dq3 * u_v1_x5;
+    const real bob1_S2ty = bob1_g2_y * t_mpcxm;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_dugie = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie + t_2fozl_2 * bob1_r_y;
+    const real bob2_S2ty = bob2_g2_y * t_44exz;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_s4byp = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp + t_4rrc5_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real t_627tc_3 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_3 - bob1_Myy * bob1_r_z;
+    const real t_m33lw_3 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_hcmdr_2 = t_pn57p_2 + t_yugsj;
+    const real t_pfoxj_2 = t_fkg2b_2 + t_kmmnu;
+    const real t_rsnrr = t_hcmdr_2 + t_pfoxj_2;
+    const real t_dtmmd = hub_b2
+        + hub_K22 * t_btp7k
+        + hub_K32 * t_nn6jp
+        + hub_K42 * t_bewoy
+        + t_rsnrr * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_dtmmd;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1;
+    const real PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2;
+    const real t_23zlk = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_23zlk));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
+    const real f3_v1 = q3_v1 - ax_v1 * t_lmznw_2;
     const real t_y7rm6 = K(1.0) / p[F];
-    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real f2_v1 = q2_v1 - ax_v1 * t_lmznw;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * t_y7rm6));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
@@ -3754,166 +3957,148 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real eBc_1 = Bc_1 * e1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo_3 = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real Bl_2 = B_2 * p[l2];
-    const real eBc_2 = Bc_2 * e2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_4 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c_4 = wqq_1 + wqq_2;
-    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo_3
-        + t_leuxo_4
-        + t_hig3c_4
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_5 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_6 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_6
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - t_sfymc * q[wy] * q[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_6 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_6dtnj_2 = K(1.0) / K11;
-    const real t_gousg = t_f2nhc_2 * t_6dtnj_2;
-    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
-    const real t_gousg_2 = t_f2nhc * t_6dtnj_2;
-    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
-    const real t_6dtnj_3 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_3;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
-    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + total_Jxx * q[wx];
+    const real total_Hy = total_Jyy * q[wy];
+    const real total_Hz = total_hz + total_Jzz * q[wz];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_627tc * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_m33lw * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_627tc_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_m33lw_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_627tc * bob1_r_x
+        - (t_627tc_2 * bob1_r_z + t_hcmdr * bob1_r_y + t_m33lw_2 * bob2_r_z + t_pfoxj * bob2_r_y)
+        + t_hcmdr_2 * bob1_r_z
+        + t_m33lw * bob2_r_x
+        + t_pfoxj_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_hcmdr * bob1_r_x
+        + t_pfoxj * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_627tc_3 * bob1_r_x
+        - t_m33lw_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_627tc_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_m33lw_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = total_Jzz
+        - t_dugie * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_2qm2u * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_jspy6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_6dtnj_2 = K(1.0) / hub_K11;
+    const real t_rvh36 = t_lmznw * t_6dtnj_2;
+    const real kK2K21 = hub_K22 - t_lmznw * t_rvh36;
+    const real t_rvh36_2 = t_lmznw_2 * t_6dtnj_2;
+    const real kK3K21 = hub_K32 - t_lmznw * t_rvh36_2;
+    const real kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2;
+    const real t_6dtnj_3 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_3;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_gousg * df1_v1;
+    const real yda_v1_y = df2_v1 + df1_v1 * t_rvh36;
     const real t_v7qgl = t_qh3cx * sin_delta1_v1;
-    const real da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2;
-    const real t_6dtnj_4 = K(1.0) / K_D3;
-    const real da_v1_x3 = da_v1_y3 * t_6dtnj_4;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3;
-    const real Mx_v1 = n4
-        + G2_v1 * K54
-        + G3_v1 * K64
-        - t_hig3c_3 * ax_v1
-        - t_hig3c_3 * da_v1_x1
-        - t_belws * a2_v1
-        - t_belws * da_v1_x2
-        + K43 * a3_v1
-        + K43 * da_v1_x3
-        - K44 * t_bewoy;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real My_v1 = t_v7qgl * t_bknng
-        - n6
-        - G2_v1 * K65
-        - G3_v1 * K66
-        + t_6iku5_2 * ax_v1
-        + t_6iku5_2 * da_v1_x1
-        + t_edvw3 * a2_v1
-        + t_edvw3 * da_v1_x2
-        - K63 * a3_v1
-        - K63 * da_v1_x3
-        + K64 * t_bewoy;
-    const real Mz_v1 = n5
-        + G2_v1 * K55
-        + G3_v1 * K65
-        - t_6iku5 * ax_v1
-        - t_6iku5 * da_v1_x1
-        + K52 * a2_v1
-        + K52 * da_v1_x2
-        + K53 * a3_v1
-        + K53 * da_v1_x3
-        - K54 * t_bewoy
-        + t_jczim * t_bknng;
+    const real yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y;
+    const real t_6dtnj_4 = K(1.0) / kK3K32;
+    const real da_v1_z = yda_v1_z * t_6dtnj_4;
+    const real da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2;
+    const real da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2;
+    const real Mx_v1 = ax_v1 * hub_K41
+        - hub_b4
+        + da_v1_x * hub_K41
+        + da_v1_y * hub_K42
+        + da_v1_z * hub_K43
+        - hub_K42 * t_btp7k
+        - hub_K43 * t_nn6jp
+        - hub_K44 * t_bewoy
+        + hub_K54 * u_v1_x4
+        + hub_K64 * u_v1_x5;
+    const real t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real t_yxxpc = p[b] + p[d];
+    const real My_v1 = ax_v1 * hub_K51
+        - hub_b5
+        + da_v1_x * hub_K51
+        - da_v1_y * t_rsnrr
+        + da_v1_z * hub_K53
+        + t_rsnrr * t_btp7k
+        - hub_K53 * t_nn6jp
+        - hub_K54 * t_bewoy
+        + hub_K55 * u_v1_x4
+        - t_osa4j * u_v1_x5
+        + t_v7qgl * t_yxxpc;
+    const real Mz_v1 = da_v1_y * hub_K62
+        - (hub_b6 + ax_v1 * t_c7dq3 + da_v1_x * t_c7dq3)
+        + da_v1_z * hub_K63
+        - hub_K62 * t_btp7k
+        - hub_K63 * t_nn6jp
+        - hub_K64 * t_bewoy
+        - t_osa4j * u_v1_x4
+        + hub_K66 * u_v1_x5
+        + t_jczim * t_yxxpc;
     const real t_gbb3a = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_m2xxj * p[F] - t_gbb3a * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_gousg * df1_act;
-    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_4;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
-    const real Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
+    const real yda_act_y = df2_act + df1_act * t_rvh36;
+    const real yda_act_z = df3_act + df1_act * t_rvh36_2 - lK3K2 * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_4;
+    const real da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lK3K2;
+    const real da_act_x = df1_act * t_6dtnj_2 + da_act_y * t_rvh36 + da_act_z * t_rvh36_2;
+    const real Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v1
-        - df3_act * t_bknng
-        + t_6iku5_2 * da_act_x1
-        + t_edvw3 * da_act_x2
-        - K63 * da_act_x3;
+        + da_act_x * hub_K51
+        - da_act_y * t_rsnrr
+        + da_act_z * hub_K53
+        - df3_act * t_yxxpc;
     const real Mz = Mz_v1
-        - t_6iku5 * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * t_bknng;
+        - da_act_x * t_c7dq3
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * t_yxxpc;
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];
@@ -3970,7 +4155,7 @@ void slosh_lyapunov_v1_constraints(const real *p, const real *c, const real *s, 
     margin[1] = mv_min(mv_min(c[r4], c[r6]), c[r8]) - (t_kqsea + t_phb27);
 }
 
-/* reports of lyapunov-v1; 868 operations. */
+/* reports of lyapunov-v1; 933 operations. */
 void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;
@@ -3997,269 +4182,292 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
+    const real bob1_S1tx = bob1_g1_x * t_gbl6n;
+    const real bob1_S1ty = bob1_g1_y * t_gbl6n;
+    const real bob1_S1tz = bob1_g1_z * t_gbl6n;
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real t_hjphj = sin_phi1 * sin_phi1;
+    const real t_lgf4h = t_yx2kz * t_hjphj;
+    const real t_mpcxm = K(1.0) / (p[I1] + t_lgf4h);
+    const real bob1_S2ty = bob1_g2_y * t_mpcxm;
+    const real bob1_S2rz = p[I1] * t_mpcxm;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_x7lye = t_pj4i3 * t_mpcxm;
+    const real bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_2fozl = bob1_S1ty * bob1_g1_x;
+    const real t_pn57p = t_2fozl * bob1_r_z;
+    const real t_2fozl_2 = bob1_S1tz * bob1_g1_x;
+    const real t_pn57p_2 = t_2fozl_2 * bob1_r_y;
+    const real bob1_Nxx = t_pn57p - (t_pn57p_2 + bob1_S1rx * bob1_g1_x);
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_2fozl * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real t_rzamr = cos_theta1 * x[wz];
-    const real t_uu2cl = sin_theta1 * x[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real t_adduy = cos_theta2 * x[wz];
-    const real t_t2zmi = sin_theta2 * x[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_qux2u = x[wy] * x[wy];
-    const real t_kyio7 = x[wz] * x[wz];
-    const real t_rybsf = t_qux2u + t_kyio7;
-    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
-    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
-    const real gx_phi1 = sin_phi1 * t_6nwd2;  /* (25) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
+    const real bob2_S1tx = bob2_g1_x * t_jx6g7;
+    const real bob2_S1ty = bob2_g1_y * t_jx6g7;
+    const real bob2_S1tz = bob2_g1_z * t_jx6g7;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_44exz = K(1.0) / (p[I2] + t_frp3h * t_pt6a7);
+    const real bob2_S2ty = bob2_g2_y * t_44exz;
+    const real bob2_S2rz = p[I2] * t_44exz;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_h6azt = t_zludf * t_44exz;
+    const real bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_4rrc5 = bob2_S1ty * bob2_g1_x;
+    const real t_fkg2b = t_4rrc5 * bob2_r_z;
+    const real t_4rrc5_2 = bob2_S1tz * bob2_g1_x;
+    const real t_fkg2b_2 = t_4rrc5_2 * bob2_r_y;
+    const real bob2_Nxx = t_fkg2b - (t_fkg2b_2 + bob2_S1rx * bob2_g1_x);
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_4rrc5 * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt;
+    const real total_mass = p[m] + p[m0];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real hub_K53 = t_cub74
+        - (t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x));
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
     const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
     const real t_ik6g5 = gy_phi1 * p[h1];
     const real t_dmccl = t_yx2kz * sin_theta1;
     const real cz_phi1 = t_ik6g5 - t_dmccl;  /* (25) */
-    const real t_sxxxk = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
-    const real t_f5hf3 = x[theta1_dot] * x[theta1_dot];
-    const real t_hjphj = sin_phi1 * cos_phi1;
-    const real t_lgf4h = t_yx2kz * t_hjphj;
-    const real t_wube7 = x[wx] * x[wx];
-    const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
-    const real t_hjphj_2 = sin_phi1 * sin_phi1;
+    const real t_l4ozg = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real t_mgpcw = t_l4ozg * t_lgf4h;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
     const real t_lgf4h_2 = t_yx2kz * t_hjphj_2;
-    const real t_mgpcw = t_lgf4h_2 * t_l4ozg;
+    const real t_wube7 = x[wx] * x[wx];
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
     const real t_os4zj_2 = t_os4zj + t_os4zj;
-    const real k_phi1 = loss_phi1
-        - t_sxxxk * t_wjugd
-        - t_sxxxk * (Wn1 * Wn1)
-        - t_f5hf3 * t_lgf4h
-        - t_lgf4h * t_wube7
-        - t_2zkgz * t_mgpcw
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_mgpcw
+        - bob1_v22 * t_lgf4h_2
+        - t_wube7 * t_lgf4h_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
         - t_yx2kz * t_l4ozg * x[wx]
-        + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + t_os4zj_2 * t_hjphj_2 * t_l4ozg * x[wx] * p[m1]
+        + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + t_os4zj_2 * t_l4ozg * t_hjphj * x[wx] * p[m1]
         + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
-        + t_os4zj_2 * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real D_theta1 = t_lgf4h_2 + p[I1];  /* (26) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_iouus = sin_theta1 * gx_phi1;
-    const real t_d2e6j = t_iouus * p[h1];
-    const real cy_theta1 = t_d2e6j - t_hjphj * t_dmccl;  /* (26) */
+        + t_os4zj_2 * cos_phi1 * sin_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real D_theta1 = t_lgf4h + p[I1];  /* (26) */
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real cy_theta1 = t_762ik - t_dmccl * t_hjphj_2;  /* (26) */
     const real t_n4yir = gy_theta1 * p[h1];
     const real t_dmccl_2 = t_yx2kz * cos_theta1;
-    const real t_scs5l = t_n4yir - t_hjphj * t_dmccl_2;
+    const real t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2;
     const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
-    const real t_prfqf = Wn1 * x[wx];
-    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_lgf4h * t_hjux3;
-    const real t_7xuxq = Dd_theta1 * x[theta1_dot];
-    const real k_theta1 = loss_theta1
-        + t_sxxxk * t_prfqf
-        + t_mgpcw * t_hjux3
-        + t_mgpcw * Wn1
-        + t_7xuxq
-        - t_lgf4h * t_prfqf
+    const real t_hawtx = t_l4ozg_2 * x[wx];
+    const real Dd_theta1 = bob1_twice1 * t_lgf4h_2;
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_mgpcw
+        + bob1_v21 * t_lgf4h_2
+        + t_l4ozg_2 * t_mgpcw
+        + t_ik6g5_2 * t_hawtx
+        - t_lgf4h_2 * t_hawtx
         - Dd_theta1 * x[wx];  /* (26) */
-    const real gx_phi2 = t_popww * sin_phi2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
     const real t_tkdjn = gy_phi2 * p[h2];
     const real t_c4pkx = sin_theta2 * t_frp3h;
     const real cz_phi2 = t_tkdjn - t_c4pkx;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * cos_phi2;
-    const real t_6pfo6 = t_pt6a7 * t_frp3h;
-    const real t_2ys72 = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real t_7ovbh = t_doiln * t_doiln;
-    const real t_h6l62 = x[theta2_dot] * x[theta2_dot];
-    const real t_m7bta = x[theta2_dot] + x[theta2_dot];
-    const real t_pt6a7_2 = sin_phi2 * sin_phi2;
-    const real t_6pfo6_2 = t_pt6a7_2 * t_frp3h;
+    const real t_doiln_2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
+    const real t_6pfo6 = t_pt6a7_2 * t_frp3h;
+    const real t_6pfo6_2 = t_pt6a7 * t_frp3h;
     const real t_n7l2g = t_doiln * t_6pfo6_2;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_6pfo6
-        - t_2ys72 * t_7ovbh
-        - t_2ys72 * (Wn2 * Wn2)
-        - t_h6l62 * t_6pfo6
-        - t_m7bta * t_n7l2g
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_6pfo6 * bob2_v22
+        - t_6pfo6 * t_wube7
+        - t_n7l2g * bob2_twice2
         - t_doiln * t_frp3h * x[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * p[m2]
-        + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * x[wx] * p[m2]
+        + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * p[m2]
+        + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * x[wx] * p[m2]
         + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+        + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real D_theta2 = t_6pfo6_2 + p[I2];  /* (26) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_cfuim = gx_phi2 * sin_theta2;
-    const real t_ipyra = t_cfuim * p[h2];
-    const real cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7;  /* (26) */
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
     const real t_epql5 = gy_theta2 * p[h2];
     const real t_c4pkx_2 = cos_theta2 * t_frp3h;
-    const real t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2;
+    const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
     const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
-    const real t_prfqf_2 = Wn2 * x[wx];
-    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_6pfo6 * t_mw75j;
-    const real t_5f4es = Dd_theta2 * x[theta2_dot];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_n7l2g
-        + t_2ys72 * t_prfqf_2
-        + t_n7l2g * t_mw75j
-        + t_5f4es
-        - t_6pfo6 * t_prfqf_2
-        - t_6pfo6 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
+    const real t_go56f = t_doiln_2 * x[wx];
+    const real Dd_theta2 = t_6pfo6 * bob2_twice1;
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_n7l2g
+        + t_tkdjn_2 * t_go56f
+        + t_6pfo6 * bob2_v21
+        + t_n7l2g * bob2_twice1
+        - t_6pfo6 * t_go56f
+        - Dd_theta2 * x[wx];  /* (26) */
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * p[m1];
-    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_d2e6j * x[phi1_dot];
+    const real cdy_phi1 = cz_phi1 * x[theta1_dot] + t_n4yir * x[phi1_dot];
+    const real t_ik6g5_3 = gz_phi1 * p[h1];
+    const real t_2ksfs = t_ik6g5_3 - t_os4zj * cos_theta1 * p[m1];
+    const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_762ik * x[phi1_dot];
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl);
-    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * x[theta1_dot];
+    const real cdy_theta1 = t_scs5l * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl);
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * x[theta1_dot];
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
     const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * p[m2];
-    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ipyra * x[phi2_dot];
+    const real t_tkdjn_3 = gz_phi2 * p[h2];
+    const real t_zshn6 = t_tkdjn_3 - cos_theta2 * t_nfvux * p[m2];
+    const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3);
-    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
     const real t_qjiad = p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz];
     const real t_yruud = p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz];
-    const real t_stagw = cy_theta1 * x[wy] - t_lgf4h_2 * x[wx] + cz_theta1 * x[wz];
+    const real t_stagw = cy_theta1 * x[wy] - t_lgf4h * x[wx] + cz_theta1 * x[wz];
     const real t_vldjg = cy_theta2 * x[wy] - t_6pfo6_2 * x[wx] + cz_theta2 * x[wz];
     const real V_v1 = K(0.5) * t_wube7 * c[r4]
-        + K(0.5) * t_qux2u * c[r6]
-        + K(0.5) * t_kyio7 * c[r8]
+        + K(0.5) * (x[wy] * x[wy]) * c[r6]
+        + K(0.5) * (x[wz] * x[wz]) * c[r8]
         + K(0.5) * c[r1] * (x[vy] * x[vy])
         + K(0.5) * c[r2] * (x[vz] * x[vz])
         + K(0.5) * c[r3] * (x[att1] * x[att1])
         + K(0.5) * c[r5] * (x[att2] * x[att2])
         + K(0.5) * c[r7] * (x[att3] * x[att3])
-        + K(0.5) * W_phi1 * (x[phi1_dot] * x[phi1_dot] + t_hjux3 * t_gbl6n * t_qjiad)
-        + K(0.5) * W_phi2 * (x[phi2_dot] * x[phi2_dot] + t_mw75j * t_jx6g7 * t_yruud)
-        + K(0.5) * W_theta1 * (t_f5hf3 + t_2zkgz / D_theta1 * t_stagw)
-        + K(0.5) * W_theta2 * (t_h6l62 + t_m7bta / D_theta2 * t_vldjg);  /* (27) */
+        + K(0.5) * W_phi1 * (bob1_v11 + bob1_twice1 * t_gbl6n * t_qjiad)
+        + K(0.5) * W_phi2 * (bob2_v11 + t_yruud * t_jx6g7 * bob2_twice1)
+        + K(0.5) * W_theta1 * (bob1_v22 + bob1_twice2 / D_theta1 * t_stagw)
+        + K(0.5) * W_theta2 * (bob2_v22 + t_vldjg / D_theta2 * bob2_twice2);  /* (27) */
     const real t_wij2f = x[vy] * c[r1];
-    const real t_hyv47 = W_phi1 / (D1 * D1);
-    const real t_4pqij = D1 * x[phi1_dot];
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
+    const real t_4pqij = D_phi1 * x[phi1_dot];
     const real t_hkfbg = t_hyv47 * (t_qjiad + t_4pqij);
-    const real t_pi35k = W_phi2 / (D2 * D2);
-    const real t_lzacu = D2 * x[phi2_dot];
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real t_lzacu = D_phi2 * x[phi2_dot];
     const real t_ejh2a = t_pi35k * (t_yruud + t_lzacu);
     const real t_dxtpc = W_theta1 / (D_theta1 * D_theta1);
     const real t_4maxk = D_theta1 * x[theta1_dot];
@@ -4276,37 +4484,39 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real C_v1 = t_aqbxr
         - t_hkfbg * gz_phi1
         - t_ejh2a * gz_phi2
-        + t_hosbt * t_iouus
-        + t_dyy6t * t_cfuim;  /* (29) */
-    const real t_chbo3 = ax_eq * gx_phi1;
-    const real t_o6h5x = ax_eq * gx_phi2;
+        + t_hosbt * t_y5hcm
+        + t_dyy6t * t_xs3iz;  /* (29) */
+    const real t_s5cay = ax_eq * bob1_g1_x;
+    const real t_q7mge = ax_eq * bob2_g1_x;
+    const real t_acyi3 = Dd_theta1 * x[theta1_dot];
+    const real t_cgapl = Dd_theta2 * x[theta2_dot];
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - t_hyv47 * (t_chbo3 * p[I1] + p[I1] * k_phi1)
-        - t_pi35k * (t_o6h5x * p[I2] + p[I2] * k_phi2)
-        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-        - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
+        - t_hyv47 * (t_s5cay * p[I1] + p[I1] * k_phi1)
+        - t_pi35k * (t_q7mge * p[I2] + p[I2] * k_phi2)
+        - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+        - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real g2_v1 = x[att2] * c[r5]
-        + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-        + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-        - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-        - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+        + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+        + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+        - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+        - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
         + x[vx] * x[vz] * c[r2];  /* (29) */
     const real g3_v1 = x[att3] * c[r7]
         - t_wij2f * x[vx]
-        - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-        - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-        - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-        - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
+        - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+        - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+        - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+        - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2);  /* (29) */
     const real f11_v1 = c[r4]
         - t_hyv47 * (p[I1] * p[I1])
         - t_pi35k * (p[I2] * p[I2])
-        - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+        - t_dxtpc * (t_lgf4h * t_lgf4h)
         - t_hciml * (t_6pfo6_2 * t_6pfo6_2);  /* (29) */
     const real t_if7mv = t_hyv47 * p[I1];
     const real t_tmzpj = t_pi35k * p[I2];
-    const real t_loou6 = t_dxtpc * t_lgf4h_2;
+    const real t_loou6 = t_dxtpc * t_lgf4h;
     const real t_mszyx = t_hciml * t_6pfo6_2;
     const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f22_v1 = c[r6]
@@ -4325,62 +4535,54 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
         - t_dxtpc * (cz_theta1 * cz_theta1)
         - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
     const real t_a2lgz = K(1.0) / f11_v1;
-    const real f_v1_L21 = f21_v1 * t_a2lgz;
-    const real f_v1_L31 = f31_v1 * t_a2lgz;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_vk4eg = f32_v1 - f21_v1 * f_v1_L31;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_vk4eg * t_6dtnj;
-    const real f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
     const real t_y6t4t = x[wx] * c[w3] + g1_v1;
-    const real u_v1_y2 = f_v1_L21 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real a2_v1 = G2_v1 * x_C - B_v1 * c[w1];
-    const real a3_v1 = G3_v1 * x_C - C_v1 * c[w2];
-    const real t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_asytu = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-        + G3_v1 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = (Bs_1 + Bs_2) * t_bewoy - t_asytu;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_edvw3_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_bewoy;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_bewoy;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real t_574pa = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_574pa));
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real t_lmznw = t_2fozl + t_4rrc5;
+    const real t_btp7k = B_v1 * c[w1];
+    const real t_lmznw_2 = t_2fozl_2 + t_4rrc5_2;
+    const real t_nn6jp = C_v1 * c[w2];
+    const real t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real t_uryxi = (t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y + (t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y)) * u_v1_x5;
+    const real q1_v1 = t_lmznw * t_btp7k
+        - hub_b1
+        + t_lmznw_2 * t_nn6jp
+        - hub_K41 * t_bewoy
+        + hub_K51 * u_v1_x4
+        - t_uryxi;
+    const real t_sydti = hub_b2
+        + hub_K22 * t_btp7k
+        + hub_K32 * t_nn6jp
+        + hub_K42 * t_bewoy
+        + (t_pn57p + t_yugsj + (t_fkg2b + t_kmmnu)) * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_sydti;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+        + hub_K63 * u_v1_x5;
+    const real PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1;
+    const real t_23zlk = PP_v1 * (q1_v1 * q1_v1 - p[F] * p[F] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v1 * Pq_v1 - t_23zlk));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
+    const real f2_v1 = q2_v1 - ax_v1 * t_lmznw;
+    const real f3_v1 = q3_v1 - ax_v1 * t_lmznw_2;
     const real lateral_v1 = mv_sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1);
     w[0] = V_v1;
     w[1] = lateral_v1;
     w[2] = mv_max(SPLAT(K(0.0)), lateral_v1 - p[F]);
 }
 
-/* Lyapunov law of velocities and attitude, (28), (34)-(36); 628 operations. */
+/* Lyapunov law of velocities and attitude, (28), (34)-(36); 686 operations. */
 void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)r;
@@ -4407,315 +4609,335 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_aqrn5 = t_rybsf * e1;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real B_1 = me1 * p[l1];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = x[wx] * x[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real e2 = p[h2] - x_C;
-    const real t_3hay7 = t_rybsf * e2;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real B_v2 = x[vy] * c[r1];  /* (29) */
-    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
-    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real g_1 = e1 - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real g_2 = e2 - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_edvw3 + wqS_2;
-    const real W13 = x[wx] * x[wz];
+    const real t_si2fh = B_v2 * c[w1];
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real total_mass = p[m] + p[m0];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
     const real C_v2 = x[vz] * c[r2];  /* (29) */
-    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
-    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd - bob1_Myz * bob1_r_z;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
     const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
     const real t_7fmkp = (x[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_7fmkp;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bs_2 = B_2 * sin_phi2;
-    const real t_hig3c_3 = Bs_1 + Bs_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_7awx3 = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_6iku5
-        + G3_v2 * t_6iku5_2
-        + t_f2nhc_2 * a2_v2
-        + t_f2nhc * a3_v2;
-    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_belws * t_7fmkp;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
-    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_dugie = bob1_S1tz * bob1_g1_x;
+    const real t_vh7r5 = t_dugie * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_s4byp = bob2_S1tz * bob2_g1_x;
+    const real t_wudhu = t_s4byp * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real t_hby4t = (x[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_yiqfo = t_dugie * bob1_r_y;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_6j24m = t_s4byp * bob2_r_y;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real t_qayfy = (x[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real t_yyjih = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_7fmkp
+        + hub_K53 * t_hby4t
+        + hub_K63 * t_qayfy;
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real t_dugie_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real t_s4byp_2 = bob2_S1ty * bob2_g1_x;
+    const real t_lhd4o = t_dugie_2 + t_s4byp_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = t_cub74 * x[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real t_lhd4o_2 = t_dugie + t_s4byp;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_z;
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo_2 - (t_yiqfo + t_mwmzd_2);
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_z;
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m_2 - (t_6j24m + t_gxq2p_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_ezb77 = t_dugie_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real q1_v2 = t_lhd4o * t_si2fh
+        - hub_b1
+        + t_lhd4o_2 * t_gkvv2
+        - hub_K41 * t_7fmkp
+        - hub_K51 * t_hby4t
+        + t_bjkdc * t_qayfy;
+    const real t_vh7r5_2 = t_yiqfo_2 + t_yugsj;
+    const real t_wudhu_2 = t_6j24m_2 + t_kmmnu;
+    const real t_rsnrr = t_vh7r5_2 + t_wudhu_2;
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_3 - bob1_Myy * bob1_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie_2 * bob1_r_y;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real q2_v2 = t_rsnrr * t_hby4t
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_7fmkp)
+        - hub_K62 * t_qayfy;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_yyjih;
+    const real PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2;
+    const real t_liumo = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + t_yyjih * t_yyjih);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_liumo));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real t_ofjwc = t_yyjih + ax_v2 * t_lhd4o_2;
     const real t_y7rm6 = K(1.0) / p[F];
-    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real f2_v2 = q2_v2 - ax_v2 * t_lhd4o;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_ofjwc * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real eBc_1 = Bc_1 * e1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo_3 = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real Bl_2 = B_2 * p[l2];
-    const real eBc_2 = Bc_2 * e2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_4 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real t_hig3c_4 = wqq_1 + wqq_2;
-    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo_3
-        + t_leuxo_4
-        + t_hig3c_4
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_5 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_6 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_6
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_sfymc * x[wy] * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_6 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc_2 * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
-    const real t_gousg_2 = t_f2nhc * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
-    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_mwmzd * bob1_r_x
+        - (t_mwmzd_2 * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_3 * bob1_r_x
+        - t_gxq2p_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real t_6dtnj_2 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_2;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_gousg * df1_v2;
-    const real t_v7qgl = t_qh3cx * sin_delta1_v2;
-    const real da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 / K_D3;
-    const real da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3;
-    const real Mx_v2 = n4
-        + G2_v2 * K54
-        + G3_v2 * K64
-        - t_hig3c_3 * ax_v2
-        - t_hig3c_3 * da_v2_x1
-        - t_belws * a2_v2
-        - t_belws * da_v2_x2
-        + K43 * a3_v2
-        + K43 * da_v2_x3
-        - K44 * t_7fmkp;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real My_v2 = t_v7qgl * t_bknng
-        - n6
-        - G2_v2 * K65
-        - G3_v2 * K66
-        + t_6iku5_2 * ax_v2
-        + t_6iku5_2 * da_v2_x1
-        + t_edvw3 * a2_v2
-        + t_edvw3 * da_v2_x2
-        - K63 * a3_v2
-        - K63 * da_v2_x3
-        + K64 * t_7fmkp;
-    const real Mz_v2 = n5
-        + G2_v2 * K55
-        + G3_v2 * K65
-        - t_6iku5 * ax_v2
-        - t_6iku5 * da_v2_x1
-        + K52 * a2_v2
-        + K52 * da_v2_x2
-        + K53 * a3_v2
-        + K53 * da_v2_x3
-        - K54 * t_7fmkp
-        + t_jczim * t_bknng;
+    const real t_hal4t = t_qh3cx * sin_delta1_v2;
+    const real df3_v2 = t_ofjwc - t_hal4t;
+    const real yda_v2_y = df2_v2 + df1_v2 * t_skn5h;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y;
+    const real da_v2_z = yda_v2_z / kK3K32;
+    const real da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2;
+    const real da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2;
+    const real Mx_v2 = ax_v2 * hub_K41
+        - hub_b4
+        + da_v2_x * hub_K41
+        + da_v2_y * hub_K42
+        + da_v2_z * hub_K43
+        - hub_K42 * t_si2fh
+        - hub_K43 * t_gkvv2
+        - hub_K44 * t_7fmkp
+        - hub_K54 * t_hby4t
+        - hub_K64 * t_qayfy;
+    const real t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real t_yxxpc = p[b] + p[d];
+    const real My_v2 = ax_v2 * hub_K51
+        - hub_b5
+        + da_v2_x * hub_K51
+        - da_v2_y * t_rsnrr
+        + da_v2_z * hub_K53
+        + t_rsnrr * t_si2fh
+        - hub_K53 * t_gkvv2
+        - hub_K54 * t_7fmkp
+        - hub_K55 * t_hby4t
+        + t_6u6cw * t_qayfy
+        + t_hal4t * t_yxxpc;
+    const real Mz_v2 = da_v2_y * hub_K62
+        - (hub_b6 + ax_v2 * t_bjkdc + da_v2_x * t_bjkdc)
+        + da_v2_z * hub_K63
+        - hub_K62 * t_si2fh
+        - hub_K63 * t_gkvv2
+        - hub_K64 * t_7fmkp
+        + t_6u6cw * t_hby4t
+        - hub_K66 * t_qayfy
+        + t_jczim * t_yxxpc;
     u[0] = Mx_v2;
     u[1] = My_v2;
     u[2] = Mz_v2;
@@ -4723,7 +4945,7 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     u[4] = delta2_v2;
 }
 
-/* closed loop of lyapunov-v2; 947 operations. */
+/* closed loop of lyapunov-v2; 976 operations. */
 void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
@@ -4749,449 +4971,474 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real p1 = Wn1 + q[phi1_dot];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * cos_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real me1 = t_wywjk * p[I1];
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real me2 = t_jzg7x * p[I2];
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_aqrn5 = t_rybsf * e1;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_wywjk * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real B_1 = me1 * p[l1];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real e2 = p[h2] - x_C;
-    const real t_3hay7 = t_rybsf * e2;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_jzg7x * p[l2];
-    const real mv2 = t_popww * k2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real B_v2 = q[vy] * c[r1];  /* (29) */
-    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
-    const real g_1 = e1 - lc_1;
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real g_2 = e2 - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real W13 = q[wx] * q[wz];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real t_vh7r5 = t_yiqfo + t_yugsj;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real t_wudhu = t_6j24m + t_kmmnu;
+    const real t_rsnrr = t_vh7r5 + t_wudhu;
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
-    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_hby4t = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * q[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real total_mass = p[m] + p[m0];
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real t_si2fh = B_v2 * c[w1];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd - bob1_Myy * bob1_r_z;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_belws * t_7fmkp;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bs_2 = B_2 * sin_phi2;
-    const real t_hig3c_3 = Bs_1 + Bs_2;
-    const real t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_rexgf = t_ep53l
-        + G2_v2 * t_6iku5
-        + G3_v2 * t_6iku5_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_rexgf;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_7fmkp;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real t_dugie_2 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_2 + t_dugie * bob1_r_y;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real t_s4byp_2 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_2 + t_s4byp * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_qayfy = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real q2_v2 = t_rsnrr * t_hby4t
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_7fmkp)
+        - hub_K62 * t_qayfy;
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real t_uw5f5 = t_cub74 * q[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * q[wz] - stream_z * q[wy];
+    const real t_dugie_3 = bob1_S1tz * bob1_g1_x;
+    const real t_s4byp_3 = bob2_S1tz * bob2_g1_x;
+    const real t_lhd4o_2 = t_dugie_3 + t_s4byp_3;
+    const real t_yiqfo_2 = t_dugie_3 * bob1_r_y;
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd_2);
+    const real t_6j24m_2 = t_s4byp_3 * bob2_r_y;
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_3 * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_3 * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real q1_v2 = t_lhd4o * t_si2fh
+        - hub_b1
+        + t_lhd4o_2 * t_gkvv2
+        - hub_K41 * t_7fmkp
+        - hub_K51 * t_hby4t
+        + t_bjkdc * t_qayfy;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * q[wx];
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real t_vh7r5_2 = t_dugie_3 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_wudhu_2 = t_s4byp_3 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5_2 + t_wudhu_2);
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real t_yyjih = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_7fmkp
+        + hub_K53 * t_hby4t
+        + hub_K63 * t_qayfy;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_yyjih;
+    const real PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2;
+    const real t_liumo = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + t_yyjih * t_yyjih);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_liumo));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f2_v2 = q2_v2 - ax_v2 * t_lhd4o;
     const real t_y7rm6 = K(1.0) / p[F];
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
+    const real t_ofjwc = t_yyjih + ax_v2 * t_lhd4o_2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_ofjwc * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const real t_ieqmc = cos_delta2_v2 * sin_delta1_v2;
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_ieqmc * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
     const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
-    const real f_y = sin_delta2_act * p[F];
-    const real Bl_1 = B_1 * p[l1];
-    const real eBc_1 = Bc_1 * e1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo_3 = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real Bl_2 = B_2 * p[l2];
-    const real eBc_2 = Bc_2 * e2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_4 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c_4 = wqq_1 + wqq_2;
-    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo_3
-        + t_leuxo_4
-        + t_hig3c_4
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_5 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_6 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_6
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - t_sfymc * q[wy] * q[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_6 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real t_s62lc = t_6iku5 * t_6dtnj;
-    const real t_6vega = K52 - t_f2nhc * t_s62lc;
-    const real K_L52 = t_6vega * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_w6lcf = t_hig3c_3 * t_6dtnj;
-    const real t_cawlo = t_belws + t_f2nhc * t_w6lcf;
-    const real t_bopbx = t_cawlo * t_6dtnj_2;
-    const real t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_itbrl * t_6dtnj_3;
-    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
-    const real K_L53 = t_jmicp * t_6dtnj_3;
-    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
-    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
-    const real t_bk7yo = t_avyqv * t_6dtnj_2;
-    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
-    const real K_L63 = t_2dahu * t_6dtnj_3;
-    const real K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf;
-    const real t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_agu5t * t_6dtnj_4;
-    const real t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2;
-    const real K_L64 = t_kiszr * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_6vega * K_L52
-        - t_jmicp * K_L53
-        - t_agu5t * K_L54
-        - t_6iku5 * t_s62lc;
-    const real t_nx7y6 = K65
-        + t_6vega * t_bk7yo
-        - t_jmicp * K_L63
-        - t_agu5t * K_L64
-        - t_6iku5 * t_s62lc_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_nx7y6 * t_6dtnj_5;
-    const real K_D6 = K66
-        - t_avyqv * t_bk7yo
-        - t_2dahu * K_L63
-        - t_kiszr * K_L64
-        - t_nx7y6 * K_L65
-        - t_6iku5_2 * t_s62lc_2;
-    const real b1 = f_x + t_ep53l;
-    const real b2 = f_y - n2;
+    const real f_y = p[F] * sin_delta2_act;
+    const real bob1_q2 = bob1_Q2 * t_sjrjg;
+    const real bob2_q2 = bob2_Q2 * t_ymfue;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + total_Jxx * q[wx];
+    const real total_Hy = total_Jyy * q[wy];
+    const real total_Hz = total_hz + total_Jzz * q[wz];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_mwmzd_3 * bob1_r_x
+        - (t_mwmzd_2 * bob1_r_z + t_vh7r5_2 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu_2 * bob2_r_y)
+        + t_vh7r5 * bob1_r_z
+        + t_gxq2p_3 * bob2_r_x
+        + t_wudhu * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5_2 * bob1_r_x
+        + t_wudhu_2 * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd * bob1_r_x
+        - t_gxq2p * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = total_Jzz
+        - t_dugie_2 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_2 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - t_rsnrr;
+    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_ak5u5 = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
+    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_6u6cw;
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real t_4rwfu = sin_delta2_act * p[F];
+    const real yhub_ay = t_4rwfu + hub_b2 + t_skn5h * yhub_ax;
+    const real t_y3fxb = t_gbb3a * sin_delta1_act;
+    const real yhub_az = hub_b3 - t_y3fxb + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
     const real t_qh3cx = p[F] * cos_delta2_v2;
-    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_gousg * df1_v2;
-    const real t_v7qgl = t_qh3cx * sin_delta1_v2;
-    const real da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 * t_6dtnj_3;
-    const real da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3;
-    const real Mx_v2 = n4
-        + G2_v2 * K54
-        + G3_v2 * K64
-        - t_hig3c_3 * ax_v2
-        - t_hig3c_3 * da_v2_x1
-        - t_belws * a2_v2
-        - t_belws * da_v2_x2
-        + K43 * a3_v2
-        + K43 * da_v2_x3
-        - K44 * t_7fmkp;
+    const real yda_v2_y = df2_v2 + df1_v2 * t_skn5h;
+    const real t_hal4t = t_qh3cx * sin_delta1_v2;
+    const real df3_v2 = t_ofjwc - t_hal4t;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lhub_azhub_ay * yda_v2_y;
+    const real da_v2_z = yda_v2_z * t_6dtnj_3;
+    const real da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lhub_azhub_ay;
+    const real da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2;
+    const real Mx_v2 = ax_v2 * hub_K41
+        - hub_b4
+        + da_v2_x * hub_K41
+        + da_v2_y * hub_K42
+        + da_v2_z * hub_K43
+        - hub_K42 * t_si2fh
+        - hub_K43 * t_gkvv2
+        - hub_K44 * t_7fmkp
+        - hub_K54 * t_hby4t
+        - hub_K64 * t_qayfy;
     const real t_gbb3a_2 = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_jczim;
-    const real da_act_y2 = df2_act + t_gousg * df1_act;
-    const real df3_act = t_m2xxj * p[F] - t_gbb3a_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
-    const real Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
-    const real b4 = Mx - n4;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real Mz_v2 = n5
-        + G2_v2 * K55
-        + G3_v2 * K65
-        - t_6iku5 * ax_v2
-        - t_6iku5 * da_v2_x1
-        + K52 * a2_v2
-        + K52 * da_v2_x2
-        + K53 * a3_v2
-        + K53 * da_v2_x3
-        - K54 * t_7fmkp
-        + t_jczim * t_bknng;
-    const real Mz = Mz_v2
-        - t_6iku5 * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * t_bknng;
-    const real b5 = Mz - n5 - f_y * t_bknng;
-    const real t_y3fxb = t_gbb3a * sin_delta1_act;
-    const real My_v2 = t_v7qgl * t_bknng
-        - n6
-        - G2_v2 * K65
-        - G3_v2 * K66
-        + t_6iku5_2 * ax_v2
-        + t_6iku5_2 * da_v2_x1
-        + t_edvw3_2 * a2_v2
-        + t_edvw3_2 * da_v2_x2
-        - K63 * a3_v2
-        - K63 * da_v2_x3
-        + K64 * t_7fmkp;
+    const real df2_act = f_y - t_jczim;
+    const real yda_act_y = df2_act + df1_act * t_skn5h;
+    const real df3_act = t_ieqmc * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real yda_act_z = df3_act + df1_act * t_skn5h_2 - lhub_azhub_ay * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_3;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay;
+    const real da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2;
+    const real Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
+    const real yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real t_yxxpc = p[b] + p[d];
+    const real My_v2 = ax_v2 * hub_K51
+        - hub_b5
+        + da_v2_x * hub_K51
+        - da_v2_y * t_rsnrr
+        + da_v2_z * hub_K53
+        + t_rsnrr * t_si2fh
+        - hub_K53 * t_gkvv2
+        - hub_K54 * t_7fmkp
+        - hub_K55 * t_hby4t
+        + t_6u6cw * t_qayfy
+        + t_hal4t * t_yxxpc;
     const real My = My_v2
-        - df3_act * t_bknng
-        + t_6iku5_2 * da_act_x1
-        + t_edvw3_2 * da_act_x2
-        - K63 * da_act_x3;
-    const real b6 = t_y3fxb * t_bknng - (My + n6);
-    const real X_y2 = b2 + t_gousg * b1;
-    const real X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_s62lc * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_s62lc_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj_2
-        - K_L32 * X_x3
-        + t_bopbx * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_6dtnj
-        + t_gousg * X_x2
-        + t_gousg_2 * X_x3
-        + t_w6lcf * X_x4
-        + t_s62lc * X_x5
-        + t_s62lc_2 * X_x6;
-    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
-    const real Gt_eta1 = G_t1 + eta1;
-    const real t_2prat = cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_aqrn5);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat;
-    const real t_3ipx7 = X_x5 - W12;
-    const real t_hig3c_7 = X_x4 + X_x5;
-    const real t_pksrm = zeta1
-        + X_x2 * cos_theta1
-        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_hig3c_7 * q_1
-        - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (K(1.0) / p[m1]) + q_1 * t_pksrm));
-    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
-    const real Gt_eta2 = G_t2 + eta2;
-    const real t_y662k = cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_3hay7);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k;
-    const real t_zj7x3 = zeta2
-        + X_x2 * cos_theta2
-        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_hig3c_7 * q_2
-        - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (K(1.0) / p[m2]) + q_2 * t_zj7x3));
-    dq[0] = X_x1 + t_rybsf * x_C - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = X_x2 - X_x5 * x_C + (q[vz] * q[wx] - q[vx] * q[wz]);
-    dq[2] = X_x3 - X_x6 * x_C + (q[vx] * q[wy] - q[vy] * q[wx]);
-    dq[3] = X_x4;
-    dq[4] = W13 - X_x6;
-    dq[5] = t_3ipx7;
+        + da_act_x * hub_K51
+        - da_act_y * t_rsnrr
+        + da_act_z * hub_K53
+        - df3_act * t_yxxpc;
+    const real yhub_alphay = My
+        + hub_b5
+        - t_y3fxb * t_yxxpc
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real Mz_v2 = da_v2_y * hub_K62
+        - (hub_b6 + ax_v2 * t_bjkdc + da_v2_x * t_bjkdc)
+        + da_v2_z * hub_K63
+        - hub_K62 * t_si2fh
+        - hub_K63 * t_gkvv2
+        - hub_K64 * t_7fmkp
+        + t_6u6cw * t_hby4t
+        - hub_K66 * t_qayfy
+        + t_jczim * t_yxxpc;
+    const real Mz = Mz_v2
+        - da_act_x * t_bjkdc
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * t_yxxpc;
+    const real yhub_alphaz = Mz
+        + hub_b6
+        - t_4rwfu * t_yxxpc
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_ak5u5 * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj_2
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_6dtnj
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_ak5u5
+        + hub_ay * t_skn5h
+        + hub_az * t_skn5h_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_rlquh * bob1_aPz;
+    const real t_ozyob = t_txuch * t_vpzmf
+        + bob1_S1rx * hub_alphax
+        + bob1_S1tx * bob1_aPx
+        + bob1_S1ty * bob1_aPy
+        + bob1_S1tz * bob1_aPz;
+    const real bob1_a1 = -t_ozyob;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_i7psf * bob2_aPz;
+    const real t_xux2d = t_xyjt2 * t_mxpm2
+        + bob2_S1rx * hub_alphax
+        + bob2_S1tx * bob2_aPx
+        + bob2_S1ty * bob2_aPy
+        + bob2_S1tz * bob2_aPz;
+    const real bob2_a1 = -t_xux2d;
+    dq[0] = q[vy] * q[wz] - q[vz] * q[wy] + hub_ax;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] + hub_ay;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] + hub_az;
+    dq[3] = hub_alphax;
+    dq[4] = hub_alphay;
+    dq[5] = hub_alphaz;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -5199,13 +5446,13 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = phi_acc1;
-    dq[14] = theta_acc1;
-    dq[15] = phi_acc2;
-    dq[16] = theta_acc2;
+    dq[13] = bob1_a1;
+    dq[14] = bob1_a2;
+    dq[15] = bob2_a1;
+    dq[16] = bob2_a2;
 }
 
-/* state and input in the loop of lyapunov-v2; 694 operations. */
+/* state and input in the loop of lyapunov-v2; 752 operations. */
 void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u, real *u_cmd)
 {
     (void)r;
@@ -5231,342 +5478,362 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_aqrn5 = t_rybsf * e1;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real B_1 = me1 * p[l1];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real e2 = p[h2] - x_C;
-    const real t_3hay7 = t_rybsf * e2;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real B_2 = me2 * p[l2];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real t_uw5f5 = t_cub74 * q[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * q[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
-    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real g_1 = e1 - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real g_2 = e2 - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_edvw3 + wqS_2;
-    const real W13 = q[wx] * q[wz];
+    const real t_si2fh = B_v2 * c[w1];
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real total_mass = p[m] + p[m0];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
     const real C_v2 = q[vz] * c[r2];  /* (29) */
-    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
-    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2);
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd - bob1_Myz * bob1_r_z;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real t_7fmkp = (q[wx] * c[w3] + g1_v2) * (K(1.0) / c[r4]);
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_7fmkp;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bs_2 = B_2 * sin_phi2;
-    const real t_hig3c_3 = Bs_1 + Bs_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_7awx3 = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_6iku5
-        + G3_v2 * t_6iku5_2
-        + t_f2nhc_2 * a2_v2
-        + t_f2nhc * a3_v2;
-    const real q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_belws * t_7fmkp;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
-    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_dugie = bob1_S1tz * bob1_g1_x;
+    const real t_vh7r5 = t_dugie * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_s4byp = bob2_S1tz * bob2_g1_x;
+    const real t_wudhu = t_s4byp * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real t_hby4t = (q[wy] * c[w4] + g2_v2) * (K(1.0) / c[r6]);
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_yiqfo = t_dugie * bob1_r_y;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_6j24m = t_s4byp * bob2_r_y;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_qayfy = (q[wz] * c[w5] + g3_v2) * (K(1.0) / c[r8]);
+    const real t_yyjih = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_7fmkp
+        + hub_K53 * t_hby4t
+        + hub_K63 * t_qayfy;
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real t_dugie_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real t_s4byp_2 = bob2_S1ty * bob2_g1_x;
+    const real t_lhd4o = t_dugie_2 + t_s4byp_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = t_cub74 * q[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * q[wz] - stream_z * q[wy];
+    const real t_lhd4o_2 = t_dugie + t_s4byp;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_z;
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo_2 - (t_yiqfo + t_mwmzd_2);
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_z;
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m_2 - (t_6j24m + t_gxq2p_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_ezb77 = t_dugie_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real q1_v2 = t_lhd4o * t_si2fh
+        - hub_b1
+        + t_lhd4o_2 * t_gkvv2
+        - hub_K41 * t_7fmkp
+        - hub_K51 * t_hby4t
+        + t_bjkdc * t_qayfy;
+    const real t_vh7r5_2 = t_yiqfo_2 + t_yugsj;
+    const real t_wudhu_2 = t_6j24m_2 + t_kmmnu;
+    const real t_rsnrr = t_vh7r5_2 + t_wudhu_2;
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_3 - bob1_Myy * bob1_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie_2 * bob1_r_y;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real q2_v2 = t_rsnrr * t_hby4t
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_7fmkp)
+        - hub_K62 * t_qayfy;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_yyjih;
+    const real PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2;
+    const real t_liumo = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + t_yyjih * t_yyjih);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_liumo));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
+    const real t_ofjwc = t_yyjih + ax_v2 * t_lhd4o_2;
     const real t_y7rm6 = K(1.0) / p[F];
-    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real f2_v2 = q2_v2 - ax_v2 * t_lhd4o;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * t_y7rm6));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_ofjwc * t_y7rm6 / mv_max(SPLAT(K(1e-09)), cos_d2_v2))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_m2xxj = cos_delta2_v2 * sin_delta1_v2;
+    const real t_ieqmc = cos_delta2_v2 * sin_delta1_v2;
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_m2xxj * (K(1.0) / mv_cos(p[delta2_max]))))))));
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_ieqmc * (K(1.0) / mv_cos(p[delta2_max]))))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real eBc_1 = Bc_1 * e1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo_3 = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real Bl_2 = B_2 * p[l2];
-    const real eBc_2 = Bc_2 * e2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_4 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c_4 = wqq_1 + wqq_2;
-    const real K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo_3
-        + t_leuxo_4
-        + t_hig3c_4
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_5 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_6 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real n4 = t_mjqai
-        - t_hig3c_6
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - t_sfymc * q[wy] * q[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_6 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * (J_C1 + (p[J_z] - p[J_y]))
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * (J_C1 + t_is5lg + t_sfymc)
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc_2 * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc_2 * t_gousg;
-    const real t_gousg_2 = t_f2nhc * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc_2 * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2;
-    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + total_Jxx * q[wx];
+    const real total_Hy = total_Jyy * q[wy];
+    const real total_Hz = total_hz + total_Jzz * q[wz];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_mwmzd * bob1_r_x
+        - (t_mwmzd_2 * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_3 * bob1_r_x
+        - t_gxq2p_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real t_6dtnj_2 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_2;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_gousg * df1_v2;
-    const real t_v7qgl = t_qh3cx * sin_delta1_v2;
-    const real da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real da_v2_x3 = da_v2_y3 * t_6dtnj_3;
-    const real da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3;
-    const real Mx_v2 = n4
-        + G2_v2 * K54
-        + G3_v2 * K64
-        - t_hig3c_3 * ax_v2
-        - t_hig3c_3 * da_v2_x1
-        - t_belws * a2_v2
-        - t_belws * da_v2_x2
-        + K43 * a3_v2
-        + K43 * da_v2_x3
-        - K44 * t_7fmkp;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real My_v2 = t_v7qgl * t_bknng
-        - n6
-        - G2_v2 * K65
-        - G3_v2 * K66
-        + t_6iku5_2 * ax_v2
-        + t_6iku5_2 * da_v2_x1
-        + t_edvw3 * a2_v2
-        + t_edvw3 * da_v2_x2
-        - K63 * a3_v2
-        - K63 * da_v2_x3
-        + K64 * t_7fmkp;
-    const real Mz_v2 = n5
-        + G2_v2 * K55
-        + G3_v2 * K65
-        - t_6iku5 * ax_v2
-        - t_6iku5 * da_v2_x1
-        + K52 * a2_v2
-        + K52 * da_v2_x2
-        + K53 * a3_v2
-        + K53 * da_v2_x3
-        - K54 * t_7fmkp
-        + t_jczim * t_bknng;
+    const real t_hal4t = t_qh3cx * sin_delta1_v2;
+    const real df3_v2 = t_ofjwc - t_hal4t;
+    const real yda_v2_y = df2_v2 + df1_v2 * t_skn5h;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y;
+    const real t_6dtnj_3 = K(1.0) / kK3K32;
+    const real da_v2_z = yda_v2_z * t_6dtnj_3;
+    const real da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2;
+    const real da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2;
+    const real Mx_v2 = ax_v2 * hub_K41
+        - hub_b4
+        + da_v2_x * hub_K41
+        + da_v2_y * hub_K42
+        + da_v2_z * hub_K43
+        - hub_K42 * t_si2fh
+        - hub_K43 * t_gkvv2
+        - hub_K44 * t_7fmkp
+        - hub_K54 * t_hby4t
+        - hub_K64 * t_qayfy;
+    const real t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real t_yxxpc = p[b] + p[d];
+    const real My_v2 = ax_v2 * hub_K51
+        - hub_b5
+        + da_v2_x * hub_K51
+        - da_v2_y * t_rsnrr
+        + da_v2_z * hub_K53
+        + t_rsnrr * t_si2fh
+        - hub_K53 * t_gkvv2
+        - hub_K54 * t_7fmkp
+        - hub_K55 * t_hby4t
+        + t_6u6cw * t_qayfy
+        + t_hal4t * t_yxxpc;
+    const real Mz_v2 = da_v2_y * hub_K62
+        - (hub_b6 + ax_v2 * t_bjkdc + da_v2_x * t_bjkdc)
+        + da_v2_z * hub_K63
+        - hub_K62 * t_si2fh
+        - hub_K63 * t_gkvv2
+        - hub_K64 * t_7fmkp
+        + t_6u6cw * t_hby4t
+        - hub_K66 * t_qayfy
+        + t_jczim * t_yxxpc;
     const real t_gbb3a = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
-    const real df3_act = t_m2xxj * p[F] - t_gbb3a * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_gousg * df1_act;
-    const real da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3;
-    const real Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3;
+    const real df3_act = t_ieqmc * p[F] - t_gbb3a * sin_delta1_act;
+    const real yda_act_y = df2_act + df1_act * t_skn5h;
+    const real yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_3;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2;
+    const real da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2;
+    const real Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v2
-        - df3_act * t_bknng
-        + t_6iku5_2 * da_act_x1
-        + t_edvw3 * da_act_x2
-        - K63 * da_act_x3;
+        + da_act_x * hub_K51
+        - da_act_y * t_rsnrr
+        + da_act_z * hub_K53
+        - df3_act * t_yxxpc;
     const real Mz = Mz_v2
-        - t_6iku5 * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * t_bknng;
+        - da_act_x * t_bjkdc
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * t_yxxpc;
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];
@@ -5605,7 +5872,7 @@ void slosh_lyapunov_v2_constraints(const real *p, const real *c, const real *s, 
     margin[0] = p[F];
 }
 
-/* reports of lyapunov-v2; 390 operations. */
+/* reports of lyapunov-v2; 460 operations. */
 void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;
@@ -5632,122 +5899,160 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_qux2u = x[wy] * x[wy];
-    const real t_kyio7 = x[wz] * x[wz];
-    const real t_rybsf = t_qux2u + t_kyio7;
-    const real tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo = S_sq1 * tn11_1;
-    const real t_leuxo_2 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c + t_67i37;
-    const real t_hig3c_2 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_2 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real K63 = t_edvw3 - (t_hig3c + t_hig3c_2);
-    const real n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + bob1_S1rx * bob1_g1_x);
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_dugie * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + bob2_S1rx * bob2_g1_x);
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_s4byp * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real total_mass = p[m] + p[m0];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real hub_K53 = t_cub74
+        - (t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x));
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
     const real V_v2 = K(0.5) * (x[wx] * x[wx]) * c[r4]
-        + K(0.5) * t_qux2u * c[r6]
-        + K(0.5) * t_kyio7 * c[r8]
+        + K(0.5) * (x[wy] * x[wy]) * c[r6]
+        + K(0.5) * (x[wz] * x[wz]) * c[r8]
         + K(0.5) * c[r1] * (x[vy] * x[vy])
         + K(0.5) * c[r2] * (x[vz] * x[vz])
         + K(0.5) * c[r3] * (x[att1] * x[att1])
@@ -5758,44 +6063,37 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
     const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
     const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
-    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) / c[r8];
-    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) / c[r6];
-    const real a2_v2 = G2_v2 * x_C - B_v2 * c[w1];
-    const real a3_v2 = G3_v2 * x_C - C_v2 * c[w2];
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_si2fh = B_v2 * c[w1];
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_gkvv2 = C_v2 * c[w2];
     const real t_n2b4c = (x[wx] * c[w3] + g1_v2) / c[r4];
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_7awx3 = t_pc5rt * sin_phi1
-        + t_63ozv * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-        + G3_v2 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = (Bs_1 + Bs_2) * t_n2b4c - t_7awx3;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_edvw3_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_n2b4c;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_n2b4c;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real t_zudcj = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_zudcj));
+    const real t_2delu = (x[wy] * c[w4] + g2_v2) / c[r6];
+    const real t_qwmt7 = (x[wz] * c[w5] + g3_v2) / c[r8];
+    const real t_jaqez = (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y)) * t_qwmt7;
+    const real q1_v2 = t_lhd4o * t_si2fh
+        - hub_b1
+        + t_lhd4o_2 * t_gkvv2
+        - hub_K41 * t_n2b4c
+        - hub_K51 * t_2delu
+        + t_jaqez;
+    const real q2_v2 = (t_yiqfo + t_yugsj + (t_6j24m + t_kmmnu)) * t_2delu
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_n2b4c)
+        - hub_K62 * t_qwmt7;
+    const real PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2;
+    const real t_q65pd = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_n2b4c
+        + hub_K53 * t_2delu
+        + hub_K63 * t_qwmt7;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_q65pd;
+    const real t_irt3i = PP_v2 * (q1_v2 * q1_v2 - p[F] * p[F] + q2_v2 * q2_v2 + t_q65pd * t_q65pd);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), Pq_v2 * Pq_v2 - t_irt3i));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
-    const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2);
+    const real f2_v2 = q2_v2 - ax_v2 * t_lhd4o;
+    const real t_a7uq5 = t_q65pd + ax_v2 * t_lhd4o_2;
+    const real lateral_v2 = mv_sqrt(f2_v2 * f2_v2 + t_a7uq5 * t_a7uq5);
     w[0] = V_v2;
     w[1] = lateral_v2;
     w[2] = mv_max(SPLAT(K(0.0)), lateral_v2 - p[F]);

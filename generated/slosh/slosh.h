@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "bebcba39c15c8eef3dc673c1662afdbdac47b96e9cb2871da59336a851273a25"
+#define SLOSH_HASH "22d097165af078371d2cddd87ae4365b53a5ecaa1bb098e7b6cab6287e3f92be"
 
 /* state x */
 enum {
@@ -589,7 +589,7 @@ void slosh_lyapunov_v2_loop_jac(const mv_real *q, const mv_real *r, const mv_rea
 /* part of rhs that is computed once per run */
 enum {
     SLOSH_RHS_PREPARE_NP = 22,
-    SLOSH_RHS_PREPARE_NH = 32
+    SLOSH_RHS_PREPARE_NH = 13
 };
 void slosh_rhs_prepare(const mv_real *p, mv_real *h);
 
@@ -597,7 +597,7 @@ void slosh_rhs_prepare(const mv_real *p, mv_real *h);
 enum {
     SLOSH_RHS_HOLD_NU = 5,
     SLOSH_RHS_HOLD_NP = 22,
-    SLOSH_RHS_HOLD_NH = 32,
+    SLOSH_RHS_HOLD_NH = 13,
     SLOSH_RHS_HOLD_NW = 5
 };
 void slosh_rhs_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
@@ -607,7 +607,7 @@ enum {
     SLOSH_RHS_PREPARED_NX = 17,
     SLOSH_RHS_PREPARED_NU = 5,
     SLOSH_RHS_PREPARED_NP = 22,
-    SLOSH_RHS_PREPARED_NH = 32,
+    SLOSH_RHS_PREPARED_NH = 13,
     SLOSH_RHS_PREPARED_NW = 5,
     SLOSH_RHS_PREPARED_NDX = 17
 };
@@ -616,7 +616,7 @@ void slosh_rhs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, co
 /* part of outputs that is computed once per run */
 enum {
     SLOSH_OUTPUTS_PREPARE_NP = 22,
-    SLOSH_OUTPUTS_PREPARE_NH = 28
+    SLOSH_OUTPUTS_PREPARE_NH = 13
 };
 void slosh_outputs_prepare(const mv_real *p, mv_real *h);
 
@@ -625,7 +625,7 @@ enum {
     SLOSH_OUTPUTS_PREPARED_NX = 17,
     SLOSH_OUTPUTS_PREPARED_NU = 5,
     SLOSH_OUTPUTS_PREPARED_NP = 22,
-    SLOSH_OUTPUTS_PREPARED_NH = 28,
+    SLOSH_OUTPUTS_PREPARED_NH = 13,
     SLOSH_OUTPUTS_PREPARED_NY = 7
 };
 void slosh_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *p, const mv_real *h, mv_real *y);
@@ -633,7 +633,7 @@ void slosh_outputs_prepared(const mv_real *x, const mv_real *u, const mv_real *p
 /* part of rhs_euler that is computed once per run */
 enum {
     SLOSH_RHS_EULER_PREPARE_NP = 22,
-    SLOSH_RHS_EULER_PREPARE_NH = 32
+    SLOSH_RHS_EULER_PREPARE_NH = 13
 };
 void slosh_rhs_euler_prepare(const mv_real *p, mv_real *h);
 
@@ -641,7 +641,7 @@ void slosh_rhs_euler_prepare(const mv_real *p, mv_real *h);
 enum {
     SLOSH_RHS_EULER_HOLD_NU = 5,
     SLOSH_RHS_EULER_HOLD_NP = 22,
-    SLOSH_RHS_EULER_HOLD_NH = 32,
+    SLOSH_RHS_EULER_HOLD_NH = 13,
     SLOSH_RHS_EULER_HOLD_NW = 5
 };
 void slosh_rhs_euler_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
@@ -651,7 +651,7 @@ enum {
     SLOSH_RHS_EULER_PREPARED_NX = 17,
     SLOSH_RHS_EULER_PREPARED_NU = 5,
     SLOSH_RHS_EULER_PREPARED_NP = 22,
-    SLOSH_RHS_EULER_PREPARED_NH = 32,
+    SLOSH_RHS_EULER_PREPARED_NH = 13,
     SLOSH_RHS_EULER_PREPARED_NW = 5,
     SLOSH_RHS_EULER_PREPARED_NDX = 17
 };
@@ -660,7 +660,7 @@ void slosh_rhs_euler_prepared(const mv_real *x, const mv_real *u, const mv_real 
 /* part of rhs_reduced that is computed once per run */
 enum {
     SLOSH_RHS_REDUCED_PREPARE_NP = 22,
-    SLOSH_RHS_REDUCED_PREPARE_NH = 36
+    SLOSH_RHS_REDUCED_PREPARE_NH = 17
 };
 void slosh_rhs_reduced_prepare(const mv_real *p, mv_real *h);
 
@@ -668,7 +668,7 @@ void slosh_rhs_reduced_prepare(const mv_real *p, mv_real *h);
 enum {
     SLOSH_RHS_REDUCED_HOLD_NU = 5,
     SLOSH_RHS_REDUCED_HOLD_NP = 22,
-    SLOSH_RHS_REDUCED_HOLD_NH = 36,
+    SLOSH_RHS_REDUCED_HOLD_NH = 17,
     SLOSH_RHS_REDUCED_HOLD_NW = 5
 };
 void slosh_rhs_reduced_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
@@ -678,7 +678,7 @@ enum {
     SLOSH_RHS_REDUCED_PREPARED_NX = 17,
     SLOSH_RHS_REDUCED_PREPARED_NU = 5,
     SLOSH_RHS_REDUCED_PREPARED_NP = 22,
-    SLOSH_RHS_REDUCED_PREPARED_NH = 36,
+    SLOSH_RHS_REDUCED_PREPARED_NH = 17,
     SLOSH_RHS_REDUCED_PREPARED_NW = 5,
     SLOSH_RHS_REDUCED_PREPARED_NDX = 17
 };
@@ -687,7 +687,7 @@ void slosh_rhs_reduced_prepared(const mv_real *x, const mv_real *u, const mv_rea
 /* part of rhs_reduced_euler that is computed once per run */
 enum {
     SLOSH_RHS_REDUCED_EULER_PREPARE_NP = 22,
-    SLOSH_RHS_REDUCED_EULER_PREPARE_NH = 36
+    SLOSH_RHS_REDUCED_EULER_PREPARE_NH = 17
 };
 void slosh_rhs_reduced_euler_prepare(const mv_real *p, mv_real *h);
 
@@ -695,7 +695,7 @@ void slosh_rhs_reduced_euler_prepare(const mv_real *p, mv_real *h);
 enum {
     SLOSH_RHS_REDUCED_EULER_HOLD_NU = 5,
     SLOSH_RHS_REDUCED_EULER_HOLD_NP = 22,
-    SLOSH_RHS_REDUCED_EULER_HOLD_NH = 36,
+    SLOSH_RHS_REDUCED_EULER_HOLD_NH = 17,
     SLOSH_RHS_REDUCED_EULER_HOLD_NW = 5
 };
 void slosh_rhs_reduced_euler_hold(const mv_real *u, const mv_real *p, const mv_real *h, mv_real *w);
@@ -705,7 +705,7 @@ enum {
     SLOSH_RHS_REDUCED_EULER_PREPARED_NX = 17,
     SLOSH_RHS_REDUCED_EULER_PREPARED_NU = 5,
     SLOSH_RHS_REDUCED_EULER_PREPARED_NP = 22,
-    SLOSH_RHS_REDUCED_EULER_PREPARED_NH = 36,
+    SLOSH_RHS_REDUCED_EULER_PREPARED_NH = 17,
     SLOSH_RHS_REDUCED_EULER_PREPARED_NW = 5,
     SLOSH_RHS_REDUCED_EULER_PREPARED_NDX = 17
 };
@@ -714,7 +714,7 @@ void slosh_rhs_reduced_euler_prepared(const mv_real *x, const mv_real *u, const 
 /* part of actuate that is computed once per run */
 enum {
     SLOSH_ACTUATE_PREPARE_NP = 22,
-    SLOSH_ACTUATE_PREPARE_NH = 14
+    SLOSH_ACTUATE_PREPARE_NH = 10
 };
 void slosh_actuate_prepare(const mv_real *p, mv_real *h);
 
@@ -723,7 +723,7 @@ enum {
     SLOSH_ACTUATE_PREPARED_NX = 17,
     SLOSH_ACTUATE_PREPARED_NU_CMD = 5,
     SLOSH_ACTUATE_PREPARED_NP = 22,
-    SLOSH_ACTUATE_PREPARED_NH = 14,
+    SLOSH_ACTUATE_PREPARED_NH = 10,
     SLOSH_ACTUATE_PREPARED_NU = 5
 };
 void slosh_actuate_prepared(const mv_real *x, const mv_real *u_cmd, const mv_real *p, const mv_real *h, mv_real *u);
@@ -732,7 +732,7 @@ void slosh_actuate_prepared(const mv_real *x, const mv_real *u_cmd, const mv_rea
 enum {
     SLOSH_LYAPUNOV_V1_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_PREPARE_NC = 15,
-    SLOSH_LYAPUNOV_V1_PREPARE_NH = 45
+    SLOSH_LYAPUNOV_V1_PREPARE_NH = 28
 };
 void slosh_lyapunov_v1_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -741,7 +741,7 @@ enum {
     SLOSH_LYAPUNOV_V1_PREPARED_NX = 17,
     SLOSH_LYAPUNOV_V1_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V1_PREPARED_NC = 15,
-    SLOSH_LYAPUNOV_V1_PREPARED_NH = 45,
+    SLOSH_LYAPUNOV_V1_PREPARED_NH = 28,
     SLOSH_LYAPUNOV_V1_PREPARED_NU = 5
 };
 void slosh_lyapunov_v1_prepared(const mv_real *x, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *u);
@@ -750,7 +750,7 @@ void slosh_lyapunov_v1_prepared(const mv_real *x, const mv_real *p, const mv_rea
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NH = 50
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARE_NH = 29
 };
 void slosh_lyapunov_v1_loop_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -759,7 +759,7 @@ enum {
     SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NH = 50,
+    SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NH = 29,
     SLOSH_LYAPUNOV_V1_LOOP_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v1_loop_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -768,7 +768,7 @@ void slosh_lyapunov_v1_loop_prepared(const mv_real *q, const mv_real *p, const m
 enum {
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NC = 15,
-    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NH = 46
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARE_NH = 29
 };
 void slosh_lyapunov_v1_observe_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -777,7 +777,7 @@ enum {
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NC = 15,
-    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NH = 46,
+    SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NH = 29,
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NX = 17,
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NU = 5,
     SLOSH_LYAPUNOV_V1_OBSERVE_PREPARED_NU_CMD = 5
@@ -788,7 +788,7 @@ void slosh_lyapunov_v1_observe_prepared(const mv_real *q, const mv_real *p, cons
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NH = 50
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARE_NH = 29
 };
 void slosh_lyapunov_v1_loop_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -797,7 +797,7 @@ enum {
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NH = 50,
+    SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NH = 29,
     SLOSH_LYAPUNOV_V1_LOOP_EULER_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v1_loop_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -806,7 +806,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const mv_real *q, const mv_real *p, c
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NH = 19
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARE_NH = 17
 };
 void slosh_lyapunov_v1_loop_reduced_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -815,7 +815,7 @@ enum {
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NH = 19,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NH = 17,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v1_loop_reduced_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -824,7 +824,7 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const mv_real *q, const mv_real *p,
 enum {
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NH = 19
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARE_NH = 17
 };
 void slosh_lyapunov_v1_loop_reduced_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -833,7 +833,7 @@ enum {
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NC = 15,
-    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NH = 19,
+    SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NH = 17,
     SLOSH_LYAPUNOV_V1_LOOP_REDUCED_EULER_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v1_loop_reduced_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -842,7 +842,7 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const mv_real *q, const mv_re
 enum {
     SLOSH_LYAPUNOV_V2_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_PREPARE_NC = 13,
-    SLOSH_LYAPUNOV_V2_PREPARE_NH = 33
+    SLOSH_LYAPUNOV_V2_PREPARE_NH = 18
 };
 void slosh_lyapunov_v2_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -851,7 +851,7 @@ enum {
     SLOSH_LYAPUNOV_V2_PREPARED_NX = 17,
     SLOSH_LYAPUNOV_V2_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V2_PREPARED_NC = 13,
-    SLOSH_LYAPUNOV_V2_PREPARED_NH = 33,
+    SLOSH_LYAPUNOV_V2_PREPARED_NH = 18,
     SLOSH_LYAPUNOV_V2_PREPARED_NU = 5
 };
 void slosh_lyapunov_v2_prepared(const mv_real *x, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *u);
@@ -860,7 +860,7 @@ void slosh_lyapunov_v2_prepared(const mv_real *x, const mv_real *p, const mv_rea
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NH = 38
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARE_NH = 19
 };
 void slosh_lyapunov_v2_loop_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -869,7 +869,7 @@ enum {
     SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NH = 38,
+    SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NH = 19,
     SLOSH_LYAPUNOV_V2_LOOP_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v2_loop_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -878,7 +878,7 @@ void slosh_lyapunov_v2_loop_prepared(const mv_real *q, const mv_real *p, const m
 enum {
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NC = 13,
-    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NH = 34
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARE_NH = 19
 };
 void slosh_lyapunov_v2_observe_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -887,7 +887,7 @@ enum {
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NC = 13,
-    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NH = 34,
+    SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NH = 19,
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NX = 17,
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NU = 5,
     SLOSH_LYAPUNOV_V2_OBSERVE_PREPARED_NU_CMD = 5
@@ -898,7 +898,7 @@ void slosh_lyapunov_v2_observe_prepared(const mv_real *q, const mv_real *p, cons
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NH = 38
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARE_NH = 19
 };
 void slosh_lyapunov_v2_loop_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -907,7 +907,7 @@ enum {
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NH = 38,
+    SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NH = 19,
     SLOSH_LYAPUNOV_V2_LOOP_EULER_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v2_loop_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -916,7 +916,7 @@ void slosh_lyapunov_v2_loop_euler_prepared(const mv_real *q, const mv_real *p, c
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NH = 13
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARE_NH = 11
 };
 void slosh_lyapunov_v2_loop_reduced_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -925,7 +925,7 @@ enum {
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NH = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NH = 11,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v2_loop_reduced_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);
@@ -934,7 +934,7 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const mv_real *q, const mv_real *p,
 enum {
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NH = 13
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARE_NH = 11
 };
 void slosh_lyapunov_v2_loop_reduced_euler_prepare(const mv_real *p, const mv_real *c, mv_real *h);
 
@@ -943,7 +943,7 @@ enum {
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NQ = 17,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NP = 22,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NC = 13,
-    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NH = 13,
+    SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NH = 11,
     SLOSH_LYAPUNOV_V2_LOOP_REDUCED_EULER_PREPARED_NDQ = 17
 };
 void slosh_lyapunov_v2_loop_reduced_euler_prepared(const mv_real *q, const mv_real *p, const mv_real *c, const mv_real *h, mv_real *dq);

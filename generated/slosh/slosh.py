@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "bebcba39c15c8eef3dc673c1662afdbdac47b96e9cb2871da59336a851273a25"
+HASH = "22d097165af078371d2cddd87ae4365b53a5ecaa1bb098e7b6cab6287e3f92be"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -86,376 +86,404 @@ def rhs(x, u, p):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        D1 = l1 * l1 * m1 + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_5
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_S1rx = I1 * t_vpzmf
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_q2 = bob1_Q2 * t_sjrjg
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_dugie = bob1_S1ty * bob1_g1_x
+        t_yiqfo = t_dugie * bob1_r_z
+        t_dugie_2 = bob1_S1tz * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_y
+        t_mwmzd = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd)
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x
+        t_dugie_3 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_S1rx = I2 * t_mxpm2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_S2rz = I2 * t_ymfue
+        bob2_q2 = bob2_Q2 * t_ymfue
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        t_6j24m = t_s4byp * bob2_r_z
+        t_s4byp_2 = bob2_S1tz * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_y
+        t_gxq2p = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p)
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x
+        t_s4byp_3 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_mass = m + m0
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu)
+        t_vh7r5_2 = t_yiqfo + t_yugsj
+        t_wudhu_2 = t_6j24m + t_kmmnu
+        hub_K54 = (
+            t_mwmzd_3 * bob1_r_x
+            - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+            + t_vh7r5_2 * bob1_r_z
+            + t_gxq2p_3 * bob2_r_x
+            + t_wudhu_2 * bob2_r_z
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf
-        t_vpdgs = t_ly572 * t_6dtnj_2
-        t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_ichgo * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf
-        t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_otpfz * t_6dtnj_4
-        t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2
-        K_L64 = t_aolgd * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_otpfz * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5 * bob1_r_x
+            + t_wudhu * bob2_r_x
         )
-        t_hdeaq = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_otpfz * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd_2 * bob1_r_x
+            - t_gxq2p_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_hdeaq * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_aolgd * K_L64
-            - t_hdeaq * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_3 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_3 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
         )
-        b1 = (
-            f_x
-            + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2)
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        b2 = f_y - n2
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        b5 = Mz - n5 - f_y * t_bknng
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_lhd4o = t_dugie + t_s4byp
+        t_skn5h = t_lhd4o * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
+        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
+        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_bjkdc = t_ezb77 + t_ykkjc
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_alphazhub_alphay1 = (
+            hub_K51 * t_ak5u5
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        )
+        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
-        b6 = t_gcu5g * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_gcu5g * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - f_y * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_2
-            - K_L32 * X_x3
-            + t_vpdgs * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        X_x1 = (
-            b1 * t_6dtnj
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        hub_ax = (
+            yhub_ax * t_6dtnj
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_skn5h
+            + hub_az * t_skn5h_2
         )
-        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
-        Gt_eta1 = G_t1 + eta1
-        t_2prat = (
-            cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-            + sin_phi1 * (X_x1 - t_aqrn5)
+        bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz
+        bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax
+        bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay
+        bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_rlquh * bob1_aPz
+        t_ozyob = (
+            t_txuch * t_vpzmf
+            + bob1_S1rx * hub_alphax
+            + bob1_S1tx * bob1_aPx
+            + bob1_S1ty * bob1_aPy
+            + bob1_S1tz * bob1_aPz
         )
-        phi_acc1 = Gt_eta1 - (loss_phi1 + I1 * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat
-        t_3ipx7 = X_x5 - W12
-        t_hig3c_7 = X_x4 + X_x5
-        t_pksrm = (
-            zeta1
-            + X_x2 * cos_theta1
-            + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-            - t_hig3c_7 * q_1
-            - X_x3 * sin_theta1
+        bob1_a1 = -t_ozyob
+        bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz
+        bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax
+        bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay
+        bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_i7psf * bob2_aPz
+        t_xux2d = (
+            t_xyjt2 * t_mxpm2
+            + bob2_S1rx * hub_alphax
+            + bob2_S1tx * bob2_aPx
+            + bob2_S1ty * bob2_aPy
+            + bob2_S1tz * bob2_aPz
         )
-        theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (1.0 / m1) + q_1 * t_pksrm))
-        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
-        Gt_eta2 = G_t2 + eta2
-        t_y662k = (
-            cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-            + sin_phi2 * (X_x1 - t_3hay7)
-        )
-        phi_acc2 = Gt_eta2 - (loss_phi2 + I2 * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k
-        t_zj7x3 = (
-            zeta2
-            + X_x2 * cos_theta2
-            + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-            - t_hig3c_7 * q_2
-            - X_x3 * sin_theta2
-        )
-        theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
+        bob2_a1 = -t_xux2d
         return _vector(
-            X_x1 + t_rybsf * x_C - vz * wy + vy * wz,
-            X_x2 - X_x5 * x_C + (vz * wx - vx * wz),
-            X_x3 - X_x6 * x_C + (vx * wy - vy * wx),
-            X_x4,
-            W13 - X_x6,
-            t_3ipx7,
+            vy * wz - vz * wy + hub_ax,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx,
             wy,
             wz,
@@ -463,10 +491,10 @@ def rhs(x, u, p):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            phi_acc1,
-            theta_acc1,
-            phi_acc2,
-            theta_acc2,
+            bob1_a1,
+            bob1_a2,
+            bob2_a1,
+            bob2_a2,
         )
 
 
@@ -493,342 +521,378 @@ def outputs(x, u, r, p):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        D1 = l1 * l1 * m1 + I1
-        t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
-        me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
-        me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_5
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_S1rx = I1 * t_vpzmf
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_dugie = bob1_S1ty * bob1_g1_x
+        t_yiqfo = t_dugie * bob1_r_z
+        t_dugie_2 = bob1_S1tz * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_y
+        t_mwmzd = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd)
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x
+        t_dugie_3 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_S1rx = I2 * t_mxpm2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_S2rz = I2 * t_ymfue
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        t_6j24m = t_s4byp * bob2_r_z
+        t_s4byp_2 = bob2_S1tz * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_y
+        t_gxq2p = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p)
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x
+        t_s4byp_3 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_mass = m + m0
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu)
+        t_vh7r5_2 = t_yiqfo + t_yugsj
+        t_wudhu_2 = t_6j24m + t_kmmnu
+        hub_K54 = (
+            t_mwmzd_3 * bob1_r_x
+            - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+            + t_vh7r5_2 * bob1_r_z
+            + t_gxq2p_3 * bob2_r_x
+            + t_wudhu_2 * bob2_r_z
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf
-        t_vpdgs = t_ly572 * t_6dtnj_2
-        t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_ichgo * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf
-        t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_otpfz * t_6dtnj_4
-        t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2
-        K_L64 = t_aolgd * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_otpfz * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5 * bob1_r_x
+            + t_wudhu * bob2_r_x
         )
-        t_hdeaq = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_otpfz * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd_2 * bob1_r_x
+            - t_gxq2p_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_hdeaq * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_aolgd * K_L64
-            - t_hdeaq * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_3 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_3 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
         )
-        b1 = (
-            f_x
-            + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2)
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        b2 = f_y - n2
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        b5 = Mz - n5 - f_y * t_bknng
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_lhd4o = t_dugie + t_s4byp
+        t_skn5h = t_lhd4o * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
+        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
+        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_bjkdc = t_ezb77 + t_ykkjc
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_alphazhub_alphay1 = (
+            hub_K51 * t_ak5u5
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        )
+        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
-        b6 = t_gcu5g * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_gcu5g * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - f_y * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_2
-            - K_L32 * X_x3
-            + t_vpdgs * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        X_x1 = (
-            b1 * t_6dtnj
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        hub_ax = (
+            yhub_ax * t_6dtnj
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_skn5h
+            + hub_az * t_skn5h_2
         )
         return _vector(
-            X_x2 - X_x5 * x_C,
-            X_x3 - X_x6 * x_C,
-            X_x4,
-            W13 - X_x6,
-            X_x5 - W12,
-            X_x1 + t_rybsf * x_C,
+            hub_ay,
+            hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
+            hub_ax,
             np.sqrt(sin_delta2 * sin_delta2 + cos_delta2 * cos_delta2 * (sin_delta1 * sin_delta1)),
         )
 
@@ -866,113 +930,128 @@ def actuate(x, u_cmd, p):
         m_tdcs7 = (np.abs(delta2_cmd) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_tdcs7, delta1_cmd, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_dd7v5 * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        D1 = l1 * l1 * m1 + I1
-        t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
-        me1 = t_nkfhl * I1
-        mv1 = l1 * m1 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
-        me2 = t_xgfi7 * I2
-        mv2 = l2 * m2 * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
+        t_rcy73 = cos_phi1 * l1
+        bob1_r_x = h1 - t_rcy73
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = t_rcy73 * sin_theta1
+        bob1_r1_z = t_rcy73 * cos_theta1
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        t_uvqau = cos_phi2 * l2
+        bob2_r_x = h2 - t_uvqau
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = t_uvqau * sin_theta2
+        bob2_r1_z = t_uvqau * cos_theta2
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_S1rx = I1 * t_vpzmf
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_dugie = bob1_S1ty * bob1_g1_x
+        t_yiqfo = t_dugie * bob1_r_z
+        t_dugie_2 = bob1_S1tz * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_y
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + bob1_S1rx * bob1_g1_x)
+        bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x
+        bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_dugie * bob1_r_y
+        t_vbot4 = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_vbot4 + bob1_Bzz + t_yiqfo_2
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_S1rx = I2 * t_mxpm2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_S2rz = I2 * t_ymfue
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        t_6j24m = t_s4byp * bob2_r_z
+        t_s4byp_2 = bob2_S1tz * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_y
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + bob2_S1rx * bob2_g1_x)
+        bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x
+        bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_s4byp * bob2_r_y
+        t_bhjr2 = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_bhjr2 + bob2_Bzz + t_6j24m_2
+        total_mass = m + m0
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_cub74 = b * m + h0 * m0
+        hub_K53 = (
+            t_cub74
+            - (t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x))
+        )
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_lhd4o = t_dugie + t_s4byp
+        t_6dtnj = 1.0 / hub_K11
+        t_skn5h = t_lhd4o * t_6dtnj
+        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
+        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        t_6dtnj_2 = 1.0 / kK2K21
+        lK3K2 = kK3K21 * t_6dtnj_2
+        kK3K32 = kK3K31 - kK3K21 * lK3K2
         t_appoi = F * cos_delta2_act
         df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * F * cos_delta1_cmd
         df2_act = F * sin_delta2_act - F * sin_delta2_cmd
         df3_act = t_dd7v5 * F - t_appoi * sin_delta1_act
-        da_act_y2 = df2_act + t_gousg * df1_act
-        da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
-        da_act_x3 = da_act_y3 / K_D3
-        da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        t_bknng = b + d + x_C
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
+        yda_act_y = df2_act + df1_act * t_skn5h
+        yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y
+        da_act_z = yda_act_z / kK3K32
+        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2
+        da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2
+        t_yxxpc = b + d
+        t_dxnus = da_act_x * (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y))
         return _vector(
-            Mx_cmd
-                - (Bs_1 + Bs_2) * da_act_x1
-                - (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * da_act_x2
-                + K43 * da_act_x3,
+            Mx_cmd + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43,
             My_cmd
-                - t_bknng * df3_act
-                + (t_2jubo * cos_theta1 + t_ittbm * cos_theta2) * da_act_x1
-                + t_edvw3_2 * da_act_x2
-                - K63 * da_act_x3,
-            Mz_cmd
-                - (t_2jubo * sin_theta1 + t_ittbm * sin_theta2) * da_act_x1
-                + K52 * da_act_x2
-                + K53 * da_act_x3
-                + t_bknng * df2_act,
+                - t_yxxpc * df3_act
+                + da_act_x * hub_K51
+                - da_act_y * (t_yiqfo + t_vbot4 + (t_6j24m + t_bhjr2))
+                + da_act_z * hub_K53,
+            Mz_cmd - t_dxnus + da_act_y * hub_K62 + da_act_z * hub_K63 + t_yxxpc * df2_act,
             delta1_act,
             delta2_act,
         )
@@ -1025,7 +1104,7 @@ def constraints(p, s):
         att3_0, phi1_0, theta1_0 = s[..., 8], s[..., 9], s[..., 10]
         phi2_0, theta2_0 = s[..., 13], s[..., 14]
         return _vector(
-            np.fmin(np.fmin(J_y - J_z + J_x, J_z - J_y + J_x), J_y + J_z - J_x),
+            np.fmin(np.fmin(J_y + J_z - J_x, J_x + J_z - J_y), J_x + J_y - J_z),
             6.283185307179586 - np.abs(att1_0),
             6.283185307179586 - np.abs(att2_0),
             6.283185307179586 - np.abs(att3_0),
@@ -1074,7 +1153,7 @@ def energy(x, p):
         t_4fh24 = cos_phi1 * l1
         t_5wsq6 = h1 - t_4fh24
         t_gmx3d = t_4fh24 * phi1_dot
-        t_3ndti = t_uu25d * cos_theta1
+        t_3ndti = cos_theta1 * t_uu25d
         t_yjz75 = (
             t_5wsq6 * wz
             + vy
@@ -1100,25 +1179,25 @@ def energy(x, p):
         t_i5y5i = cos_phi2 * l2
         t_i4qrx = h2 - t_i5y5i
         t_qy3i6 = t_i5y5i * phi2_dot
-        t_m32m4 = t_pgd7h * cos_theta2
+        t_m32m4 = cos_theta2 * t_pgd7h
         t_yd4q2 = (
             t_i4qrx * wz
             + vy
-            + t_qy3i6 * sin_theta2
+            + sin_theta2 * t_qy3i6
             + t_m32m4 * theta2_dot
             - t_m32m4 * wx
         )
-        t_z7gk4 = t_pgd7h * sin_theta2
+        t_z7gk4 = sin_theta2 * t_pgd7h
         t_pxtje = (
             vz
             - t_i4qrx * wy
-            + t_qy3i6 * cos_theta2
+            + cos_theta2 * t_qy3i6
             + t_z7gk4 * wx
             - t_z7gk4 * theta2_dot
         )
-        return np.asarray((I0 + J_x) * (0.5 * (wx * wx))
-            + (I0 + J_z) * (0.5 * (wz * wz))
+        return np.asarray(0.5 * (wx * wx) * (I0 + J_x)
             + 0.5 * t_qux2u * (I0 + J_y)
+            + 0.5 * (wz * wz) * (I0 + J_z)
             + 0.5 * I1 * (t_qux2u + t_twhcz * t_twhcz + t_z5xwk * t_z5xwk)
             + 0.5 * I2 * (t_qux2u + t_4edop * t_4edop + t_z3xrm * t_z3xrm)
             + 0.5 * m * (t_i5ifh + t_h3qit * t_h3qit + t_pwb5x * t_pwb5x)
@@ -1166,7 +1245,7 @@ def momentum(x, p):
         t_5wsq6 = h1 - t_4fh24
         t_k43ez = t_5wsq6 * wz
         t_2zkgz = theta1_dot + theta1_dot
-        t_3ndti = t_uu25d * cos_theta1
+        t_3ndti = cos_theta1 * t_uu25d
         t_gmx3d = t_hjux3 * t_4fh24
         t_f2ypg = wx + wx
         t_crmmg = (
@@ -1174,20 +1253,20 @@ def momentum(x, p):
             + (t_k43ez + t_k43ez)
             + t_2zkgz * t_3ndti
             + t_gmx3d * sin_theta1
-            - t_f2ypg * t_3ndti
+            - t_3ndti * t_f2ypg
         )
         t_i5y5i = cos_phi2 * l2
         t_i4qrx = h2 - t_i5y5i
         t_rkxmj = t_i4qrx * wz
+        t_qy3i6 = t_mw75j * t_i5y5i
+        t_m32m4 = cos_theta2 * t_pgd7h
         t_m7bta = theta2_dot + theta2_dot
-        t_m32m4 = t_pgd7h * cos_theta2
-        t_qy3i6 = t_i5y5i * t_mw75j
         t_3apnu = (
             t_byoa6_2
             + (t_rkxmj + t_rkxmj)
-            + t_m7bta * t_m32m4
-            + t_qy3i6 * sin_theta2
-            - t_f2ypg * t_m32m4
+            + sin_theta2 * t_qy3i6
+            + t_m32m4 * t_m7bta
+            - t_m32m4 * t_f2ypg
         )
         t_s2c4q = vz + vz
         t_afq4u = b * wy
@@ -1197,17 +1276,17 @@ def momentum(x, p):
         t_3pu7w = (
             t_s2c4q
             + -2.0 * t_ga5oq
-            + t_f2ypg * t_nifmf
+            + t_nifmf * t_f2ypg
             + t_gmx3d * cos_theta1
             - t_2zkgz * t_nifmf
         )
         t_wp7p4 = t_i4qrx * wy
-        t_z7gk4 = t_pgd7h * sin_theta2
+        t_z7gk4 = sin_theta2 * t_pgd7h
         t_lsqou = (
             t_s2c4q
             + -2.0 * t_wp7p4
-            + t_f2ypg * t_z7gk4
-            + t_qy3i6 * cos_theta2
+            + cos_theta2 * t_qy3i6
+            + t_z7gk4 * t_f2ypg
             - t_m7bta * t_z7gk4
         )
         t_ykayx = 0.5 * I1
@@ -1217,8 +1296,8 @@ def momentum(x, p):
         t_5ppc7 = t_k43ez + vy + t_gmx3d_2 * sin_theta1 + t_3ndti * theta1_dot - t_3ndti * wx
         t_npl2t = t_3ndti + t_3ndti
         t_qy3i6_2 = t_i5y5i * phi2_dot
-        t_lsqou_2 = vz - t_wp7p4 + t_qy3i6_2 * cos_theta2 + t_z7gk4 * wx - t_z7gk4 * theta2_dot
-        t_gcz5k = t_rkxmj + vy + t_qy3i6_2 * sin_theta2 + t_m32m4 * theta2_dot - t_m32m4 * wx
+        t_lsqou_2 = vz - t_wp7p4 + cos_theta2 * t_qy3i6_2 + t_z7gk4 * wx - t_z7gk4 * theta2_dot
+        t_gcz5k = t_rkxmj + vy + sin_theta2 * t_qy3i6_2 + t_m32m4 * theta2_dot - t_m32m4 * wx
         t_hn6vs = t_m32m4 + t_m32m4
         t_lgaky = b * m
         t_oslib = h0 * m0
@@ -1240,25 +1319,25 @@ def momentum(x, p):
                 + t_4qrd5 * (t_s2c4q + (t_vghml + t_vghml))
                 + t_zig7f * t_3pu7w
                 + t_fha3f * t_lsqou,
-            (I0 + J_x) * wx
-                + t_ykayx * (t_hjux3 + t_f2ypg)
+            t_ykayx * (t_hjux3 + t_f2ypg)
                 + t_mjwqd * (t_mw75j + t_f2ypg)
                 + t_zig7f * ((t_3pu7w_2 + t_3pu7w_2) * sin_phi1 * sin_theta1 * l1 - t_5ppc7 * t_npl2t)
-                + t_fha3f * ((t_lsqou_2 + t_lsqou_2) * sin_phi2 * sin_theta2 * l2 - t_gcz5k * t_hn6vs),
-            t_lgaky * (t_afq4u + vz)
-                + t_oslib * (t_vghml + vz)
-                + (I0 + J_y) * wy
+                + t_fha3f * ((sin_phi2 + sin_phi2) * sin_theta2 * t_lsqou_2 * l2 - t_gcz5k * t_hn6vs)
+                + (I0 + J_x) * wx,
+            (t_afq4u + vz) * t_lgaky
+                + (t_vghml + vz) * t_oslib
                 + t_zig7f * (t_mpmd7 * t_npl2t - t_3pu7w_2 * t_5wsq6_2)
                 + t_fha3f * (t_dctfb * t_hn6vs - t_lsqou_2 * t_i4qrx_2)
+                + (I0 + J_y) * wy
                 + wy * I1
                 + wy * I2,
-            (I0 + J_z) * wz
-                + t_ykayx * (t_2zkgz + t_pzkfy)
+            t_ykayx * (t_2zkgz + t_pzkfy)
                 + t_mjwqd * (t_m7bta + t_pzkfy)
                 + t_zig7f * (t_5ppc7 * t_5wsq6_2 + -2.0 * t_mpmd7 * t_nifmf)
                 + t_fha3f * (t_gcz5k * t_i4qrx_2 + -2.0 * t_dctfb * t_z7gk4)
-                - t_lgaky * (vy - t_i435h)
-                - t_oslib * (vy - t_2pqsj),
+                + (I0 + J_z) * wz
+                - (vy - t_i435h) * t_lgaky
+                - (vy - t_2pqsj) * t_oslib,
         )
 
 
@@ -1283,334 +1362,364 @@ def to_physical(x, reduced, p):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_rybsf = wy * wy + wz * wz
-        D1 = l1 * l1 * m1 + I1
-        t_nkfhl = m1 / D1
-        me1 = t_nkfhl * I1
-        D2 = l2 * l2 * m2 + I2
-        t_xgfi7 = m2 / D2
-        me2 = t_xgfi7 * I2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_nkfhl * l1
-        mv1 = t_6nwd2 * k1
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        p1 = Wn1 + phi1_dot
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        lc_1 = cos_phi1 * l1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_g1_z = bob1_r1_z * m1
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        t_pj4i3 = bob1_r_y * m1
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_S1rx = I1 * t_vpzmf
+        t_mwmzd = bob1_S1rx * bob1_g1_z
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_g2_y = bob1_r_z * m1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd - bob1_Myz * bob1_r_z
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_g1_z = bob2_r1_z * m2
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        t_zludf = bob2_r_y * m2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_S1rx = I2 * t_mxpm2
+        t_gxq2p = bob2_S1rx * bob2_g1_z
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_g2_y = bob2_r_z * m2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_v22 = theta1_dot * theta1_dot
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * sin_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * sin_theta2
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_xgfi7 * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
-        G2_any = W12 + alpha3
-        wth_1 = th_1 * I1
-        wq_1 = q_1 * wth_1
-        wqS_1 = sin_theta1 * wq_1
-        SC1 = cos_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        g_1 = e1 - lc_1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        t_vjftl = t_hig3c + t_67i37
-        SC2 = cos_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
-        wq_2 = q_2 * wth_2
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3 + wqS_2
-        W13 = wx * wz
-        G3_any = W13 - alpha2
-        S_sq1 = sin_theta1 * sin_theta1
-        S_sq2 = sin_theta2 * sin_theta2
-        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
-        tn11_1 = Ass_1 + me1 - wth_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        a2_any = ay + G2_any * x_C
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        a3_any = az + G3_any * x_C
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_v22 = theta2_dot * theta2_dot
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        t_cub74 = b * m + h0 * m0
+        t_uw5f5 = t_cub74 * wz
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        bob1_g1_x = bob1_r1_x * m1
+        t_dugie = bob1_S1tz * bob1_g1_x
+        t_vh7r5 = t_dugie * bob1_r_z + bob1_Mzz * bob1_r_x
+        bob2_g1_x = bob2_r1_x * m2
+        t_s4byp = bob2_S1tz * bob2_g1_x
+        t_wudhu = t_s4byp * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu)
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_yiqfo = t_dugie * bob1_r_y
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_S2rz = I2 * t_ymfue
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_6j24m = t_s4byp * bob2_r_y
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K32 = bob1_Myz + bob2_Myz
+        total_mass = m + m0
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
         q3_any = (
-            n3
-            + G2_any * K53
-            + G3_any * K63
-            + K32 * a2_any
-            + K33 * a3_any
-            + K43 * alpha1
+            alpha1 * hub_K43
+            - hub_b3
+            + alpha2 * hub_K53
+            + alpha3 * hub_K63
+            + ay * hub_K32
+            + az * hub_K33
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        t_2jubo = Bs_1 + Asc_1 * e1
-        Bs_2 = B_2 * sin_phi2
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_rueya = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_any * t_6iku5
-            + G3_any * t_6iku5_2
-            + t_f2nhc_2 * a2_any
-            + t_f2nhc * a3_any
-            + t_hig3c_3 * alpha1
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        t_dugie_2 = bob1_S1ty * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_z
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo_2 - (t_yiqfo + t_mwmzd_2)
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        t_s4byp_2 = bob2_S1ty * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_z
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m_2 - (t_6j24m + t_gxq2p_2)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        stream_z = t_cub74 * wy
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_ezb77 = t_dugie_2 * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp_2 * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_bjkdc = t_ezb77 + t_ykkjc
+        t_lhd4o = t_dugie_2 + t_s4byp_2
+        t_lhd4o_2 = t_dugie + t_s4byp
+        q1_any = (
+            alpha1 * hub_K41
+            - hub_b1
+            + alpha2 * hub_K51
+            - alpha3 * t_bjkdc
+            - ay * t_lhd4o
+            - az * t_lhd4o_2
         )
-        t_mallh_2 = F_n1 * cos_theta1
-        t_lbh6o_2 = F_n2 * cos_theta2
-        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        wqC_1 = cos_theta1 * wq_1
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_y
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_3 - bob1_Myy * bob1_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_y
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_3 - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        t_vh7r5_2 = t_yiqfo_2 + t_yugsj
+        t_wudhu_2 = t_6j24m_2 + t_kmmnu
+        t_rsnrr = t_vh7r5_2 + t_wudhu_2
+        t_dugie_3 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie_2 * bob1_r_y
+        t_s4byp_3 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp_2 * bob2_r_y
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
         q2_any = (
-            n2
-            + G2_any * K52
-            - G3_any * t_edvw3
-            + K22 * a2_any
-            + K32 * a3_any
-            - t_belws * alpha1
+            alpha1 * hub_K42
+            - hub_b2
+            - alpha2 * t_rsnrr
+            + alpha3 * hub_K62
+            + ay * hub_K22
+            + az * hub_K32
         )
-        t_3yved = K11 * t_rueya + t_f2nhc_2 * q2_any + t_f2nhc * q3_any
-        PP_any = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
-        t_pogp7 = PP_any * (t_rueya * t_rueya - F * F + q2_any * q2_any + q3_any * q3_any)
-        root_any = np.sqrt(np.fmax(0.0, t_3yved * t_3yved - t_pogp7))
-        ax_any = (root_any + t_3yved) / PP_any
-        f3_any = q3_any - t_f2nhc * ax_any
+        Pq_any = hub_K11 * q1_any - t_lhd4o * q2_any - t_lhd4o_2 * q3_any
+        PP_any = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2
+        t_nekpd = PP_any * (q1_any * q1_any - F * F + q2_any * q2_any + q3_any * q3_any)
+        root_any = np.sqrt(np.fmax(0.0, Pq_any * Pq_any - t_nekpd))
+        ax_any = (root_any - Pq_any) / PP_any
+        f3_any = q3_any - ax_any * t_lhd4o_2
         t_y7rm6 = 1.0 / F
-        f2_any = q2_any - t_f2nhc_2 * ax_any
+        f2_any = q2_any - ax_any * t_lhd4o
         sin_d2_any = np.fmax(-1.0, np.fmin(1.0, f2_any * t_y7rm6))
         cos_d2_any = np.sqrt(1.0 - sin_d2_any * sin_d2_any)
         delta1_any = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_any * t_y7rm6 / np.fmax(1e-09, cos_d2_any)))))
         delta2_any = np.arcsin(sin_d2_any)
         sin_delta2_any, cos_delta2_any = np.sin(delta2_any), np.cos(delta2_any)
         sin_delta1_any, cos_delta1_any = np.sin(delta1_any), np.cos(delta1_any)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd_3 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p_3 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_mwmzd * bob1_r_x
+            - (t_mwmzd_2 * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu * bob2_r_y)
+            + t_vh7r5_2 * bob1_r_z
+            + t_gxq2p * bob2_r_x
+            + t_wudhu_2 * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh_2 * g_1
-            + t_lbh6o_2 * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5 * bob1_r_x
+            + t_wudhu * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh * g_1
-            - t_lbh6o * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd_3 * bob1_r_x
+            - t_gxq2p_3 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc_2 * t_6dtnj
-        K_D2 = K22 - t_f2nhc_2 * t_gousg
-        t_gousg_2 = t_f2nhc * t_6dtnj
-        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
-        f1_any = K11 * ax_any - t_rueya
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_3 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_3 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
+        )
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
+        )
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        t_skn5h = t_lhd4o * t_6dtnj
+        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
+        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        t_6dtnj_2 = 1.0 / kK2K21
+        lK3K2 = kK3K21 * t_6dtnj_2
+        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        f1_any = q1_any + ax_any * hub_K11
         t_qh3cx = F * cos_delta2_any
         df1_any = t_qh3cx * cos_delta1_any - f1_any
         t_jczim = F * sin_delta2_any
         df2_any = t_jczim - f2_any
-        da_any_y2 = df2_any + t_gousg * df1_any
+        yda_any_y = df2_any + df1_any * t_skn5h
         t_v7qgl = t_qh3cx * sin_delta1_any
-        da_any_y3 = t_gousg_2 * df1_any - (t_v7qgl + f3_any) - K_L32 * da_any_y2
-        da_any_x3 = da_any_y3 / K_D3
-        da_any_x2 = da_any_y2 * t_6dtnj_2 - K_L32 * da_any_x3
-        da_any_x1 = df1_any * t_6dtnj + t_gousg * da_any_x2 + t_gousg_2 * da_any_x3
+        yda_any_z = df1_any * t_skn5h_2 - (t_v7qgl + f3_any) - lK3K2 * yda_any_y
+        da_any_z = yda_any_z / kK3K32
+        da_any_y = yda_any_y * t_6dtnj_2 - da_any_z * lK3K2
+        da_any_x = df1_any * t_6dtnj + da_any_y * t_skn5h + da_any_z * t_skn5h_2
         Mx_any = (
-            n4
-            + G2_any * K54
-            + G3_any * K64
-            - t_hig3c_3 * ax_any
-            - t_hig3c_3 * da_any_x1
-            - t_belws * a2_any
-            - t_belws * da_any_x2
-            + K43 * a3_any
-            + K43 * da_any_x3
-            + K44 * alpha1
+            alpha1 * hub_K44
+            - hub_b4
+            + alpha2 * hub_K54
+            + alpha3 * hub_K64
+            + ax_any * hub_K41
+            + ay * hub_K42
+            + az * hub_K43
+            + da_any_x * hub_K41
+            + da_any_y * hub_K42
+            + da_any_z * hub_K43
         )
-        t_bknng = b + d + x_C
+        t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        t_yxxpc = b + d
         My_any = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_any * K65
-            - G3_any * K66
-            + t_6iku5_2 * ax_any
-            + t_6iku5_2 * da_any_x1
-            + t_edvw3 * a2_any
-            + t_edvw3 * da_any_x2
-            - K63 * a3_any
-            - K63 * da_any_x3
-            - K64 * alpha1
+            alpha1 * hub_K54
+            - hub_b5
+            + alpha2 * hub_K55
+            - alpha3 * t_6u6cw
+            + ax_any * hub_K51
+            - ay * t_rsnrr
+            + az * hub_K53
+            + da_any_x * hub_K51
+            - da_any_y * t_rsnrr
+            + da_any_z * hub_K53
+            + t_v7qgl * t_yxxpc
         )
         Mz_any = (
-            n5
-            + G2_any * K55
-            + G3_any * K65
-            - t_6iku5 * ax_any
-            - t_6iku5 * da_any_x1
-            + K52 * a2_any
-            + K52 * da_any_x2
-            + K53 * a3_any
-            + K53 * da_any_x3
-            + K54 * alpha1
-            + t_jczim * t_bknng
+            alpha1 * hub_K64
+            - hub_b6
+            - alpha2 * t_6u6cw
+            + alpha3 * hub_K66
+            - ax_any * t_bjkdc
+            + ay * hub_K62
+            + az * hub_K63
+            - da_any_x * t_bjkdc
+            + da_any_y * hub_K62
+            + da_any_z * hub_K63
+            + t_jczim * t_yxxpc
         )
         return _vector(
             Mx_any,
@@ -1636,34 +1745,34 @@ def lyapunov_v1_value(x, p, c):
         r1, r2, r3, r4 = c[..., 0], c[..., 1], c[..., 2], c[..., 3]
         r5, r6, r7, r8 = c[..., 4], c[..., 5], c[..., 6], c[..., 7]
         r9, r10 = c[..., 13], c[..., 14]
-        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi1, cos_phi1 = np.sin(phi1), np.cos(phi1)
-        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
+        sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
         t_pv3py = cos_phi1 * l1 * m1
         t_frhni = t_yx2kz * sin_theta1
-        cz_phi1 = sin_theta1 * t_pv3py * h1 - t_frhni  # (25)
+        cz_phi1 = t_pv3py * sin_theta1 * h1 - t_frhni  # (25)
         t_nud3b = t_yx2kz * (sin_phi1 * sin_phi1)
         D_theta1 = t_nud3b + I1  # (26)
-        t_6ulha = sin_phi1 * (l1 * m1)
-        t_fgmjk = sin_phi1 * cos_phi1
-        cy_theta1 = sin_theta1 * t_6ulha * h1 - t_fgmjk * t_frhni  # (26)
+        t_6ulha = sin_phi1 * l1 * m1
+        t_fgmjk = cos_phi1 * sin_phi1
+        cy_theta1 = t_6ulha * sin_theta1 * h1 - t_frhni * t_fgmjk  # (26)
         cz_theta1 = cos_theta1 * t_6ulha * h1 - t_fgmjk * (t_yx2kz * cos_theta1) + I1  # (26)
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
         t_hhb7k = sin_theta2 * t_frp3h
-        cz_phi2 = t_aafcb * sin_theta2 * h2 - t_hhb7k  # (25)
+        cz_phi2 = sin_theta2 * t_aafcb * h2 - t_hhb7k  # (25)
         t_mlci7 = sin_phi2 * sin_phi2 * t_frp3h
         D_theta2 = t_mlci7 + I2  # (26)
-        t_3fjpd = l2 * m2 * sin_phi2
-        t_qg23f = sin_phi2 * cos_phi2
-        cy_theta2 = t_3fjpd * sin_theta2 * h2 - t_hhb7k * t_qg23f  # (26)
-        cz_theta2 = t_3fjpd * cos_theta2 * h2 - t_qg23f * (cos_theta2 * t_frp3h) + I2  # (26)
+        t_3fjpd = sin_phi2 * l2 * m2
+        t_qg23f = cos_phi2 * sin_phi2
+        cy_theta2 = sin_theta2 * t_3fjpd * h2 - t_hhb7k * t_qg23f  # (26)
+        cz_theta2 = cos_theta2 * t_3fjpd * h2 - t_qg23f * (cos_theta2 * t_frp3h) + I2  # (26)
         W_phi1 = r9 * m1  # (27)
         W_theta1 = r10 * m1  # (27)
         W_phi2 = r9 * m2  # (27)
@@ -1675,11 +1784,11 @@ def lyapunov_v1_value(x, p, c):
         )
         t_q7u73 = (
             I2 * wx
-            - (t_aafcb * cos_theta2 * h2 - cos_theta2 * t_nfvux * m2) * wy
+            - (cos_theta2 * t_aafcb * h2 - cos_theta2 * t_nfvux * m2) * wy
             + cz_phi2 * wz
         )
         t_3r7uy = (theta1_dot + theta1_dot) / D_theta1 * (cy_theta1 * wy - t_nud3b * wx + cz_theta1 * wz)
-        t_2qh7i = (theta2_dot + theta2_dot) / D_theta2 * (cy_theta2 * wy - t_mlci7 * wx + cz_theta2 * wz)
+        t_jd6g3 = (cy_theta2 * wy - t_mlci7 * wx + cz_theta2 * wz) / D_theta2 * (theta2_dot + theta2_dot)
         V_v1 = (
             0.5 * (wx * wx) * r4
             + 0.5 * (wy * wy) * r6
@@ -1690,9 +1799,9 @@ def lyapunov_v1_value(x, p, c):
             + 0.5 * r5 * (att2 * att2)
             + 0.5 * r7 * (att3 * att3)
             + 0.5 * W_phi1 * (phi1_dot * phi1_dot + (phi1_dot + phi1_dot) / D_phi1 * t_lxjx5)
-            + 0.5 * W_phi2 * (phi2_dot * phi2_dot + (phi2_dot + phi2_dot) / D_phi2 * t_q7u73)
+            + 0.5 * W_phi2 * (phi2_dot * phi2_dot + t_q7u73 / D_phi2 * (phi2_dot + phi2_dot))
             + 0.5 * W_theta1 * (theta1_dot * theta1_dot + t_3r7uy)
-            + 0.5 * W_theta2 * (theta2_dot * theta2_dot + t_2qh7i)
+            + 0.5 * W_theta2 * (theta2_dot * theta2_dot + t_jd6g3)
         )  # (27)
         return np.asarray(V_v1)[()]
 
@@ -1720,261 +1829,298 @@ def lyapunov_v1_demand(x, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
-        me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_S1rx = I1 * t_gbl6n
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        t_mpcxm = 1.0 / (I1 + t_lgf4h)
+        bob1_S2ty = bob1_g2_y * t_mpcxm
+        bob1_S2rz = I1 * t_mpcxm
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_x7lye = t_pj4i3 * t_mpcxm
+        bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_2fozl = bob1_S1ty * bob1_g1_x
+        t_pn57p = t_2fozl * bob1_r_z
+        t_2fozl_2 = bob1_S1tz * bob1_g1_x
+        t_pn57p_2 = t_2fozl_2 * bob1_r_y
+        bob1_Nxx = t_pn57p - (t_pn57p_2 + bob1_S1rx * bob1_g1_x)
+        bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x
+        bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_2fozl * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
-        me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        t_rzamr = cos_theta1 * wz
-        Wt1 = t_uu2cl + t_rzamr
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        t_l4ozg = t_rzamr + t_uu2cl
-        chi1 = cos_phi1 * w_x1 - t_l4ozg * sin_phi1
-        t_zo72f = t_l4ozg * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_zo72f * t_zo72f + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        t_adduy = cos_theta2 * wz
-        Wt2 = t_t2zmi + t_adduy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        t_doiln = t_adduy + t_t2zmi
-        chi2 = cos_phi2 * w_x2 - t_doiln * sin_phi2
-        t_vomrl = t_doiln * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_vomrl * t_vomrl + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_zo72f - t_l4ozg * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_S1rx = I2 * t_jx6g7
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_44exz = 1.0 / (I2 + t_frp3h * t_pt6a7)
+        bob2_S2ty = bob2_g2_y * t_44exz
+        bob2_S2rz = I2 * t_44exz
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_h6azt = t_zludf * t_44exz
+        bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_4rrc5 = bob2_S1ty * bob2_g1_x
+        t_fkg2b = t_4rrc5 * bob2_r_z
+        t_4rrc5_2 = bob2_S1tz * bob2_g1_x
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_y
+        bob2_Nxx = t_fkg2b - (t_fkg2b_2 + bob2_S1rx * bob2_g1_x)
+        bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x
+        bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_4rrc5 * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt
+        total_mass = m + m0
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        hub_K53 = (
+            t_cub74
+            - (t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x))
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_ylzxh = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_ylzxh * cos_phi1
-        tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_vomrl - t_doiln * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_gupd5 = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_gupd5 * cos_phi2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        t_3s3hq = bob1_r11_x * m1
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_3s3hq  # (25)
         t_ik6g5 = gy_phi1 * h1
         t_dmccl = t_yx2kz * sin_theta1
         cz_phi1 = t_ik6g5 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_4evkh = Wt1 * Wt1
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_hjphj_2 = sin_phi1 * sin_phi1
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        t_hjphj_2 = cos_phi1 * sin_phi1
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_y2jy5 = t_lgf4h_2 * Wt1
+        t_wube7 = wx * wx
+        t_ik6g5_2 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_4evkh
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h
-            - t_lgf4h * t_wube7
-            - (theta1_dot + theta1_dot) * t_y2jy5
-            - t_yx2kz * Wt1 * wx
-            + t_os4zj * t_4evkh * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * Wt1 * wx * m1
-            + cos_phi1 * Wt1 * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5_2 * t_wjugd
+            - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
+            - t_yx2kz * t_l4ozg * wx
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
+            + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cy_theta1 = t_d2e6j - t_hjphj * t_dmccl  # (26)
+        D_theta1 = t_lgf4h + I1  # (26)
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
+        t_y5hcm = bob1_g1_x * sin_theta1
+        t_762ik = t_y5hcm * h1
+        cy_theta1 = t_762ik - t_dmccl * t_hjphj_2  # (26)
         t_n4yir = gy_theta1 * h1
         t_dmccl_2 = t_yx2kz * cos_theta1
-        t_scs5l = t_n4yir - t_hjphj * t_dmccl_2
+        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2
         cz_theta1 = t_scs5l + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
+        t_hawtx = t_l4ozg_2 * wx
+        Dd_theta1 = bob1_twice1 * t_lgf4h_2
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_y2jy5 * t_hjux3
-            + t_y2jy5 * Wn1
-            + t_7xuxq
-            - t_lgf4h * t_prfqf
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5_2 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
             - Dd_theta1 * wx
         )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_7pqnn = bob2_r11_x * m2
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
         t_tkdjn = gy_phi2 * h2
         t_c4pkx = sin_theta2 * t_frp3h
         cz_phi2 = t_tkdjn - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_4evkh_2 = Wt2 * Wt2
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_4rwin = Wt2 * t_6pfo6_2
+        t_tkdjn_2 = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
+        t_7ovbh = t_doiln * t_doiln
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_pt6a7_2 = cos_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7_2 * t_frp3h
+        t_6pfo6_2 = t_pt6a7 * t_frp3h
+        t_n7l2g = t_doiln * t_6pfo6_2
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_4evkh_2
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6
-            - (theta2_dot + theta2_dot) * t_4rwin
-            - Wt2 * t_frp3h * wx
-            + t_4evkh_2 * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (Wt2 + Wt2) * t_pt6a7_2 * t_nfvux * wx * m2
-            + Wt2 * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            bob2_loss_phi
+            - t_tkdjn_2 * t_7ovbh
+            - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6 * bob2_v22
+            - t_6pfo6 * t_wube7
+            - t_n7l2g * bob2_twice2
+            - t_doiln * t_frp3h * wx
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
+            + t_doiln * cos_phi2 * h2 * wx * l2 * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7  # (26)
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        t_ogbo3 = t_xs3iz * h2
+        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
         t_epql5 = gy_theta2 * h2
         t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         cz_theta2 = t_rdvkg + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
+        t_go56f = t_doiln_2 * wx
+        Dd_theta2 = t_6pfo6 * bob2_twice1
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_4rwin
-            + t_2ys72 * t_prfqf_2
-            + t_4rwin * t_mw75j
-            + t_5f4es
-            - t_6pfo6 * t_prfqf_2
-            - t_6pfo6 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn_2 * t_go56f
+            + t_6pfo6 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6 * t_go56f
+            - Dd_theta2 * wx
         )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
         W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
+        cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
+        t_ik6g5_3 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_3 - t_os4zj * cos_theta1 * m1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
         W_theta1 = r10 * m1  # (27)
         t_hjphj_3 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * theta1_dot
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl)
+        cdz_theta1 = phi1_dot * (t_ik6g5_3 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * theta1_dot
         W_phi2 = r9 * m2  # (27)
         cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_tkdjn_3 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_3 - cos_theta2 * t_nfvux * m2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
         W_theta2 = r10 * m2  # (27)
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         t_wij2f = vy * r1
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_4pqij = D1 * phi1_dot
+        t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
+        t_4pqij = D_phi1 * phi1_dot
         t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_lzacu = D2 * phi2_dot
+        t_pi35k = W_phi2 / (D_phi2 * D_phi2)
+        t_lzacu = D_phi2 * phi2_dot
         t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
         t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
         t_4maxk = D_theta1 * theta1_dot
-        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h_2 * wx + cz_theta1 * wz + t_4maxk)
+        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk)
         t_hciml = W_theta2 / (D_theta2 * D_theta2)
         t_qu7qb = D_theta2 * theta2_dot
         t_dhnrr = t_hciml * (cy_theta2 * wy - t_6pfo6_2 * wx + cz_theta2 * wz + t_qu7qb)
@@ -1990,46 +2136,48 @@ def lyapunov_v1_demand(x, p, c):
             t_aqbxr
             - t_xlxwl * gz_phi1
             - t_hgt7a * gz_phi2
-            + t_z6ntf * t_iouus
-            + t_dhnrr * t_cfuim
+            + t_z6ntf * t_y5hcm
+            + t_dhnrr * t_xs3iz
         )  # (29)
-        t_chbo3 = ax_eq * gx_phi1
-        t_o6h5x = ax_eq * gx_phi2
+        t_s5cay = ax_eq * bob1_g1_x
+        t_q7mge = ax_eq * bob2_g1_x
+        t_acyi3 = Dd_theta1 * theta1_dot
+        t_cgapl = Dd_theta2 * theta2_dot
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
+            - t_hyv47 * (t_s5cay * I1 + I1 * k_phi1)
+            - t_pi35k * (t_q7mge * I2 + I2 * k_phi2)
+            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+            - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
             + vy * vz * r1
         )  # (29)
         g2_v1 = (
             att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+            - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
             + vx * vz * r2
         )  # (29)
         g3_v1 = (
             att3 * r7
             - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+            - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+            - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
         )  # (29)
         f11_v1 = (
             r4
             - t_hyv47 * (I1 * I1)
             - t_pi35k * (I2 * I2)
-            - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+            - t_dxtpc * (t_lgf4h * t_lgf4h)
             - t_hciml * (t_6pfo6_2 * t_6pfo6_2)
         )  # (29)
         t_if7mv = t_hyv47 * I1
         t_tmzpj = t_pi35k * I2
-        t_loou6 = t_dxtpc * t_lgf4h_2
+        t_loou6 = t_dxtpc * t_lgf4h
         t_mszyx = t_hciml * t_6pfo6_2
         f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
         f22_v1 = (
@@ -2054,73 +2202,63 @@ def lyapunov_v1_demand(x, p, c):
             - t_hciml * (cz_theta2 * cz_theta2)
         )  # (29)
         t_a2lgz = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_L31 = f31_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
+        lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
         t_y6t4t = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        u_v1_x1 = -t_bewoy
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        u_v1_x3 = -t_bewoy
         t_btp7k = B_v1 * w1
         u1_v1 = -t_btp7k  # (31)
         t_nn6jp = C_v1 * w2
         u2_v1 = -t_nn6jp  # (32)
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - t_btp7k
-        a3_v1 = G3_v1 * x_C - t_nn6jp
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_swbpb = (
-            t_ylzxh * sin_phi1
-            + t_gupd5 * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-            + G3_v1 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
+        t_lmznw = t_2fozl + t_4rrc5
+        t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
+        t_uryxi = (t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y + (t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y)) * u_v1_x5
+        q1_v1 = (
+            t_lmznw * t_btp7k
+            - hub_b1
+            + t_lmznw_2 * t_nn6jp
+            - hub_K41 * t_bewoy
+            + hub_K51 * u_v1_x4
+            - t_uryxi
         )
-        q1_v1 = (Bs_1 + Bs_2) * t_bewoy - t_swbpb
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_bewoy
+        t_sydti = (
+            hub_b2
+            + hub_K22 * t_btp7k
+            + hub_K32 * t_nn6jp
+            + hub_K42 * t_bewoy
+            + (t_pn57p + t_yugsj + (t_fkg2b + t_kmmnu)) * u_v1_x4
         )
+        q2_v1 = hub_K62 * u_v1_x5 - t_sydti
         q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
+            hub_K53 * u_v1_x4
+            - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+            + hub_K63 * u_v1_x5
         )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2
+        Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1
+        t_23zlk = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_23zlk))
         ax_v1 = (root_v1 - Pq_v1) / PP_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
+        f2_v1 = q2_v1 - ax_v1 * t_lmznw
+        f3_v1 = q3_v1 - ax_v1 * t_lmznw_2
         lateral_v1 = np.sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1)
         return _vector(
             u1_v1,
             u2_v1,
-            u_v1_x1,
-            u_v1_x2,
             u_v1_x3,
+            u_v1_x4,
+            u_v1_x5,
             lateral_v1,
             np.fmax(0.0, lateral_v1 - F),
         )
@@ -2171,185 +2309,220 @@ def lyapunov_v2_demand(x, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        D1 = l1 * l1 * m1 + I1
-        t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
-        me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
-        me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_S1rx = I1 * t_vpzmf
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_dugie = bob1_S1ty * bob1_g1_x
+        t_yiqfo = t_dugie * bob1_r_z
+        t_dugie_2 = bob1_S1tz * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_y
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + bob1_S1rx * bob1_g1_x)
+        bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x
+        bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_dugie * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_S1rx = I2 * t_mxpm2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_S2rz = I2 * t_ymfue
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        t_6j24m = t_s4byp * bob2_r_z
+        t_s4byp_2 = bob2_S1tz * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_y
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + bob2_S1rx * bob2_g1_x)
+        bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x
+        bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_s4byp * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        total_mass = m + m0
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        hub_K53 = (
+            t_cub74
+            - (t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x))
+        )
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
         B_v2 = vy * r1  # (29)
         C_v2 = vz * r2  # (29)
         g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         g3_v2 = att3 * r7 - B_v2 * vx  # (29)
         t_qwmt7 = (wz * w5 + g3_v2) / r8
-        u_v2_x3 = -t_qwmt7
+        u_v2_x5 = -t_qwmt7
         t_2delu = (wy * w4 + g2_v2) / r6
-        u_v2_x2 = -t_2delu
+        u_v2_x4 = -t_2delu
         t_n2b4c = (wx * w3 + g1_v2) / r4
-        u_v2_x1 = -t_n2b4c
+        u_v2_x3 = -t_n2b4c
         t_si2fh = B_v2 * w1
         u1_v2 = -t_si2fh  # (34)
         t_gkvv2 = C_v2 * w2
         u2_v2 = -t_gkvv2  # (35)
-        G2_v2 = W12 - t_qwmt7
-        G3_v2 = W13 + t_2delu
-        a2_v2 = G2_v2 * x_C - t_si2fh
-        a3_v2 = G3_v2 * x_C - t_gkvv2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_7awx3 = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-            + G3_v2 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
+        t_lhd4o = t_dugie + t_s4byp
+        t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        t_jaqez = (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y)) * t_qwmt7
+        q1_v2 = (
+            t_lhd4o * t_si2fh
+            - hub_b1
+            + t_lhd4o_2 * t_gkvv2
+            - hub_K41 * t_n2b4c
+            - hub_K51 * t_2delu
+            + t_jaqez
         )
-        q1_v2 = (Bs_1 + Bs_2) * t_n2b4c - t_7awx3
         q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_n2b4c
+            (t_yiqfo + t_yugsj + (t_6j24m + t_kmmnu)) * t_2delu
+            - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_n2b4c)
+            - hub_K62 * t_qwmt7
         )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_n2b4c
+        PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2
+        t_q65pd = (
+            hub_b3
+            + hub_K32 * t_si2fh
+            + hub_K33 * t_gkvv2
+            + hub_K43 * t_n2b4c
+            + hub_K53 * t_2delu
+            + hub_K63 * t_qwmt7
         )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_q65pd
+        t_irt3i = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + t_q65pd * t_q65pd)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_irt3i))
         ax_v2 = (root_v2 - Pq_v2) / PP_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        lateral_v2 = np.sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2)
+        f2_v2 = q2_v2 - ax_v2 * t_lhd4o
+        t_a7uq5 = t_q65pd + ax_v2 * t_lhd4o_2
+        lateral_v2 = np.sqrt(f2_v2 * f2_v2 + t_a7uq5 * t_a7uq5)
         return _vector(
             u1_v2,
             u2_v2,
-            u_v2_x1,
-            u_v2_x2,
             u_v2_x3,
+            u_v2_x4,
+            u_v2_x5,
             lateral_v2,
             np.fmax(0.0, lateral_v2 - F),
         )
@@ -2378,127 +2551,83 @@ def lyapunov_v1(x, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_rybsf = wy * wy + wz * wz
+        t_cub74 = b * m + h0 * m0
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_g1_z = bob1_r1_z * m1
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_nkfhl = m1 / D1
-        me1 = t_nkfhl * I1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_xgfi7 = m2 / D2
-        me2 = t_xgfi7 * I2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_nkfhl * l1
-        mv1 = t_6nwd2 * k1
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        p1 = Wn1 + phi1_dot
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        lc_1 = cos_phi1 * l1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * sin_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * sin_theta2
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_xgfi7 * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
-        W_theta1 = r10 * m1  # (27)
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_r1_x = sin_phi1 * l1
+        bob1_g1_x = bob1_r1_x * m1
+        t_2fozl = bob1_S1tz * bob1_g1_x
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        t_pj4i3 = bob1_r_y * m1
         t_hjphj = sin_phi1 * sin_phi1
         t_lgf4h = t_yx2kz * t_hjphj
+        t_mpcxm = 1.0 / (I1 + t_lgf4h)
+        t_x7lye = t_pj4i3 * t_mpcxm
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3
+        bob1_r_x = h1 - bob1_r11_x
+        t_hcmdr = t_2fozl * bob1_r_z + bob1_Mzz * bob1_r_x
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_g1_z = bob2_r1_z * m2
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_r1_x = sin_phi2 * l2
+        bob2_g1_x = bob2_r1_x * m2
+        t_4rrc5 = bob2_S1tz * bob2_g1_x
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        t_zludf = bob2_r_y * m2
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_44exz = 1.0 / (I2 + t_frp3h * t_pt6a7)
+        t_h6azt = t_zludf * t_44exz
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf
+        bob2_r_x = h2 - bob2_r11_x
+        t_pfoxj = t_4rrc5 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_hcmdr + t_pfoxj)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
+        t_if7mv = t_hyv47 * I1
+        t_3s3hq = bob1_r11_x * m1
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5 - t_os4zj * cos_theta1 * m1
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D_phi2 * D_phi2)
+        t_tmzpj = t_pi35k * I2
+        t_7pqnn = bob2_r11_x * m2
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
+        t_tkdjn = gz_phi2 * h2
+        t_zshn6 = t_tkdjn - cos_theta2 * t_nfvux * m2
+        W_theta1 = r10 * m1  # (27)
         D_theta1 = t_lgf4h + I1  # (26)
         t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
         t_loou6 = t_dxtpc * t_lgf4h
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_hjphj_2 = sin_phi1 * cos_phi1
-        t_dmccl = t_yx2kz * cos_theta1
-        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl
-        cz_theta1 = t_scs5l + I1  # (26)
-        W_phi1 = r9 * m1  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_if7mv = t_hyv47 * I1
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_dmccl_2 = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
-        W_phi2 = r9 * m2  # (27)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_tmzpj = t_pi35k * I2
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_c4pkx = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
+        t_y5hcm = bob1_g1_x * sin_theta1
+        t_762ik = t_y5hcm * h1
+        t_dmccl = t_yx2kz * sin_theta1
+        t_hjphj_2 = cos_phi1 * sin_phi1
+        cy_theta1 = t_762ik - t_dmccl * t_hjphj_2  # (26)
         W_theta2 = r10 * m2  # (27)
-        t_pt6a7 = sin_phi2 * sin_phi2
         t_6pfo6 = t_pt6a7 * t_frp3h
         D_theta2 = t_6pfo6 + I2  # (26)
         t_hciml = W_theta2 / (D_theta2 * D_theta2)
         t_mszyx = t_hciml * t_6pfo6
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_pt6a7_2 = sin_phi2 * cos_phi2
-        t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
-        cz_theta2 = t_rdvkg + I2  # (26)
-        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        t_ogbo3 = t_xs3iz * h2
+        t_c4pkx = sin_theta2 * t_frp3h
+        t_pt6a7_2 = cos_phi2 * sin_phi2
+        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
         f11_v1 = (
             r4
             - t_hyv47 * (I1 * I1)
@@ -2507,124 +2636,131 @@ def lyapunov_v1(x, r, p, c):
             - t_hciml * (t_6pfo6 * t_6pfo6)
         )  # (29)
         t_a2lgz = 1.0 / f11_v1
-        f_v1_L31 = f31_v1 * t_a2lgz
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
         t_aqbxr = vz * r2
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        t_chbo3 = ax_eq * gx_phi1
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
+        total_mass = m + m0
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
+        t_s5cay = ax_eq * bob1_g1_x
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        bob1_v22 = theta1_dot * theta1_dot
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
         t_wube7 = wx * wx
-        t_mgpcw = t_lgf4h * t_l4ozg
+        t_ik6g5_2 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h_2
-            - t_lgf4h_2 * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5_2 * t_wjugd
+            - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
             - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
             + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        t_o6h5x = ax_eq * gx_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
+        t_q7mge = ax_eq * bob2_g1_x
+        bob2_loss_phi = eps2 * phi2_dot
+        t_tkdjn_2 = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
         t_7ovbh = t_doiln * t_doiln
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        bob2_v22 = theta2_dot * theta2_dot
         t_n7l2g = t_doiln * t_6pfo6
+        bob2_twice2 = theta2_dot + theta2_dot
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6_2
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6_2
-            - (theta2_dot + theta2_dot) * t_n7l2g
+            bob2_loss_phi
+            - t_tkdjn_2 * t_7ovbh
+            - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6_2 * bob2_v22
+            - t_6pfo6_2 * t_wube7
+            - t_n7l2g * bob2_twice2
             - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
             + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         t_4maxk = D_theta1 * theta1_dot
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h_2 * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        t_prfqf = Wn1 * wx
+        bob1_twice1 = phi1_dot + phi1_dot
+        Dd_theta1 = bob1_twice1 * t_lgf4h_2
+        t_acyi3 = Dd_theta1 * theta1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        t_hawtx = t_l4ozg_2 * wx
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h_2 * t_prfqf
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5_2 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
             - Dd_theta1 * wx
         )  # (26)
         t_qu7qb = D_theta2 * theta2_dot
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6_2 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        t_prfqf_2 = Wn2 * wx
+        bob2_twice1 = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * bob2_twice1
+        t_cgapl = Dd_theta2 * theta2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        t_go56f = t_doiln_2 * wx
+        bob2_v21 = bob2_twice1 * theta2_dot
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6_2 * t_prfqf_2
-            - t_6pfo6_2 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn_2 * t_go56f
+            + t_6pfo6_2 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6_2 * t_go56f
+            - Dd_theta2 * wx
         )  # (26)
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+            - t_hyv47 * (t_s5cay * I1 + I1 * k_phi1)
+            - t_pi35k * (t_q7mge * I2 + I2 * k_phi2)
+            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+            - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6 + t_6pfo6 * k_theta2))
             + vy * vz * r1
         )  # (29)
         t_y6t4t = wx * w3 + g1_v1
-        t_wij2f = vy * r1
-        t_4pqij = D1 * phi1_dot
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        t_lzacu = D2 * phi2_dot
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_4pqij = D_phi1 * phi1_dot
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
+        t_ik6g5_3 = gy_phi1 * h1
+        cz_phi1 = t_ik6g5_3 - t_dmccl  # (25)
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
+        t_n4yir = gy_theta1 * h1
+        cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
+        t_lzacu = D_phi2 * phi2_dot
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
+        t_tkdjn_3 = gy_phi2 * h2
+        cz_phi2 = t_tkdjn_3 - t_c4pkx  # (25)
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
+        t_epql5 = gy_theta2 * h2
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        t_dmccl_2 = t_yx2kz * cos_theta1
+        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2
         t_hjphj_3 = cos_phi1 * cos_phi1
-        cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2  # (26)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * theta1_dot
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5_3 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl)
+        t_c4pkx_2 = cos_theta2 * t_frp3h
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+            - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + vx * vz * r2
         )  # (29)
-        f32_v1 = (
-            t_hyv47 * t_2ksfs * cz_phi1
-            + t_pi35k * t_zshn6 * cz_phi2
-            - t_dxtpc * cy_theta1 * cz_theta1
-            - t_hciml * cy_theta2 * cz_theta2
-        )  # (29)
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
         f22_v1 = (
             r6
             - t_hyv47 * (t_2ksfs * t_2ksfs)
@@ -2632,24 +2768,34 @@ def lyapunov_v1(x, r, p, c):
             - t_dxtpc * (cy_theta1 * cy_theta1)
             - t_hciml * (cy_theta2 * cy_theta2)
         )  # (29)
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2)
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-            + vx * vz * r2
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        cz_theta1 = t_scs5l + I1  # (26)
+        cz_theta2 = t_rdvkg + I2  # (26)
+        f32_v1 = (
+            t_hyv47 * t_2ksfs * cz_phi1
+            + t_pi35k * t_zshn6 * cz_phi2
+            - t_dxtpc * cy_theta1 * cz_theta1
+            - t_hciml * cy_theta2 * cz_theta2
         )  # (29)
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        t_wij2f = vy * r1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
+        cdz_theta1 = phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * theta1_dot
+        cdz_theta2 = phi2_dot * (t_tkdjn + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+            - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+        )  # (29)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
         f33_v1 = (
             r8
             - t_hyv47 * (cz_phi1 * cz_phi1)
@@ -2657,47 +2803,69 @@ def lyapunov_v1(x, r, p, c):
             - t_dxtpc * (cz_theta1 * cz_theta1)
             - t_hciml * (cz_theta2 * cz_theta2)
         )  # (29)
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        G2_v1 = W12 + u_v1_x3
-        wth_1 = th_1 * I1
-        wq_1 = q_1 * wth_1
-        wqS_1 = sin_theta1 * wq_1
-        SC1 = cos_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        g_1 = e1 - lc_1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        t_vjftl = t_hig3c + t_67i37
-        SC2 = cos_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
-        wq_2 = q_2 * wth_2
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3 + wqS_2
-        W13 = wx * wz
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        S_sq1 = sin_theta1 * sin_theta1
-        S_sq2 = sin_theta2 * sin_theta2
-        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
-        tn11_1 = Ass_1 + me1 - wth_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt
+        t_uw5f5 = t_cub74 * wz
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        bob1_g2_y = bob1_r_z * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob2_g2_y = bob2_r_z * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        hub_K32 = bob1_Myz + bob2_Myz
         t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
         t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
         t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk)
@@ -2709,235 +2877,261 @@ def lyapunov_v1(x, r, p, c):
             - t_z6ntf * gy_theta1
             - t_dhnrr * gy_theta2
         )  # (29)
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        t_btp7k = B_v1 * w1
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
         C_v1 = (
             t_aqbxr
             - t_xlxwl * gz_phi1
             - t_hgt7a * gz_phi2
-            + t_z6ntf * t_iouus
-            + t_dhnrr * t_cfuim
+            + t_z6ntf * t_y5hcm
+            + t_dhnrr * t_xs3iz
         )  # (29)
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        t_nn6jp = C_v1 * w2
+        bob1_S1rx = I1 * t_gbl6n
+        t_627tc = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc - bob1_Myz * bob1_r_z
+        bob2_S1rx = I2 * t_jx6g7
+        t_m33lw = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_S2rz = I1 * t_mpcxm
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_pn57p = t_2fozl * bob1_r_y
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_S2rz = I2 * t_44exz
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_fkg2b = t_4rrc5 * bob2_r_y
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b
+        hub_K63 = bob1_Nzz + bob2_Nzz
         q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
+            hub_K53 * u_v1_x4
+            - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+            + hub_K63 * u_v1_x5
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_asytu = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc_2 * a2_v1
-            + t_f2nhc * a3_v1
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        t_2fozl_2 = bob1_S1ty * bob1_g1_x
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        t_4rrc5_2 = bob2_S1ty * bob2_g1_x
+        t_lmznw = t_2fozl_2 + t_4rrc5_2
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        stream_z = t_cub74 * wy
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_lmznw_2 = t_2fozl + t_4rrc5
+        t_pn57p_2 = t_2fozl_2 * bob1_r_z
+        t_627tc_2 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_pn57p_2 - (t_pn57p + t_627tc_2)
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_z
+        t_m33lw_2 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_fkg2b_2 - (t_fkg2b + t_m33lw_2)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5 * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_2qm2u = t_2fozl_2 * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_jspy6 = t_4rrc5_2 * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_c7dq3 = t_2qm2u + t_jspy6
+        q1_v1 = (
+            t_lmznw * t_btp7k
+            - hub_b1
+            + t_lmznw_2 * t_nn6jp
+            - hub_K41 * t_bewoy
+            + hub_K51 * u_v1_x4
+            - t_c7dq3 * u_v1_x5
         )
-        q1_v1 = t_hig3c_3 * t_bewoy - t_asytu
-        t_mallh_2 = F_n1 * cos_theta1
-        t_lbh6o_2 = F_n2 * cos_theta2
-        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        wqC_1 = cos_theta1 * wq_1
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
+        bob1_S2ty = bob1_g2_y * t_mpcxm
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_dugie = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie + t_2fozl_2 * bob1_r_y
+        bob2_S2ty = bob2_g2_y * t_44exz
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_s4byp = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp + t_4rrc5_2 * bob2_r_y
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        t_627tc_3 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_3 - bob1_Myy * bob1_r_z
+        t_m33lw_3 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_3 - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        t_hcmdr_2 = t_pn57p_2 + t_yugsj
+        t_pfoxj_2 = t_fkg2b_2 + t_kmmnu
+        t_rsnrr = t_hcmdr_2 + t_pfoxj_2
+        t_dtmmd = (
+            hub_b2
+            + hub_K22 * t_btp7k
+            + hub_K32 * t_nn6jp
+            + hub_K42 * t_bewoy
+            + t_rsnrr * u_v1_x4
         )
-        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
-        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        q2_v1 = hub_K62 * u_v1_x5 - t_dtmmd
+        Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1
+        PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2
+        t_23zlk = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_23zlk))
         ax_v1 = (root_v1 - Pq_v1) / PP_v1
-        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        f3_v1 = q3_v1 - ax_v1 * t_lmznw_2
         t_y7rm6 = 1.0 / F
-        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        f2_v1 = q2_v1 - ax_v1 * t_lmznw
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
         delta2_v1 = np.arcsin(sin_d2_v1)
         sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
         sin_delta1_v1, cos_delta1_v1 = np.sin(delta1_v1), np.cos(delta1_v1)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_627tc * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_m33lw * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_627tc_3 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_m33lw_3 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_627tc * bob1_r_x
+            - (t_627tc_2 * bob1_r_z + t_hcmdr * bob1_r_y + t_m33lw_2 * bob2_r_z + t_pfoxj * bob2_r_y)
+            + t_hcmdr_2 * bob1_r_z
+            + t_m33lw * bob2_r_x
+            + t_pfoxj_2 * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh_2 * g_1
-            + t_lbh6o_2 * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_hcmdr * bob1_r_x
+            + t_pfoxj * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh * g_1
-            - t_lbh6o * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_627tc_3 * bob1_r_x
+            - t_m33lw_3 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_627tc_2 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_m33lw_2 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_2 = 1.0 / K11
-        t_gousg = t_f2nhc_2 * t_6dtnj_2
-        K_D2 = K22 - t_f2nhc_2 * t_gousg
-        t_gousg_2 = t_f2nhc * t_6dtnj_2
-        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
-        t_6dtnj_3 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_3
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
-        f1_v1 = q1_v1 + K11 * ax_v1
+        hub_K66 = (
+            total_Jzz
+            - t_dugie * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_2qm2u * bob1_r_y
+            - bob1_S2rz * I1
+            + t_jspy6 * bob2_r_y
+            - bob2_S2rz * I2
+        )
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
+        )
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj_2 = 1.0 / hub_K11
+        t_rvh36 = t_lmznw * t_6dtnj_2
+        kK2K21 = hub_K22 - t_lmznw * t_rvh36
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
+        kK3K21 = hub_K32 - t_lmznw * t_rvh36_2
+        kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2
+        t_6dtnj_3 = 1.0 / kK2K21
+        lK3K2 = kK3K21 * t_6dtnj_3
+        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        f1_v1 = q1_v1 + ax_v1 * hub_K11
         t_qh3cx = F * cos_delta2_v1
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
-        da_v1_y2 = df2_v1 + t_gousg * df1_v1
+        yda_v1_y = df2_v1 + df1_v1 * t_rvh36
         t_v7qgl = t_qh3cx * sin_delta1_v1
-        da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2
-        da_v1_x3 = da_v1_y3 / K_D3
-        da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3
-        da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
+        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y
+        da_v1_z = yda_v1_z / kK3K32
+        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2
+        da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2
         Mx_v1 = (
-            n4
-            + G2_v1 * K54
-            + G3_v1 * K64
-            - t_hig3c_3 * ax_v1
-            - t_hig3c_3 * da_v1_x1
-            - t_belws * a2_v1
-            - t_belws * da_v1_x2
-            + K43 * a3_v1
-            + K43 * da_v1_x3
-            - K44 * t_bewoy
+            ax_v1 * hub_K41
+            - hub_b4
+            + da_v1_x * hub_K41
+            + da_v1_y * hub_K42
+            + da_v1_z * hub_K43
+            - hub_K42 * t_btp7k
+            - hub_K43 * t_nn6jp
+            - hub_K44 * t_bewoy
+            + hub_K54 * u_v1_x4
+            + hub_K64 * u_v1_x5
         )
-        t_bknng = b + d + x_C
+        t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        t_yxxpc = b + d
         My_v1 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v1 * K65
-            - G3_v1 * K66
-            + t_6iku5_2 * ax_v1
-            + t_6iku5_2 * da_v1_x1
-            + t_edvw3 * a2_v1
-            + t_edvw3 * da_v1_x2
-            - K63 * a3_v1
-            - K63 * da_v1_x3
-            + K64 * t_bewoy
+            ax_v1 * hub_K51
+            - hub_b5
+            + da_v1_x * hub_K51
+            - da_v1_y * t_rsnrr
+            + da_v1_z * hub_K53
+            + t_rsnrr * t_btp7k
+            - hub_K53 * t_nn6jp
+            - hub_K54 * t_bewoy
+            + hub_K55 * u_v1_x4
+            - t_osa4j * u_v1_x5
+            + t_v7qgl * t_yxxpc
         )
         Mz_v1 = (
-            n5
-            + G2_v1 * K55
-            + G3_v1 * K65
-            - t_6iku5 * ax_v1
-            - t_6iku5 * da_v1_x1
-            + K52 * a2_v1
-            + K52 * da_v1_x2
-            + K53 * a3_v1
-            + K53 * da_v1_x3
-            - K54 * t_bewoy
-            + t_jczim * t_bknng
+            da_v1_y * hub_K62
+            - (hub_b6 + ax_v1 * t_c7dq3 + da_v1_x * t_c7dq3)
+            + da_v1_z * hub_K63
+            - hub_K62 * t_btp7k
+            - hub_K63 * t_nn6jp
+            - hub_K64 * t_bewoy
+            - t_osa4j * u_v1_x4
+            + hub_K66 * u_v1_x5
+            + t_jczim * t_yxxpc
         )
         return _vector(
             Mx_v1,
@@ -2971,410 +3165,445 @@ def lyapunov_v1_loop(q, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        lc_1 = cos_phi1 * l1
-        w_x1 = wx - theta1_dot
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        p1 = Wn1 + phi1_dot
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * cos_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * cos_theta2
-        t_rybsf = wy * wy + wz * wz
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_g1_y = bob1_r1_y * m1
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        me1 = t_wywjk * I1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        me2 = t_jzg7x * I2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_wywjk * l1
-        mv1 = t_6nwd2 * k1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_jzg7x * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        W_theta1 = r10 * m1  # (27)
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_g2_y = bob1_r_z * m1
         t_hjphj = sin_phi1 * sin_phi1
         t_lgf4h = t_yx2kz * t_hjphj
-        D_theta1 = t_lgf4h + I1  # (26)
-        t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
-        t_loou6 = t_dxtpc * t_lgf4h
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        D_theta1 = I1 + t_lgf4h  # (26)
+        t_fdes3 = 1.0 / D_theta1
+        bob1_S2ty = bob1_g2_y * t_fdes3
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_S2rz = I1 * t_fdes3
+        t_627tc = bob1_S2rz * bob1_g2_y
+        bob1_g1_x = bob1_r1_x * m1
+        t_2fozl = bob1_S1ty * bob1_g1_x
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_627tc + t_2fozl * bob1_r_y
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_g1_y = bob2_r1_y * m2
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_g2_y = bob2_r_z * m2
+        t_pt6a7 = sin_phi2 * sin_phi2
+        D_theta2 = I2 + t_frp3h * t_pt6a7  # (26)
+        t_jlpsc = 1.0 / D_theta2
+        bob2_S2ty = bob2_g2_y * t_jlpsc
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_S2rz = I2 * t_jlpsc
+        t_m33lw = bob2_S2rz * bob2_g2_y
+        bob2_g1_x = bob2_r1_x * m2
+        t_4rrc5 = bob2_S1ty * bob2_g1_x
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_m33lw + t_4rrc5 * bob2_r_y
+        t_cub74 = b * m + h0 * m0
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        W_theta1 = r10 * m1  # (27)
+        t_czm24 = t_lgf4h + I1
+        t_kzhyn = W_theta1 / (t_czm24 * t_czm24)
+        t_tqbuz = t_kzhyn * t_lgf4h
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
         t_n4yir = gy_theta1 * h1
-        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_hjphj_2 = cos_phi1 * sin_phi1
         t_dmccl = t_yx2kz * cos_theta1
         t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl
         cz_theta1 = t_scs5l + I1  # (26)
         W_phi1 = r9 * m1  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
+        t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
         t_if7mv = t_hyv47 * I1
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_3s3hq = bob1_r11_x * m1
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
         t_ik6g5 = gy_phi1 * h1
         t_dmccl_2 = t_yx2kz * sin_theta1
         cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
         W_phi2 = r9 * m2  # (27)
-        t_pi35k = W_phi2 / (D2 * D2)
+        t_pi35k = W_phi2 / (D_phi2 * D_phi2)
         t_tmzpj = t_pi35k * I2
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_7pqnn = bob2_r11_x * m2
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
         t_tkdjn = gy_phi2 * h2
         t_c4pkx = sin_theta2 * t_frp3h
         cz_phi2 = t_tkdjn - t_c4pkx  # (25)
         W_theta2 = r10 * m2  # (27)
-        t_pt6a7 = sin_phi2 * sin_phi2
         t_6pfo6 = t_pt6a7 * t_frp3h
-        D_theta2 = t_6pfo6 + I2  # (26)
-        t_hciml = W_theta2 / (D_theta2 * D_theta2)
-        t_mszyx = t_hciml * t_6pfo6
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_v7y4o = t_6pfo6 + I2
+        t_7wbsh = W_theta2 / (t_v7y4o * t_v7y4o)
+        t_i3wq5 = t_7wbsh * t_6pfo6
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
         t_epql5 = gy_theta2 * h2
-        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_pt6a7_2 = cos_phi2 * sin_phi2
         t_c4pkx_2 = cos_theta2 * t_frp3h
         t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         cz_theta2 = t_rdvkg + I2  # (26)
-        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        f31_v1 = t_tqbuz * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_i3wq5 * cz_theta2  # (29)
         f11_v1 = (
             r4
             - t_hyv47 * (I1 * I1)
             - t_pi35k * (I2 * I2)
-            - t_dxtpc * (t_lgf4h * t_lgf4h)
-            - t_hciml * (t_6pfo6 * t_6pfo6)
+            - t_kzhyn * (t_lgf4h * t_lgf4h)
+            - t_7wbsh * (t_6pfo6 * t_6pfo6)
         )  # (29)
         t_a2lgz = 1.0 / f11_v1
-        f_v1_L31 = f31_v1 * t_a2lgz
+        lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
         t_aqbxr = vz * r2
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        t_chbo3 = ax_eq * gx_phi1
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
+        total_mass = m + m0
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
+        t_s5cay = ax_eq * bob1_g1_x
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        bob1_v22 = theta1_dot * theta1_dot
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
         t_wube7 = wx * wx
-        t_mgpcw = t_lgf4h * t_l4ozg
+        t_ik6g5_2 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h_2
-            - t_lgf4h_2 * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5_2 * t_wjugd
+            - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
             - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
             + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        t_o6h5x = ax_eq * gx_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
+        t_q7mge = ax_eq * bob2_g1_x
+        bob2_loss_phi = eps2 * phi2_dot
+        t_tkdjn_2 = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
         t_7ovbh = t_doiln * t_doiln
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        bob2_v22 = theta2_dot * theta2_dot
         t_n7l2g = t_doiln * t_6pfo6
+        bob2_twice2 = theta2_dot + theta2_dot
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6_2
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6_2
-            - (theta2_dot + theta2_dot) * t_n7l2g
+            bob2_loss_phi
+            - t_tkdjn_2 * t_7ovbh
+            - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6_2 * bob2_v22
+            - t_6pfo6_2 * t_wube7
+            - t_n7l2g * bob2_twice2
             - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
             + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
-        t_4maxk = D_theta1 * theta1_dot
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h_2 * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        t_prfqf = Wn1 * wx
+        t_s5jfy = t_czm24 * theta1_dot
+        bob1_twice1 = phi1_dot + phi1_dot
+        Dd_theta1 = bob1_twice1 * t_lgf4h_2
+        t_acyi3 = Dd_theta1 * theta1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        t_hawtx = t_l4ozg_2 * wx
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h_2 * t_prfqf
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5_2 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
             - Dd_theta1 * wx
         )  # (26)
-        t_qu7qb = D_theta2 * theta2_dot
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6_2 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        t_prfqf_2 = Wn2 * wx
+        t_uz2dl = t_v7y4o * theta2_dot
+        bob2_twice1 = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * bob2_twice1
+        t_cgapl = Dd_theta2 * theta2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        t_go56f = t_doiln_2 * wx
+        bob2_v21 = bob2_twice1 * theta2_dot
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6_2 * t_prfqf_2
-            - t_6pfo6_2 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn_2 * t_go56f
+            + t_6pfo6_2 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6_2 * t_go56f
+            - Dd_theta2 * wx
         )  # (26)
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+            - t_hyv47 * (t_s5cay * I1 + I1 * k_phi1)
+            - t_pi35k * (t_q7mge * I2 + I2 * k_phi2)
+            - t_kzhyn * (t_s5jfy * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+            - t_7wbsh * (t_uz2dl * Dd_theta2 - (t_cgapl * t_6pfo6 + t_6pfo6 * k_theta2))
             + vy * vz * r1
         )  # (29)
         t_y6t4t = wx * w3 + g1_v1
         t_wij2f = vy * r1
-        t_4pqij = D1 * phi1_dot
+        t_4pqij = D_phi1 * phi1_dot
         gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        t_lzacu = D2 * phi2_dot
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_ik6g5_3 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_3 - t_os4zj * cos_theta1 * m1
+        t_y5hcm = bob1_g1_x * sin_theta1
+        t_762ik = t_y5hcm * h1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
+        t_lzacu = D_phi2 * phi2_dot
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
+        t_tkdjn_3 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_3 - cos_theta2 * t_nfvux * m2
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        t_ogbo3 = t_xs3iz * h2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
         t_hjphj_3 = cos_phi1 * cos_phi1
-        cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2  # (26)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * theta1_dot
+        cy_theta1 = t_762ik - t_dmccl_2 * t_hjphj_2  # (26)
+        cdz_theta1 = phi1_dot * (t_ik6g5_3 + t_hjphj * t_dmccl - t_hjphj_3 * t_dmccl) - cy_theta1 * theta1_dot
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         g3_v1 = (
             att3 * r7
             - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+            - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_kzhyn * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_s5jfy * cdz_theta1)
+            - t_7wbsh * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_uz2dl * cdz_theta2)
         )  # (29)
         f32_v1 = (
             t_hyv47 * t_2ksfs * cz_phi1
             + t_pi35k * t_zshn6 * cz_phi2
-            - t_dxtpc * cy_theta1 * cz_theta1
-            - t_hciml * cy_theta2 * cz_theta2
+            - t_kzhyn * cy_theta1 * cz_theta1
+            - t_7wbsh * cy_theta2 * cz_theta2
         )  # (29)
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_tqbuz * cy_theta1 + t_i3wq5 * cy_theta2  # (29)
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
         f22_v1 = (
             r6
             - t_hyv47 * (t_2ksfs * t_2ksfs)
             - t_pi35k * (t_zshn6 * t_zshn6)
-            - t_dxtpc * (cy_theta1 * cy_theta1)
-            - t_hciml * (cy_theta2 * cy_theta2)
+            - t_kzhyn * (cy_theta1 * cy_theta1)
+            - t_7wbsh * (cy_theta2 * cy_theta2)
         )  # (29)
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
         cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2)
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_dmccl_2 * t_hjphj - t_hjphj_3 * t_dmccl_2)
         cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
         g2_v1 = (
             att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_kzhyn * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_s5jfy * cdy_theta1)
+            - t_7wbsh * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_uz2dl * cdy_theta2)
             + vx * vz * r2
         )  # (29)
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
         f33_v1 = (
             r8
             - t_hyv47 * (cz_phi1 * cz_phi1)
             - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_dxtpc * (cz_theta1 * cz_theta1)
-            - t_hciml * (cz_theta2 * cz_theta2)
+            - t_kzhyn * (cz_theta1 * cz_theta1)
+            - t_7wbsh * (cz_theta2 * cz_theta2)
         )  # (29)
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        G2_v1 = W12 + u_v1_x3
-        g_1 = e1 - lc_1
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        S_sq1 = sin_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        S_sq2 = sin_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        W13 = wx * wz
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        SC1 = cos_theta1 * sin_theta1
-        SC2 = cos_theta2 * sin_theta2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_leuxo = S_sq1 * tn11_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        stream_z = t_cub74 * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
         t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
         t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
-        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk)
-        t_dhnrr = t_hciml * (cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_qu7qb)
+        t_jxsl7 = t_kzhyn * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_s5jfy)
+        t_axu4c = t_7wbsh * (cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_uz2dl)
         B_v1 = (
             t_wij2f
             - t_xlxwl * gy_phi1
             - t_hgt7a * gy_phi2
-            - t_z6ntf * gy_theta1
-            - t_dhnrr * gy_theta2
+            - t_jxsl7 * gy_theta1
+            - t_axu4c * gy_theta2
         )  # (29)
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_btp7k = B_v1 * w1
+        t_pj4i3 = bob1_r_y * m1
+        t_loayl = t_pj4i3 * t_fdes3
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_Myz = t_loayl * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        t_zludf = bob2_r_y * m2
+        t_wzdtp = t_zludf * t_jlpsc
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_Myz = t_wzdtp * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        hub_K32 = bob1_Myz + bob2_Myz
         C_v1 = (
             t_aqbxr
             - t_xlxwl * gz_phi1
             - t_hgt7a * gz_phi2
-            + t_z6ntf * t_iouus
-            + t_dhnrr * t_cfuim
+            + t_jxsl7 * t_y5hcm
+            + t_axu4c * t_xs3iz
         )  # (29)
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
+        t_nn6jp = C_v1 * w2
+        bob1_S1rx = I1 * t_gbl6n
+        t_627tc_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_2 - bob1_Myy * bob1_r_z
+        bob2_S1rx = I2 * t_jx6g7
+        t_m33lw_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_2 - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        t_pn57p = t_2fozl * bob1_r_z
+        t_ku3ch = bob1_Myz * bob1_r_x
+        t_znu6i = t_pn57p + t_ku3ch
+        t_fkg2b = t_4rrc5 * bob2_r_z
+        t_wg7vs = bob2_Myz * bob2_r_x
+        t_nwbhr = t_fkg2b + t_wg7vs
+        t_4yjdc = t_znu6i + t_nwbhr
+        t_dtmmd = (
+            hub_b2
+            + hub_K22 * t_btp7k
+            + hub_K32 * t_nn6jp
+            + hub_K42 * t_bewoy
+            + t_4yjdc * u_v1_x4
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_ti46a = (
-            t_ep53l
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
+        q2_v1 = hub_K62 * u_v1_x5 - t_dtmmd
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        t_lmznw = t_2fozl + t_4rrc5
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_2fozl_2 = bob1_S1tz * bob1_g1_x
+        t_4rrc5_2 = bob2_S1tz * bob2_g1_x
+        t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
+        t_pn57p_2 = t_2fozl_2 * bob1_r_y
+        t_627tc_3 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_pn57p - (t_pn57p_2 + t_627tc_3)
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_y
+        t_m33lw_3 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_fkg2b - (t_fkg2b_2 + t_m33lw_3)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_2qm2u = t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_jspy6 = t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_c7dq3 = t_2qm2u + t_jspy6
+        q1_v1 = (
+            t_lmznw * t_btp7k
+            - hub_b1
+            + t_lmznw_2 * t_nn6jp
+            - hub_K41 * t_bewoy
+            + hub_K51 * u_v1_x4
+            - t_c7dq3 * u_v1_x5
         )
-        q1_v1 = t_hig3c_3 * t_bewoy - t_ti46a
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        wqS_1 = sin_theta1 * wq_1
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_loayl * t_pj4i3
+        t_znu6i_2 = t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_wzdtp * t_zludf
+        t_nwbhr_2 = t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_znu6i_2 + t_nwbhr_2)
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_loayl
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_wzdtp
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        t_627tc_4 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc_4 - bob1_Myz * bob1_r_z
+        t_m33lw_4 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw_4 - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        bob1_Nzz = t_ku3ch + bob1_Bzz + t_pn57p_2
+        bob2_Bzz = bob2_S2rz * t_zludf
+        bob2_Nzz = t_wg7vs + bob2_Bzz + t_fkg2b_2
+        hub_K63 = bob1_Nzz + bob2_Nzz
         q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
+            hub_K53 * u_v1_x4
+            - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+            + hub_K63 * u_v1_x5
         )
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1
+        PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2
+        t_23zlk = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_23zlk))
         ax_v1 = (root_v1 - Pq_v1) / PP_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
+        f2_v1 = q2_v1 - ax_v1 * t_lmznw
         t_y7rm6 = 1.0 / F
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
+        f3_v1 = q3_v1 - ax_v1 * t_lmznw_2
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
         sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
@@ -3383,316 +3612,299 @@ def lyapunov_v1_loop(q, r, p, c):
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
         t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
-        f_y = sin_delta2_act * F
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        f_y = F * sin_delta2_act
+        bob1_q2 = bob1_Q2 * t_fdes3
+        bob2_q2 = bob2_Q2 * t_jlpsc
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_627tc_4 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_m33lw_4 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_627tc_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_m33lw_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_627tc_4 * bob1_r_x
+            - (t_627tc_3 * bob1_r_z + t_znu6i_2 * bob1_r_y + t_m33lw_3 * bob2_r_z + t_nwbhr_2 * bob2_r_y)
+            + t_znu6i * bob1_r_z
+            + t_m33lw_4 * bob2_r_x
+            + t_nwbhr * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_znu6i_2 * bob1_r_x
+            + t_nwbhr_2 * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_627tc_2 * bob1_r_x
+            - t_m33lw_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_627tc_3 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_m33lw_3 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_2 = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj_2
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj_2
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_3 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_3
-        t_s62lc = t_6iku5 * t_6dtnj_2
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_3
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_w6lcf = t_hig3c_3 * t_6dtnj_2
-        t_cawlo = t_belws + t_f2nhc * t_w6lcf
-        t_bopbx = t_cawlo * t_6dtnj_3
-        t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_4 = 1.0 / K_D3
-        K_L43 = t_itbrl * t_6dtnj_4
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_4
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj_2
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_3
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_4
-        K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf
-        t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc
-        t_6dtnj_5 = 1.0 / K_D4
-        K_L54 = t_agu5t * t_6dtnj_5
-        t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2
-        K_L64 = t_kiszr * t_6dtnj_5
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_agu5t * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K66 = (
+            total_Jzz
+            - t_627tc * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_m33lw * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_2qm2u * bob1_r_y
+            - bob1_S2rz * I1
+            + t_jspy6 * bob2_r_y
+            - bob2_S2rz * I2
         )
-        t_nx7y6 = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_agu5t * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        t_6dtnj_6 = 1.0 / K_D5
-        K_L65 = t_nx7y6 * t_6dtnj_6
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_kiszr * K_L64
-            - t_nx7y6 * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
         )
-        b1 = f_x + t_ep53l
-        b2 = f_y - n2
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj_2 = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj_2
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj_2
+        t_rvh36 = t_lmznw * t_6dtnj_2
+        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
+        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
+        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - t_4yjdc
+        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_ak5u5 = t_c7dq3 * t_6dtnj_2
+        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_osa4j
+        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
+        t_6dtnj_3 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_3
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_3
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_3
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_3
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_4 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_4
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_4
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_4
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_5 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_5
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_5
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_6 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_6
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        t_4rwfu = sin_delta2_act * F
+        yhub_ay = t_4rwfu + hub_b2 + t_rvh36 * yhub_ax
+        t_y3fxb = t_gbb3a * sin_delta1_act
+        yhub_az = hub_b3 - t_y3fxb + t_rvh36_2 * yhub_ax - lhub_azhub_ay * yhub_ay
         t_qh3cx = F * cos_delta2_v1
-        f1_v1 = q1_v1 + K11 * ax_v1
+        f1_v1 = q1_v1 + ax_v1 * hub_K11
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
-        da_v1_y2 = df2_v1 + t_gousg * df1_v1
+        yda_v1_y = df2_v1 + df1_v1 * t_rvh36
         t_v7qgl = t_qh3cx * sin_delta1_v1
-        da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2
-        da_v1_x3 = da_v1_y3 * t_6dtnj_4
-        da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3
-        da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
+        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lhub_azhub_ay * yda_v1_y
+        da_v1_z = yda_v1_z * t_6dtnj_4
+        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lhub_azhub_ay
+        da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2
         Mx_v1 = (
-            n4
-            + G2_v1 * K54
-            + G3_v1 * K64
-            - t_hig3c_3 * ax_v1
-            - t_hig3c_3 * da_v1_x1
-            - t_belws * a2_v1
-            - t_belws * da_v1_x2
-            + K43 * a3_v1
-            + K43 * da_v1_x3
-            - K44 * t_bewoy
+            ax_v1 * hub_K41
+            - hub_b4
+            + da_v1_x * hub_K41
+            + da_v1_y * hub_K42
+            + da_v1_z * hub_K43
+            - hub_K42 * t_btp7k
+            - hub_K43 * t_nn6jp
+            - hub_K44 * t_bewoy
+            + hub_K54 * u_v1_x4
+            + hub_K64 * u_v1_x5
         )
         t_gbb3a_2 = F * cos_delta2_act
         df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * F * cos_delta1_v1
-        df2_act = F * sin_delta2_act - t_jczim
-        da_act_y2 = df2_act + t_gousg * df1_act
+        df2_act = f_y - t_jczim
+        yda_act_y = df2_act + df1_act * t_rvh36
         df3_act = t_m2xxj * F - t_gbb3a_2 * sin_delta1_act
-        da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
-        da_act_x3 = da_act_y3 * t_6dtnj_4
-        da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        Mz_v1 = (
-            n5
-            + G2_v1 * K55
-            + G3_v1 * K65
-            - t_6iku5 * ax_v1
-            - t_6iku5 * da_v1_x1
-            + K52 * a2_v1
-            + K52 * da_v1_x2
-            + K53 * a3_v1
-            + K53 * da_v1_x3
-            - K54 * t_bewoy
-            + t_jczim * t_bknng
-        )
-        Mz = (
-            Mz_v1
-            - t_6iku5 * da_act_x1
-            + K52 * da_act_x2
-            + K53 * da_act_x3
-            + df2_act * t_bknng
-        )
-        b5 = Mz - n5 - f_y * t_bknng
-        t_y3fxb = t_gbb3a * sin_delta1_act
+        yda_act_z = df3_act + df1_act * t_rvh36_2 - lhub_azhub_ay * yda_act_y
+        da_act_z = yda_act_z * t_6dtnj_4
+        da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lhub_azhub_ay
+        da_act_x = df1_act * t_6dtnj_2 + da_act_y * t_rvh36 + da_act_z * t_rvh36_2
+        Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
         My_v1 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v1 * K65
-            - G3_v1 * K66
-            + t_6iku5_2 * ax_v1
-            + t_6iku5_2 * da_v1_x1
-            + t_edvw3_2 * a2_v1
-            + t_edvw3_2 * da_v1_x2
-            - K63 * a3_v1
-            - K63 * da_v1_x3
-            + K64 * t_bewoy
+            ax_v1 * hub_K51
+            - hub_b5
+            + da_v1_x * hub_K51
+            - da_v1_y * t_4yjdc
+            + da_v1_z * hub_K53
+            + t_4yjdc * t_btp7k
+            - hub_K53 * t_nn6jp
+            - hub_K54 * t_bewoy
+            + hub_K55 * u_v1_x4
+            - t_osa4j * u_v1_x5
+            + t_v7qgl * t_yxxpc
         )
         My = (
             My_v1
-            - df3_act * t_bknng
-            + t_6iku5_2 * da_act_x1
-            + t_edvw3_2 * da_act_x2
-            - K63 * da_act_x3
+            + da_act_x * hub_K51
+            - da_act_y * t_4yjdc
+            + da_act_z * hub_K53
+            - df3_act * t_yxxpc
         )
-        b6 = t_y3fxb * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_y3fxb * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        Mz_v1 = (
+            da_v1_y * hub_K62
+            - (hub_b6 + ax_v1 * t_c7dq3 + da_v1_x * t_c7dq3)
+            + da_v1_z * hub_K63
+            - hub_K62 * t_btp7k
+            - hub_K63 * t_nn6jp
+            - hub_K64 * t_bewoy
+            - t_osa4j * u_v1_x4
+            + hub_K66 * u_v1_x5
+            + t_jczim * t_yxxpc
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_6 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_5 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_4 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_3
-            - K_L32 * X_x3
-            + t_bopbx * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        Mz = (
+            Mz_v1
+            - da_act_x * t_c7dq3
+            + da_act_y * hub_K62
+            + da_act_z * hub_K63
+            + df2_act * t_yxxpc
         )
-        X_x1 = (
-            b1 * t_6dtnj_2
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - t_4rwfu * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
-        Gt_eta1 = G_t1 + eta1
-        t_2prat = (
-            cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-            + sin_phi1 * (X_x1 - t_aqrn5)
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_6 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_5 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_4 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_3
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        phi_acc1 = Gt_eta1 - (loss_phi1 + I1 * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat
-        t_3ipx7 = X_x5 - W12
-        t_hig3c_7 = X_x4 + X_x5
-        t_pksrm = (
-            zeta1
-            + X_x2 * cos_theta1
-            + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-            - t_hig3c_7 * q_1
-            - X_x3 * sin_theta1
+        hub_ax = (
+            yhub_ax * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_rvh36
+            + hub_az * t_rvh36_2
         )
-        theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (1.0 / m1) + q_1 * t_pksrm))
-        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
-        Gt_eta2 = G_t2 + eta2
-        t_y662k = (
-            cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-            + sin_phi2 * (X_x1 - t_3hay7)
+        bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz
+        bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax
+        bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay
+        bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_loayl * bob1_aPz
+        t_bzsqx = (
+            t_txuch * t_gbl6n
+            + bob1_S1rx * hub_alphax
+            + bob1_S1tx * bob1_aPx
+            + bob1_S1ty * bob1_aPy
+            + bob1_S1tz * bob1_aPz
         )
-        phi_acc2 = Gt_eta2 - (loss_phi2 + I2 * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k
-        t_zj7x3 = (
-            zeta2
-            + X_x2 * cos_theta2
-            + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-            - t_hig3c_7 * q_2
-            - X_x3 * sin_theta2
+        bob1_a1 = -t_bzsqx
+        bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz
+        bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax
+        bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay
+        bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_wzdtp * bob2_aPz
+        t_cckhz = (
+            t_xyjt2 * t_jx6g7
+            + bob2_S1rx * hub_alphax
+            + bob2_S1tx * bob2_aPx
+            + bob2_S1ty * bob2_aPy
+            + bob2_S1tz * bob2_aPz
         )
-        theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
+        bob2_a1 = -t_cckhz
         return _vector(
-            X_x1 + t_rybsf * x_C - vz * wy + vy * wz,
-            X_x2 - X_x5 * x_C + (vz * wx - vx * wz),
-            X_x3 - X_x6 * x_C + (vx * wy - vy * wx),
-            X_x4,
-            W13 - X_x6,
-            t_3ipx7,
+            vy * wz - vz * wy + hub_ax,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx,
             wy,
             wz,
@@ -3700,10 +3912,10 @@ def lyapunov_v1_loop(q, r, p, c):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            phi_acc1,
-            theta_acc1,
-            phi_acc2,
-            theta_acc2,
+            bob1_a1,
+            bob1_a2,
+            bob2_a1,
+            bob2_a2,
         )
 
 
@@ -3730,127 +3942,83 @@ def lyapunov_v1_observe(q, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_rybsf = wy * wy + wz * wz
+        t_cub74 = b * m + h0 * m0
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_g1_z = bob1_r1_z * m1
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_nkfhl = m1 / D1
-        me1 = t_nkfhl * I1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_xgfi7 = m2 / D2
-        me2 = t_xgfi7 * I2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_nkfhl * l1
-        mv1 = t_6nwd2 * k1
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        p1 = Wn1 + phi1_dot
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        lc_1 = cos_phi1 * l1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * sin_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * sin_theta2
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_xgfi7 * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
-        W_theta1 = r10 * m1  # (27)
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_r1_x = sin_phi1 * l1
+        bob1_g1_x = bob1_r1_x * m1
+        t_2fozl = bob1_S1tz * bob1_g1_x
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        t_pj4i3 = bob1_r_y * m1
         t_hjphj = sin_phi1 * sin_phi1
         t_lgf4h = t_yx2kz * t_hjphj
+        t_mpcxm = 1.0 / (I1 + t_lgf4h)
+        t_x7lye = t_pj4i3 * t_mpcxm
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3
+        bob1_r_x = h1 - bob1_r11_x
+        t_hcmdr = t_2fozl * bob1_r_z + bob1_Mzz * bob1_r_x
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_g1_z = bob2_r1_z * m2
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_r1_x = sin_phi2 * l2
+        bob2_g1_x = bob2_r1_x * m2
+        t_4rrc5 = bob2_S1tz * bob2_g1_x
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        t_zludf = bob2_r_y * m2
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_44exz = 1.0 / (I2 + t_frp3h * t_pt6a7)
+        t_h6azt = t_zludf * t_44exz
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf
+        bob2_r_x = h2 - bob2_r11_x
+        t_pfoxj = t_4rrc5 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_hcmdr + t_pfoxj)
+        W_phi1 = r9 * m1  # (27)
+        t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
+        t_if7mv = t_hyv47 * I1
+        t_3s3hq = bob1_r11_x * m1
+        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
+        t_ik6g5 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5 - t_os4zj * cos_theta1 * m1
+        W_phi2 = r9 * m2  # (27)
+        t_pi35k = W_phi2 / (D_phi2 * D_phi2)
+        t_tmzpj = t_pi35k * I2
+        t_7pqnn = bob2_r11_x * m2
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
+        t_tkdjn = gz_phi2 * h2
+        t_zshn6 = t_tkdjn - cos_theta2 * t_nfvux * m2
+        W_theta1 = r10 * m1  # (27)
         D_theta1 = t_lgf4h + I1  # (26)
         t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
         t_loou6 = t_dxtpc * t_lgf4h
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_n4yir = gy_theta1 * h1
-        t_hjphj_2 = sin_phi1 * cos_phi1
-        t_dmccl = t_yx2kz * cos_theta1
-        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl
-        cz_theta1 = t_scs5l + I1  # (26)
-        W_phi1 = r9 * m1  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_if7mv = t_hyv47 * I1
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
-        t_ik6g5 = gy_phi1 * h1
-        t_dmccl_2 = t_yx2kz * sin_theta1
-        cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
-        W_phi2 = r9 * m2  # (27)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_tmzpj = t_pi35k * I2
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        t_tkdjn = gy_phi2 * h2
-        t_c4pkx = sin_theta2 * t_frp3h
-        cz_phi2 = t_tkdjn - t_c4pkx  # (25)
+        t_y5hcm = bob1_g1_x * sin_theta1
+        t_762ik = t_y5hcm * h1
+        t_dmccl = t_yx2kz * sin_theta1
+        t_hjphj_2 = cos_phi1 * sin_phi1
+        cy_theta1 = t_762ik - t_dmccl * t_hjphj_2  # (26)
         W_theta2 = r10 * m2  # (27)
-        t_pt6a7 = sin_phi2 * sin_phi2
         t_6pfo6 = t_pt6a7 * t_frp3h
         D_theta2 = t_6pfo6 + I2  # (26)
         t_hciml = W_theta2 / (D_theta2 * D_theta2)
         t_mszyx = t_hciml * t_6pfo6
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_epql5 = gy_theta2 * h2
-        t_pt6a7_2 = sin_phi2 * cos_phi2
-        t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
-        cz_theta2 = t_rdvkg + I2  # (26)
-        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        t_ogbo3 = t_xs3iz * h2
+        t_c4pkx = sin_theta2 * t_frp3h
+        t_pt6a7_2 = cos_phi2 * sin_phi2
+        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
         f11_v1 = (
             r4
             - t_hyv47 * (I1 * I1)
@@ -3859,124 +4027,131 @@ def lyapunov_v1_observe(q, r, p, c):
             - t_hciml * (t_6pfo6 * t_6pfo6)
         )  # (29)
         t_a2lgz = 1.0 / f11_v1
-        f_v1_L31 = f31_v1 * t_a2lgz
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
         t_aqbxr = vz * r2
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        t_chbo3 = ax_eq * gx_phi1
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
+        total_mass = m + m0
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
+        t_s5cay = ax_eq * bob1_g1_x
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        bob1_v22 = theta1_dot * theta1_dot
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
         t_wube7 = wx * wx
-        t_mgpcw = t_lgf4h * t_l4ozg
+        t_ik6g5_2 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h_2
-            - t_lgf4h_2 * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5_2 * t_wjugd
+            - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
             - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
             + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        t_o6h5x = ax_eq * gx_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
+        t_q7mge = ax_eq * bob2_g1_x
+        bob2_loss_phi = eps2 * phi2_dot
+        t_tkdjn_2 = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
         t_7ovbh = t_doiln * t_doiln
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        bob2_v22 = theta2_dot * theta2_dot
         t_n7l2g = t_doiln * t_6pfo6
+        bob2_twice2 = theta2_dot + theta2_dot
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6_2
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6_2
-            - (theta2_dot + theta2_dot) * t_n7l2g
+            bob2_loss_phi
+            - t_tkdjn_2 * t_7ovbh
+            - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6_2 * bob2_v22
+            - t_6pfo6_2 * t_wube7
+            - t_n7l2g * bob2_twice2
             - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
             + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         t_4maxk = D_theta1 * theta1_dot
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h_2 * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        t_prfqf = Wn1 * wx
+        bob1_twice1 = phi1_dot + phi1_dot
+        Dd_theta1 = bob1_twice1 * t_lgf4h_2
+        t_acyi3 = Dd_theta1 * theta1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        t_hawtx = t_l4ozg_2 * wx
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h_2 * t_prfqf
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5_2 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
             - Dd_theta1 * wx
         )  # (26)
         t_qu7qb = D_theta2 * theta2_dot
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6_2 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        t_prfqf_2 = Wn2 * wx
+        bob2_twice1 = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * bob2_twice1
+        t_cgapl = Dd_theta2 * theta2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        t_go56f = t_doiln_2 * wx
+        bob2_v21 = bob2_twice1 * theta2_dot
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6_2 * t_prfqf_2
-            - t_6pfo6_2 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn_2 * t_go56f
+            + t_6pfo6_2 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6_2 * t_go56f
+            - Dd_theta2 * wx
         )  # (26)
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+            - t_hyv47 * (t_s5cay * I1 + I1 * k_phi1)
+            - t_pi35k * (t_q7mge * I2 + I2 * k_phi2)
+            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+            - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6 + t_6pfo6 * k_theta2))
             + vy * vz * r1
         )  # (29)
         t_y6t4t = wx * w3 + g1_v1
-        t_wij2f = vy * r1
-        t_4pqij = D1 * phi1_dot
-        gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        t_lzacu = D2 * phi2_dot
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_4pqij = D_phi1 * phi1_dot
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
+        t_ik6g5_3 = gy_phi1 * h1
+        cz_phi1 = t_ik6g5_3 - t_dmccl  # (25)
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
+        t_n4yir = gy_theta1 * h1
+        cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
+        t_lzacu = D_phi2 * phi2_dot
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
+        t_tkdjn_3 = gy_phi2 * h2
+        cz_phi2 = t_tkdjn_3 - t_c4pkx  # (25)
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
+        t_epql5 = gy_theta2 * h2
+        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
+        t_dmccl_2 = t_yx2kz * cos_theta1
+        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2
         t_hjphj_3 = cos_phi1 * cos_phi1
-        cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2  # (26)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * theta1_dot
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5_3 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl)
+        t_c4pkx_2 = cos_theta2 * t_frp3h
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
-        g3_v1 = (
-            att3 * r7
-            - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        g2_v1 = (
+            att2 * r5
+            + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+            - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + vx * vz * r2
         )  # (29)
-        f32_v1 = (
-            t_hyv47 * t_2ksfs * cz_phi1
-            + t_pi35k * t_zshn6 * cz_phi2
-            - t_dxtpc * cy_theta1 * cz_theta1
-            - t_hciml * cy_theta2 * cz_theta2
-        )  # (29)
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
         f22_v1 = (
             r6
             - t_hyv47 * (t_2ksfs * t_2ksfs)
@@ -3984,24 +4159,34 @@ def lyapunov_v1_observe(q, r, p, c):
             - t_dxtpc * (cy_theta1 * cy_theta1)
             - t_hciml * (cy_theta2 * cy_theta2)
         )  # (29)
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2)
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
-        g2_v1 = (
-            att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
-            + vx * vz * r2
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        cz_theta1 = t_scs5l + I1  # (26)
+        cz_theta2 = t_rdvkg + I2  # (26)
+        f32_v1 = (
+            t_hyv47 * t_2ksfs * cz_phi1
+            + t_pi35k * t_zshn6 * cz_phi2
+            - t_dxtpc * cy_theta1 * cz_theta1
+            - t_hciml * cy_theta2 * cz_theta2
         )  # (29)
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        t_wij2f = vy * r1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
+        cdz_theta1 = phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * theta1_dot
+        cdz_theta2 = phi2_dot * (t_tkdjn + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        g3_v1 = (
+            att3 * r7
+            - t_wij2f * vx
+            - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+            - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+        )  # (29)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
         f33_v1 = (
             r8
             - t_hyv47 * (cz_phi1 * cz_phi1)
@@ -4009,47 +4194,69 @@ def lyapunov_v1_observe(q, r, p, c):
             - t_dxtpc * (cz_theta1 * cz_theta1)
             - t_hciml * (cz_theta2 * cz_theta2)
         )  # (29)
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        G2_v1 = W12 + u_v1_x3
-        wth_1 = th_1 * I1
-        wq_1 = q_1 * wth_1
-        wqS_1 = sin_theta1 * wq_1
-        SC1 = cos_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        g_1 = e1 - lc_1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        t_vjftl = t_hig3c + t_67i37
-        SC2 = cos_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
-        wq_2 = q_2 * wth_2
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3 + wqS_2
-        W13 = wx * wz
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        S_sq1 = sin_theta1 * sin_theta1
-        S_sq2 = sin_theta2 * sin_theta2
-        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
-        tn11_1 = Ass_1 + me1 - wth_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt
+        t_uw5f5 = t_cub74 * wz
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        bob1_g2_y = bob1_r_z * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob2_g2_y = bob2_r_z * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        hub_K32 = bob1_Myz + bob2_Myz
         t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
         t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
         t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk)
@@ -4061,75 +4268,113 @@ def lyapunov_v1_observe(q, r, p, c):
             - t_z6ntf * gy_theta1
             - t_dhnrr * gy_theta2
         )  # (29)
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
+        t_btp7k = B_v1 * w1
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
         C_v1 = (
             t_aqbxr
             - t_xlxwl * gz_phi1
             - t_hgt7a * gz_phi2
-            + t_z6ntf * t_iouus
-            + t_dhnrr * t_cfuim
+            + t_z6ntf * t_y5hcm
+            + t_dhnrr * t_xs3iz
         )  # (29)
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
+        t_nn6jp = C_v1 * w2
+        bob1_S1rx = I1 * t_gbl6n
+        t_627tc = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc - bob1_Myz * bob1_r_z
+        bob2_S1rx = I2 * t_jx6g7
+        t_m33lw = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_S2rz = I1 * t_mpcxm
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_pn57p = t_2fozl * bob1_r_y
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_S2rz = I2 * t_44exz
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_fkg2b = t_4rrc5 * bob2_r_y
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b
+        hub_K63 = bob1_Nzz + bob2_Nzz
         q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
+            hub_K53 * u_v1_x4
+            - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+            + hub_K63 * u_v1_x5
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_asytu = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc_2 * a2_v1
-            + t_f2nhc * a3_v1
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        t_2fozl_2 = bob1_S1ty * bob1_g1_x
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        t_4rrc5_2 = bob2_S1ty * bob2_g1_x
+        t_lmznw = t_2fozl_2 + t_4rrc5_2
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        stream_z = t_cub74 * wy
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_lmznw_2 = t_2fozl + t_4rrc5
+        t_pn57p_2 = t_2fozl_2 * bob1_r_z
+        t_627tc_2 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_pn57p_2 - (t_pn57p + t_627tc_2)
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_z
+        t_m33lw_2 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_fkg2b_2 - (t_fkg2b + t_m33lw_2)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5 * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_2qm2u = t_2fozl_2 * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_jspy6 = t_4rrc5_2 * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_c7dq3 = t_2qm2u + t_jspy6
+        q1_v1 = (
+            t_lmznw * t_btp7k
+            - hub_b1
+            + t_lmznw_2 * t_nn6jp
+            - hub_K41 * t_bewoy
+            + hub_K51 * u_v1_x4
+            - t_c7dq3 * u_v1_x5
         )
-        q1_v1 = t_hig3c_3 * t_bewoy - t_asytu
-        t_mallh_2 = F_n1 * cos_theta1
-        t_lbh6o_2 = F_n2 * cos_theta2
-        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        wqC_1 = cos_theta1 * wq_1
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
+        bob1_S2ty = bob1_g2_y * t_mpcxm
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_dugie = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie + t_2fozl_2 * bob1_r_y
+        bob2_S2ty = bob2_g2_y * t_44exz
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_s4byp = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp + t_4rrc5_2 * bob2_r_y
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        t_627tc_3 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_3 - bob1_Myy * bob1_r_z
+        t_m33lw_3 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_3 - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        t_hcmdr_2 = t_pn57p_2 + t_yugsj
+        t_pfoxj_2 = t_fkg2b_2 + t_kmmnu
+        t_rsnrr = t_hcmdr_2 + t_pfoxj_2
+        t_dtmmd = (
+            hub_b2
+            + hub_K22 * t_btp7k
+            + hub_K32 * t_nn6jp
+            + hub_K42 * t_bewoy
+            + t_rsnrr * u_v1_x4
         )
-        Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1
-        PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        q2_v1 = hub_K62 * u_v1_x5 - t_dtmmd
+        Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1
+        PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2
+        t_23zlk = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_23zlk))
         ax_v1 = (root_v1 - Pq_v1) / PP_v1
-        f3_v1 = q3_v1 - t_f2nhc * ax_v1
+        f3_v1 = q3_v1 - ax_v1 * t_lmznw_2
         t_y7rm6 = 1.0 / F
-        f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1
+        f2_v1 = q2_v1 - ax_v1 * t_lmznw
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
@@ -4142,185 +4387,173 @@ def lyapunov_v1_observe(q, r, p, c):
         m_m575p = (np.abs(delta2_v1) <= delta2_max)
         delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v1, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_627tc * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_m33lw * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_627tc_3 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_m33lw_3 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_627tc * bob1_r_x
+            - (t_627tc_2 * bob1_r_z + t_hcmdr * bob1_r_y + t_m33lw_2 * bob2_r_z + t_pfoxj * bob2_r_y)
+            + t_hcmdr_2 * bob1_r_z
+            + t_m33lw * bob2_r_x
+            + t_pfoxj_2 * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh_2 * g_1
-            + t_lbh6o_2 * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_hcmdr * bob1_r_x
+            + t_pfoxj * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh * g_1
-            - t_lbh6o * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_627tc_3 * bob1_r_x
+            - t_m33lw_3 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_627tc_2 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_m33lw_2 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_2 = 1.0 / K11
-        t_gousg = t_f2nhc_2 * t_6dtnj_2
-        K_D2 = K22 - t_f2nhc_2 * t_gousg
-        t_gousg_2 = t_f2nhc * t_6dtnj_2
-        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
-        t_6dtnj_3 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_3
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
-        f1_v1 = q1_v1 + K11 * ax_v1
+        hub_K66 = (
+            total_Jzz
+            - t_dugie * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_2qm2u * bob1_r_y
+            - bob1_S2rz * I1
+            + t_jspy6 * bob2_r_y
+            - bob2_S2rz * I2
+        )
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
+        )
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj_2 = 1.0 / hub_K11
+        t_rvh36 = t_lmznw * t_6dtnj_2
+        kK2K21 = hub_K22 - t_lmznw * t_rvh36
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
+        kK3K21 = hub_K32 - t_lmznw * t_rvh36_2
+        kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2
+        t_6dtnj_3 = 1.0 / kK2K21
+        lK3K2 = kK3K21 * t_6dtnj_3
+        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        f1_v1 = q1_v1 + ax_v1 * hub_K11
         t_qh3cx = F * cos_delta2_v1
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
-        da_v1_y2 = df2_v1 + t_gousg * df1_v1
+        yda_v1_y = df2_v1 + df1_v1 * t_rvh36
         t_v7qgl = t_qh3cx * sin_delta1_v1
-        da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2
-        t_6dtnj_4 = 1.0 / K_D3
-        da_v1_x3 = da_v1_y3 * t_6dtnj_4
-        da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3
-        da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
+        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y
+        t_6dtnj_4 = 1.0 / kK3K32
+        da_v1_z = yda_v1_z * t_6dtnj_4
+        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2
+        da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2
         Mx_v1 = (
-            n4
-            + G2_v1 * K54
-            + G3_v1 * K64
-            - t_hig3c_3 * ax_v1
-            - t_hig3c_3 * da_v1_x1
-            - t_belws * a2_v1
-            - t_belws * da_v1_x2
-            + K43 * a3_v1
-            + K43 * da_v1_x3
-            - K44 * t_bewoy
+            ax_v1 * hub_K41
+            - hub_b4
+            + da_v1_x * hub_K41
+            + da_v1_y * hub_K42
+            + da_v1_z * hub_K43
+            - hub_K42 * t_btp7k
+            - hub_K43 * t_nn6jp
+            - hub_K44 * t_bewoy
+            + hub_K54 * u_v1_x4
+            + hub_K64 * u_v1_x5
         )
-        t_bknng = b + d + x_C
+        t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        t_yxxpc = b + d
         My_v1 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v1 * K65
-            - G3_v1 * K66
-            + t_6iku5_2 * ax_v1
-            + t_6iku5_2 * da_v1_x1
-            + t_edvw3 * a2_v1
-            + t_edvw3 * da_v1_x2
-            - K63 * a3_v1
-            - K63 * da_v1_x3
-            + K64 * t_bewoy
+            ax_v1 * hub_K51
+            - hub_b5
+            + da_v1_x * hub_K51
+            - da_v1_y * t_rsnrr
+            + da_v1_z * hub_K53
+            + t_rsnrr * t_btp7k
+            - hub_K53 * t_nn6jp
+            - hub_K54 * t_bewoy
+            + hub_K55 * u_v1_x4
+            - t_osa4j * u_v1_x5
+            + t_v7qgl * t_yxxpc
         )
         Mz_v1 = (
-            n5
-            + G2_v1 * K55
-            + G3_v1 * K65
-            - t_6iku5 * ax_v1
-            - t_6iku5 * da_v1_x1
-            + K52 * a2_v1
-            + K52 * da_v1_x2
-            + K53 * a3_v1
-            + K53 * da_v1_x3
-            - K54 * t_bewoy
-            + t_jczim * t_bknng
+            da_v1_y * hub_K62
+            - (hub_b6 + ax_v1 * t_c7dq3 + da_v1_x * t_c7dq3)
+            + da_v1_z * hub_K63
+            - hub_K62 * t_btp7k
+            - hub_K63 * t_nn6jp
+            - hub_K64 * t_bewoy
+            - t_osa4j * u_v1_x4
+            + hub_K66 * u_v1_x5
+            + t_jczim * t_yxxpc
         )
         t_gbb3a = F * cos_delta2_act
         df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * F * cos_delta1_v1
         df2_act = F * sin_delta2_act - t_jczim
         df3_act = t_m2xxj * F - t_gbb3a * sin_delta1_act
-        da_act_y2 = df2_act + t_gousg * df1_act
-        da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
-        da_act_x3 = da_act_y3 * t_6dtnj_4
-        da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
+        yda_act_y = df2_act + df1_act * t_rvh36
+        yda_act_z = df3_act + df1_act * t_rvh36_2 - lK3K2 * yda_act_y
+        da_act_z = yda_act_z * t_6dtnj_4
+        da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lK3K2
+        da_act_x = df1_act * t_6dtnj_2 + da_act_y * t_rvh36 + da_act_z * t_rvh36_2
+        Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
         My = (
             My_v1
-            - df3_act * t_bknng
-            + t_6iku5_2 * da_act_x1
-            + t_edvw3 * da_act_x2
-            - K63 * da_act_x3
+            + da_act_x * hub_K51
+            - da_act_y * t_rsnrr
+            + da_act_z * hub_K53
+            - df3_act * t_yxxpc
         )
         Mz = (
             Mz_v1
-            - t_6iku5 * da_act_x1
-            + K52 * da_act_x2
-            + K53 * da_act_x3
-            + df2_act * t_bknng
+            - da_act_x * t_c7dq3
+            + da_act_y * hub_K62
+            + da_act_z * hub_K63
+            + df2_act * t_yxxpc
         )
         return _vector(
             vx,
@@ -4407,283 +4640,312 @@ def lyapunov_v1_outputs(x, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_S1rx = I1 * t_gbl6n
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        t_mpcxm = 1.0 / (I1 + t_lgf4h)
+        bob1_S2ty = bob1_g2_y * t_mpcxm
+        bob1_S2rz = I1 * t_mpcxm
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_x7lye = t_pj4i3 * t_mpcxm
+        bob1_Myz = t_x7lye * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_x7lye * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_2fozl = bob1_S1ty * bob1_g1_x
+        t_pn57p = t_2fozl * bob1_r_z
+        t_2fozl_2 = bob1_S1tz * bob1_g1_x
+        t_pn57p_2 = t_2fozl_2 * bob1_r_y
+        bob1_Nxx = t_pn57p - (t_pn57p_2 + bob1_S1rx * bob1_g1_x)
+        bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x
+        bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_2fozl * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_pn57p_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_qux2u = wy * wy
-        t_kyio7 = wz * wz
-        t_rybsf = t_qux2u + t_kyio7
-        tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_S1rx = I2 * t_jx6g7
+        t_pt6a7 = sin_phi2 * sin_phi2
+        t_44exz = 1.0 / (I2 + t_frp3h * t_pt6a7)
+        bob2_S2ty = bob2_g2_y * t_44exz
+        bob2_S2rz = I2 * t_44exz
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_h6azt = t_zludf * t_44exz
+        bob2_Myz = t_h6azt * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_h6azt * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_4rrc5 = bob2_S1ty * bob2_g1_x
+        t_fkg2b = t_4rrc5 * bob2_r_z
+        t_4rrc5_2 = bob2_S1tz * bob2_g1_x
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_y
+        bob2_Nxx = t_fkg2b - (t_fkg2b_2 + bob2_S1rx * bob2_g1_x)
+        bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x
+        bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_4rrc5 * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_fkg2b_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt
+        total_mass = m + m0
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        hub_K53 = (
+            t_cub74
+            - (t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x))
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        t_3s3hq = bob1_r11_x * m1
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_3s3hq  # (25)
         t_ik6g5 = gy_phi1 * h1
         t_dmccl = t_yx2kz * sin_theta1
         cz_phi1 = t_ik6g5 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_f5hf3 = theta1_dot * theta1_dot
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_2zkgz = theta1_dot + theta1_dot
-        t_hjphj_2 = sin_phi1 * sin_phi1
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        t_hjphj_2 = cos_phi1 * sin_phi1
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_mgpcw = t_lgf4h_2 * t_l4ozg
+        t_wube7 = wx * wx
+        t_ik6g5_2 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - t_f5hf3 * t_lgf4h
-            - t_lgf4h * t_wube7
-            - t_2zkgz * t_mgpcw
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5_2 * t_wjugd
+            - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
             - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * t_l4ozg * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
             + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cy_theta1 = t_d2e6j - t_hjphj * t_dmccl  # (26)
+        D_theta1 = t_lgf4h + I1  # (26)
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
+        t_y5hcm = bob1_g1_x * sin_theta1
+        t_762ik = t_y5hcm * h1
+        cy_theta1 = t_762ik - t_dmccl * t_hjphj_2  # (26)
         t_n4yir = gy_theta1 * h1
         t_dmccl_2 = t_yx2kz * cos_theta1
-        t_scs5l = t_n4yir - t_hjphj * t_dmccl_2
+        t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl_2
         cz_theta1 = t_scs5l + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
+        t_hawtx = t_l4ozg_2 * wx
+        Dd_theta1 = bob1_twice1 * t_lgf4h_2
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h * t_prfqf
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5_2 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
             - Dd_theta1 * wx
         )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_7pqnn = bob2_r11_x * m2
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
         t_tkdjn = gy_phi2 * h2
         t_c4pkx = sin_theta2 * t_frp3h
         cz_phi2 = t_tkdjn - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
+        t_tkdjn_2 = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
         t_7ovbh = t_doiln * t_doiln
-        t_h6l62 = theta2_dot * theta2_dot
-        t_m7bta = theta2_dot + theta2_dot
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_pt6a7_2 = cos_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7_2 * t_frp3h
+        t_6pfo6_2 = t_pt6a7 * t_frp3h
         t_n7l2g = t_doiln * t_6pfo6_2
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - t_h6l62 * t_6pfo6
-            - t_m7bta * t_n7l2g
+            bob2_loss_phi
+            - t_tkdjn_2 * t_7ovbh
+            - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6 * bob2_v22
+            - t_6pfo6 * t_wube7
+            - t_n7l2g * bob2_twice2
             - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * wx * m2
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
             + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7  # (26)
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        t_ogbo3 = t_xs3iz * h2
+        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
         t_epql5 = gy_theta2 * h2
         t_c4pkx_2 = cos_theta2 * t_frp3h
-        t_rdvkg = t_epql5 - t_pt6a7 * t_c4pkx_2
+        t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         cz_theta2 = t_rdvkg + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
+        t_go56f = t_doiln_2 * wx
+        Dd_theta2 = t_6pfo6 * bob2_twice1
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6 * t_prfqf_2
-            - t_6pfo6 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn_2 * t_go56f
+            + t_6pfo6 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6 * t_go56f
+            - Dd_theta2 * wx
         )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
         W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
+        cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
+        t_ik6g5_3 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_3 - t_os4zj * cos_theta1 * m1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
         W_theta1 = r10 * m1  # (27)
         t_hjphj_3 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj_2 * t_dmccl - t_hjphj_3 * t_dmccl)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj_2 * t_dmccl_2 - t_dmccl_2 * t_hjphj_3) - cy_theta1 * theta1_dot
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_dmccl * t_hjphj - t_hjphj_3 * t_dmccl)
+        cdz_theta1 = phi1_dot * (t_ik6g5_3 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2) - cy_theta1 * theta1_dot
         W_phi2 = r9 * m2  # (27)
         cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_tkdjn_3 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_3 - cos_theta2 * t_nfvux * m2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
         W_theta2 = r10 * m2  # (27)
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7_2 - t_c4pkx * t_pt6a7_3)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7_2 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         t_qjiad = I1 * wx - t_2ksfs * wy + cz_phi1 * wz
         t_yruud = I2 * wx - t_zshn6 * wy + cz_phi2 * wz
-        t_stagw = cy_theta1 * wy - t_lgf4h_2 * wx + cz_theta1 * wz
+        t_stagw = cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz
         t_vldjg = cy_theta2 * wy - t_6pfo6_2 * wx + cz_theta2 * wz
         V_v1 = (
             0.5 * t_wube7 * r4
-            + 0.5 * t_qux2u * r6
-            + 0.5 * t_kyio7 * r8
+            + 0.5 * (wy * wy) * r6
+            + 0.5 * (wz * wz) * r8
             + 0.5 * r1 * (vy * vy)
             + 0.5 * r2 * (vz * vz)
             + 0.5 * r3 * (att1 * att1)
             + 0.5 * r5 * (att2 * att2)
             + 0.5 * r7 * (att3 * att3)
-            + 0.5 * W_phi1 * (phi1_dot * phi1_dot + t_hjux3 * t_gbl6n * t_qjiad)
-            + 0.5 * W_phi2 * (phi2_dot * phi2_dot + t_mw75j * t_jx6g7 * t_yruud)
-            + 0.5 * W_theta1 * (t_f5hf3 + t_2zkgz / D_theta1 * t_stagw)
-            + 0.5 * W_theta2 * (t_h6l62 + t_m7bta / D_theta2 * t_vldjg)
+            + 0.5 * W_phi1 * (bob1_v11 + bob1_twice1 * t_gbl6n * t_qjiad)
+            + 0.5 * W_phi2 * (bob2_v11 + t_yruud * t_jx6g7 * bob2_twice1)
+            + 0.5 * W_theta1 * (bob1_v22 + bob1_twice2 / D_theta1 * t_stagw)
+            + 0.5 * W_theta2 * (bob2_v22 + t_vldjg / D_theta2 * bob2_twice2)
         )  # (27)
         t_wij2f = vy * r1
-        t_hyv47 = W_phi1 / (D1 * D1)
-        t_4pqij = D1 * phi1_dot
+        t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
+        t_4pqij = D_phi1 * phi1_dot
         t_hkfbg = t_hyv47 * (t_qjiad + t_4pqij)
-        t_pi35k = W_phi2 / (D2 * D2)
-        t_lzacu = D2 * phi2_dot
+        t_pi35k = W_phi2 / (D_phi2 * D_phi2)
+        t_lzacu = D_phi2 * phi2_dot
         t_ejh2a = t_pi35k * (t_yruud + t_lzacu)
         t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
         t_4maxk = D_theta1 * theta1_dot
@@ -4703,46 +4965,48 @@ def lyapunov_v1_outputs(x, r, p, c):
             t_aqbxr
             - t_hkfbg * gz_phi1
             - t_ejh2a * gz_phi2
-            + t_hosbt * t_iouus
-            + t_dyy6t * t_cfuim
+            + t_hosbt * t_y5hcm
+            + t_dyy6t * t_xs3iz
         )  # (29)
-        t_chbo3 = ax_eq * gx_phi1
-        t_o6h5x = ax_eq * gx_phi2
+        t_s5cay = ax_eq * bob1_g1_x
+        t_q7mge = ax_eq * bob2_g1_x
+        t_acyi3 = Dd_theta1 * theta1_dot
+        t_cgapl = Dd_theta2 * theta2_dot
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h_2 + t_lgf4h_2 * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
+            - t_hyv47 * (t_s5cay * I1 + I1 * k_phi1)
+            - t_pi35k * (t_q7mge * I2 + I2 * k_phi2)
+            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+            - t_hciml * (t_qu7qb * Dd_theta2 - (t_cgapl * t_6pfo6_2 + t_6pfo6_2 * k_theta2))
             + vy * vz * r1
         )  # (29)
         g2_v1 = (
             att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_dxtpc * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
+            - t_hciml * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
             + vx * vz * r2
         )  # (29)
         g3_v1 = (
             att3 * r7
             - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+            - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_dxtpc * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
+            - t_hciml * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
         )  # (29)
         f11_v1 = (
             r4
             - t_hyv47 * (I1 * I1)
             - t_pi35k * (I2 * I2)
-            - t_dxtpc * (t_lgf4h_2 * t_lgf4h_2)
+            - t_dxtpc * (t_lgf4h * t_lgf4h)
             - t_hciml * (t_6pfo6_2 * t_6pfo6_2)
         )  # (29)
         t_if7mv = t_hyv47 * I1
         t_tmzpj = t_pi35k * I2
-        t_loou6 = t_dxtpc * t_lgf4h_2
+        t_loou6 = t_dxtpc * t_lgf4h
         t_mszyx = t_hciml * t_6pfo6_2
         f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
         f22_v1 = (
@@ -4767,61 +5031,53 @@ def lyapunov_v1_outputs(x, r, p, c):
             - t_hciml * (cz_theta2 * cz_theta2)
         )  # (29)
         t_a2lgz = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_L31 = f31_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
+        lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
         t_y6t4t = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        G2_v1 = W12 + u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_asytu = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v1 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-            + G3_v1 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        t_lmznw = t_2fozl + t_4rrc5
+        t_btp7k = B_v1 * w1
+        t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
+        t_nn6jp = C_v1 * w2
+        t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        t_uryxi = (t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y + (t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y)) * u_v1_x5
+        q1_v1 = (
+            t_lmznw * t_btp7k
+            - hub_b1
+            + t_lmznw_2 * t_nn6jp
+            - hub_K41 * t_bewoy
+            + hub_K51 * u_v1_x4
+            - t_uryxi
         )
-        q1_v1 = (Bs_1 + Bs_2) * t_bewoy - t_asytu
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_bewoy
+        t_sydti = (
+            hub_b2
+            + hub_K22 * t_btp7k
+            + hub_K32 * t_nn6jp
+            + hub_K42 * t_bewoy
+            + (t_pn57p + t_yugsj + (t_fkg2b + t_kmmnu)) * u_v1_x4
         )
+        q2_v1 = hub_K62 * u_v1_x5 - t_sydti
         q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
+            hub_K53 * u_v1_x4
+            - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+            + hub_K63 * u_v1_x5
         )
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2
+        Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1
+        t_23zlk = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_23zlk))
         ax_v1 = (root_v1 - Pq_v1) / PP_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
+        f2_v1 = q2_v1 - ax_v1 * t_lmznw
+        f3_v1 = q3_v1 - ax_v1 * t_lmznw_2
         lateral_v1 = np.sqrt(f2_v1 * f2_v1 + f3_v1 * f3_v1)
         return _vector(
             V_v1,
@@ -4853,340 +5109,370 @@ def lyapunov_v2(x, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_rybsf = wy * wy + wz * wz
-        D1 = l1 * l1 * m1 + I1
-        t_nkfhl = m1 / D1
-        me1 = t_nkfhl * I1
-        D2 = l2 * l2 * m2 + I2
-        t_xgfi7 = m2 / D2
-        me2 = t_xgfi7 * I2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_nkfhl * l1
-        mv1 = t_6nwd2 * k1
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        p1 = Wn1 + phi1_dot
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        lc_1 = cos_phi1 * l1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_v22 = theta1_dot * theta1_dot
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * sin_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * sin_theta2
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_xgfi7 * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_g1_z = bob1_r1_z * m1
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_pj4i3 = bob1_r_y * m1
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_v22 = theta2_dot * theta2_dot
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_g1_z = bob2_r1_z * m2
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_zludf = bob2_r_y * m2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        t_i7psf = t_zludf * t_ymfue
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        t_cub74 = b * m + h0 * m0
+        t_uw5f5 = t_cub74 * wz
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        bob1_g2_y = bob1_r_z * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob2_g2_y = bob2_r_z * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        hub_K32 = bob1_Myz + bob2_Myz
         B_v2 = vy * r1  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
-        wth_1 = th_1 * I1
-        wq_1 = q_1 * wth_1
-        wqS_1 = sin_theta1 * wq_1
-        SC1 = cos_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        g_1 = e1 - lc_1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        t_vjftl = t_hig3c + t_67i37
-        SC2 = cos_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
-        wq_2 = q_2 * wth_2
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3 + wqS_2
-        W13 = wx * wz
+        t_si2fh = B_v2 * w1
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        total_mass = m + m0
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
         C_v2 = vz * r2  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
-        S_sq1 = sin_theta1 * sin_theta1
-        S_sq2 = sin_theta2 * sin_theta2
-        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
-        tn11_1 = Ass_1 + me1 - wth_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_gkvv2 = C_v2 * w2
+        bob1_S1rx = I1 * t_vpzmf
+        t_mwmzd = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd - bob1_Myz * bob1_r_z
+        bob2_S1rx = I2 * t_mxpm2
+        t_gxq2p = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
         g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
         t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
+        bob1_g1_x = bob1_r1_x * m1
+        t_dugie = bob1_S1tz * bob1_g1_x
+        t_vh7r5 = t_dugie * bob1_r_z + bob1_Mzz * bob1_r_x
+        bob2_g1_x = bob2_r1_x * m2
+        t_s4byp = bob2_S1tz * bob2_g1_x
+        t_wudhu = t_s4byp * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        t_hby4t = (wy * w4 + g2_v2) * (1.0 / r6)
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_yiqfo = t_dugie * bob1_r_y
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_S2rz = I2 * t_ymfue
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_6j24m = t_s4byp * bob2_r_y
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        t_qayfy = (wz * w5 + g3_v2) * (1.0 / r8)
+        t_yyjih = (
+            hub_b3
+            + hub_K32 * t_si2fh
+            + hub_K33 * t_gkvv2
+            + hub_K43 * t_7fmkp
+            + hub_K53 * t_hby4t
+            + hub_K63 * t_qayfy
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_7awx3 = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc_2 * a2_v2
-            + t_f2nhc * a3_v2
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        t_dugie_2 = bob1_S1ty * bob1_g1_x
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        t_s4byp_2 = bob2_S1ty * bob2_g1_x
+        t_lhd4o = t_dugie_2 + t_s4byp_2
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        stream_z = t_cub74 * wy
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_lhd4o_2 = t_dugie + t_s4byp
+        t_yiqfo_2 = t_dugie_2 * bob1_r_z
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo_2 - (t_yiqfo + t_mwmzd_2)
+        t_6j24m_2 = t_s4byp_2 * bob2_r_z
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m_2 - (t_6j24m + t_gxq2p_2)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_ezb77 = t_dugie_2 * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp_2 * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_bjkdc = t_ezb77 + t_ykkjc
+        q1_v2 = (
+            t_lhd4o * t_si2fh
+            - hub_b1
+            + t_lhd4o_2 * t_gkvv2
+            - hub_K41 * t_7fmkp
+            - hub_K51 * t_hby4t
+            + t_bjkdc * t_qayfy
         )
-        q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3
-        t_mallh_2 = F_n1 * cos_theta1
-        t_lbh6o_2 = F_n2 * cos_theta2
-        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        wqC_1 = cos_theta1 * wq_1
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        t_vh7r5_2 = t_yiqfo_2 + t_yugsj
+        t_wudhu_2 = t_6j24m_2 + t_kmmnu
+        t_rsnrr = t_vh7r5_2 + t_wudhu_2
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_3 - bob1_Myy * bob1_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_3 - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        t_dugie_3 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie_2 * bob1_r_y
+        t_s4byp_3 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp_2 * bob2_r_y
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
         q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
+            t_rsnrr * t_hby4t
+            - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_7fmkp)
+            - hub_K62 * t_qayfy
         )
-        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
-        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_yyjih
+        PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2
+        t_liumo = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + t_yyjih * t_yyjih)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_liumo))
         ax_v2 = (root_v2 - Pq_v2) / PP_v2
-        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        t_ofjwc = t_yyjih + ax_v2 * t_lhd4o_2
         t_y7rm6 = 1.0 / F
-        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        f2_v2 = q2_v2 - ax_v2 * t_lhd4o
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_ofjwc * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))))
         delta2_v2 = np.arcsin(sin_d2_v2)
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd_3 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p_3 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_mwmzd * bob1_r_x
+            - (t_mwmzd_2 * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu * bob2_r_y)
+            + t_vh7r5_2 * bob1_r_z
+            + t_gxq2p * bob2_r_x
+            + t_wudhu_2 * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh_2 * g_1
-            + t_lbh6o_2 * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5 * bob1_r_x
+            + t_wudhu * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh * g_1
-            - t_lbh6o * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd_3 * bob1_r_x
+            - t_gxq2p_3 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc_2 * t_6dtnj
-        K_D2 = K22 - t_f2nhc_2 * t_gousg
-        t_gousg_2 = t_f2nhc * t_6dtnj
-        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
-        f1_v2 = q1_v2 + K11 * ax_v2
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_3 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_3 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
+        )
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
+        )
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        t_skn5h = t_lhd4o * t_6dtnj
+        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
+        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        t_6dtnj_2 = 1.0 / kK2K21
+        lK3K2 = kK3K21 * t_6dtnj_2
+        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        f1_v2 = q1_v2 + ax_v2 * hub_K11
         t_qh3cx = F * cos_delta2_v2
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
-        da_v2_y2 = df2_v2 + t_gousg * df1_v2
-        t_v7qgl = t_qh3cx * sin_delta1_v2
-        da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2
-        da_v2_x3 = da_v2_y3 / K_D3
-        da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3
-        da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3
+        t_hal4t = t_qh3cx * sin_delta1_v2
+        df3_v2 = t_ofjwc - t_hal4t
+        yda_v2_y = df2_v2 + df1_v2 * t_skn5h
+        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y
+        da_v2_z = yda_v2_z / kK3K32
+        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2
+        da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2
         Mx_v2 = (
-            n4
-            + G2_v2 * K54
-            + G3_v2 * K64
-            - t_hig3c_3 * ax_v2
-            - t_hig3c_3 * da_v2_x1
-            - t_belws * a2_v2
-            - t_belws * da_v2_x2
-            + K43 * a3_v2
-            + K43 * da_v2_x3
-            - K44 * t_7fmkp
+            ax_v2 * hub_K41
+            - hub_b4
+            + da_v2_x * hub_K41
+            + da_v2_y * hub_K42
+            + da_v2_z * hub_K43
+            - hub_K42 * t_si2fh
+            - hub_K43 * t_gkvv2
+            - hub_K44 * t_7fmkp
+            - hub_K54 * t_hby4t
+            - hub_K64 * t_qayfy
         )
-        t_bknng = b + d + x_C
+        t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        t_yxxpc = b + d
         My_v2 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v2 * K65
-            - G3_v2 * K66
-            + t_6iku5_2 * ax_v2
-            + t_6iku5_2 * da_v2_x1
-            + t_edvw3 * a2_v2
-            + t_edvw3 * da_v2_x2
-            - K63 * a3_v2
-            - K63 * da_v2_x3
-            + K64 * t_7fmkp
+            ax_v2 * hub_K51
+            - hub_b5
+            + da_v2_x * hub_K51
+            - da_v2_y * t_rsnrr
+            + da_v2_z * hub_K53
+            + t_rsnrr * t_si2fh
+            - hub_K53 * t_gkvv2
+            - hub_K54 * t_7fmkp
+            - hub_K55 * t_hby4t
+            + t_6u6cw * t_qayfy
+            + t_hal4t * t_yxxpc
         )
         Mz_v2 = (
-            n5
-            + G2_v2 * K55
-            + G3_v2 * K65
-            - t_6iku5 * ax_v2
-            - t_6iku5 * da_v2_x1
-            + K52 * a2_v2
-            + K52 * da_v2_x2
-            + K53 * a3_v2
-            + K53 * da_v2_x3
-            - K54 * t_7fmkp
-            + t_jczim * t_bknng
+            da_v2_y * hub_K62
+            - (hub_b6 + ax_v2 * t_bjkdc + da_v2_x * t_bjkdc)
+            + da_v2_z * hub_K63
+            - hub_K62 * t_si2fh
+            - hub_K63 * t_gkvv2
+            - hub_K64 * t_7fmkp
+            + t_6u6cw * t_hby4t
+            - hub_K66 * t_qayfy
+            + t_jczim * t_yxxpc
         )
         return _vector(
             Mx_v2,
@@ -5220,502 +5506,527 @@ def lyapunov_v2_loop(q, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        lc_1 = cos_phi1 * l1
-        w_x1 = wx - theta1_dot
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        p1 = Wn1 + phi1_dot
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * cos_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * cos_theta2
-        t_rybsf = wy * wy + wz * wz
-        D1 = l1 * l1 * m1 + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        me1 = t_wywjk * I1
-        D2 = l2 * l2 * m2 + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        me2 = t_jzg7x * I2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_wywjk * l1
-        mv1 = t_6nwd2 * k1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_jzg7x * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        B_v2 = vy * r1  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
-        g_1 = e1 - lc_1
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        S_sq1 = sin_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        S_sq2 = sin_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        W13 = wx * wz
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_g1_y = bob1_r1_y * m1
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_r1_x = sin_phi1 * l1
+        bob1_g1_x = bob1_r1_x * m1
+        t_dugie = bob1_S1ty * bob1_g1_x
+        bob1_r_z = bob1_r1_x * cos_theta1
+        t_yiqfo = t_dugie * bob1_r_z
+        bob1_r_y = bob1_r1_x * sin_theta1
+        t_pj4i3 = bob1_r_y * m1
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_g2_y = bob1_r_z * m1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_r_x = h1 - bob1_r11_x
+        t_yugsj = bob1_Myz * bob1_r_x
+        t_vh7r5 = t_yiqfo + t_yugsj
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_g1_y = bob2_r1_y * m2
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_r1_x = sin_phi2 * l2
+        bob2_g1_x = bob2_r1_x * m2
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        bob2_r_z = bob2_r1_x * cos_theta2
+        t_6j24m = t_s4byp * bob2_r_z
+        bob2_r_y = bob2_r1_x * sin_theta2
+        t_zludf = bob2_r_y * m2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        t_i7psf = t_zludf * t_ymfue
+        bob2_g2_y = bob2_r_z * m2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_r_x = h2 - bob2_r11_x
+        t_kmmnu = bob2_Myz * bob2_r_x
+        t_wudhu = t_6j24m + t_kmmnu
+        t_rsnrr = t_vh7r5 + t_wudhu
         C_v2 = vz * r2  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
-        SC1 = cos_theta1 * sin_theta1
-        SC2 = cos_theta2 * sin_theta2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_leuxo = S_sq1 * tn11_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        t_hby4t = (wy * w4 + g2_v2) * (1.0 / r6)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_v22 = theta1_dot * theta1_dot
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_v22 = theta2_dot * theta2_dot
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        total_mass = m + m0
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        B_v2 = vy * r1  # (29)
+        t_si2fh = B_v2 * w1
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_gkvv2 = C_v2 * w2
+        bob1_S1rx = I1 * t_vpzmf
+        t_mwmzd = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd - bob1_Myy * bob1_r_z
+        bob2_S1rx = I2 * t_mxpm2
+        t_gxq2p = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
         g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
         t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
+        bob1_S2rz = I1 * t_sjrjg
+        t_dugie_2 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_2 + t_dugie * bob1_r_y
+        bob2_S2rz = I2 * t_ymfue
+        t_s4byp_2 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_2 + t_s4byp * bob2_r_y
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        t_qayfy = (wz * w5 + g3_v2) * (1.0 / r8)
         q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
+            t_rsnrr * t_hby4t
+            - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_7fmkp)
+            - hub_K62 * t_qayfy
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_rexgf = (
-            t_ep53l
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        t_lhd4o = t_dugie + t_s4byp
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_dugie_3 = bob1_S1tz * bob1_g1_x
+        t_s4byp_3 = bob2_S1tz * bob2_g1_x
+        t_lhd4o_2 = t_dugie_3 + t_s4byp_3
+        t_yiqfo_2 = t_dugie_3 * bob1_r_y
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd_2)
+        t_6j24m_2 = t_s4byp_3 * bob2_r_y
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p_2)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_3 * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_3 * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_bjkdc = t_ezb77 + t_ykkjc
+        q1_v2 = (
+            t_lhd4o * t_si2fh
+            - hub_b1
+            + t_lhd4o_2 * t_gkvv2
+            - hub_K41 * t_7fmkp
+            - hub_K51 * t_hby4t
+            + t_bjkdc * t_qayfy
         )
-        q1_v2 = t_hig3c_3 * t_7fmkp - t_rexgf
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        wqS_1 = sin_theta1 * wq_1
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        t_vh7r5_2 = t_dugie_3 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_wudhu_2 = t_s4byp_3 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5_2 + t_wudhu_2)
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        bob2_Bzz = bob2_S2rz * t_zludf
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        t_yyjih = (
+            hub_b3
+            + hub_K32 * t_si2fh
+            + hub_K33 * t_gkvv2
+            + hub_K43 * t_7fmkp
+            + hub_K53 * t_hby4t
+            + hub_K63 * t_qayfy
         )
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_yyjih
+        PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2
+        t_liumo = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + t_yyjih * t_yyjih)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_liumo))
         ax_v2 = (root_v2 - Pq_v2) / PP_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
+        f2_v2 = q2_v2 - ax_v2 * t_lhd4o
         t_y7rm6 = 1.0 / F
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
+        t_ofjwc = t_yyjih + ax_v2 * t_lhd4o_2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_ofjwc * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))))
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
-        t_m2xxj = cos_delta2_v2 * sin_delta1_v2
+        t_ieqmc = cos_delta2_v2 * sin_delta1_v2
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_ieqmc * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
         t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
-        f_y = sin_delta2_act * F
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        f_y = F * sin_delta2_act
+        bob1_q2 = bob1_Q2 * t_sjrjg
+        bob2_q2 = bob2_Q2 * t_ymfue
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_mwmzd_3 * bob1_r_x
+            - (t_mwmzd_2 * bob1_r_z + t_vh7r5_2 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu_2 * bob2_r_y)
+            + t_vh7r5 * bob1_r_z
+            + t_gxq2p_3 * bob2_r_x
+            + t_wudhu * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5_2 * bob1_r_x
+            + t_wudhu_2 * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd * bob1_r_x
+            - t_gxq2p * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_w6lcf = t_hig3c_3 * t_6dtnj
-        t_cawlo = t_belws + t_f2nhc * t_w6lcf
-        t_bopbx = t_cawlo * t_6dtnj_2
-        t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_itbrl * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf
-        t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_agu5t * t_6dtnj_4
-        t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2
-        K_L64 = t_kiszr * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_agu5t * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_2 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_2 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
         )
-        t_nx7y6 = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_agu5t * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_nx7y6 * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_kiszr * K_L64
-            - t_nx7y6 * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
         )
-        b1 = f_x + t_ep53l
-        b2 = f_y - n2
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_skn5h = t_lhd4o * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
+        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - t_rsnrr
+        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_6u6cw
+        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        t_4rwfu = sin_delta2_act * F
+        yhub_ay = t_4rwfu + hub_b2 + t_skn5h * yhub_ax
+        t_y3fxb = t_gbb3a * sin_delta1_act
+        yhub_az = hub_b3 - t_y3fxb + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay
         t_qh3cx = F * cos_delta2_v2
-        f1_v2 = q1_v2 + K11 * ax_v2
+        f1_v2 = q1_v2 + ax_v2 * hub_K11
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
-        da_v2_y2 = df2_v2 + t_gousg * df1_v2
-        t_v7qgl = t_qh3cx * sin_delta1_v2
-        da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2
-        da_v2_x3 = da_v2_y3 * t_6dtnj_3
-        da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3
-        da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3
+        yda_v2_y = df2_v2 + df1_v2 * t_skn5h
+        t_hal4t = t_qh3cx * sin_delta1_v2
+        df3_v2 = t_ofjwc - t_hal4t
+        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lhub_azhub_ay * yda_v2_y
+        da_v2_z = yda_v2_z * t_6dtnj_3
+        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lhub_azhub_ay
+        da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2
         Mx_v2 = (
-            n4
-            + G2_v2 * K54
-            + G3_v2 * K64
-            - t_hig3c_3 * ax_v2
-            - t_hig3c_3 * da_v2_x1
-            - t_belws * a2_v2
-            - t_belws * da_v2_x2
-            + K43 * a3_v2
-            + K43 * da_v2_x3
-            - K44 * t_7fmkp
+            ax_v2 * hub_K41
+            - hub_b4
+            + da_v2_x * hub_K41
+            + da_v2_y * hub_K42
+            + da_v2_z * hub_K43
+            - hub_K42 * t_si2fh
+            - hub_K43 * t_gkvv2
+            - hub_K44 * t_7fmkp
+            - hub_K54 * t_hby4t
+            - hub_K64 * t_qayfy
         )
         t_gbb3a_2 = F * cos_delta2_act
         df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * F * cos_delta1_v2
-        df2_act = F * sin_delta2_act - t_jczim
-        da_act_y2 = df2_act + t_gousg * df1_act
-        df3_act = t_m2xxj * F - t_gbb3a_2 * sin_delta1_act
-        da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
-        da_act_x3 = da_act_y3 * t_6dtnj_3
-        da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        Mz_v2 = (
-            n5
-            + G2_v2 * K55
-            + G3_v2 * K65
-            - t_6iku5 * ax_v2
-            - t_6iku5 * da_v2_x1
-            + K52 * a2_v2
-            + K52 * da_v2_x2
-            + K53 * a3_v2
-            + K53 * da_v2_x3
-            - K54 * t_7fmkp
-            + t_jczim * t_bknng
-        )
-        Mz = (
-            Mz_v2
-            - t_6iku5 * da_act_x1
-            + K52 * da_act_x2
-            + K53 * da_act_x3
-            + df2_act * t_bknng
-        )
-        b5 = Mz - n5 - f_y * t_bknng
-        t_y3fxb = t_gbb3a * sin_delta1_act
+        df2_act = f_y - t_jczim
+        yda_act_y = df2_act + df1_act * t_skn5h
+        df3_act = t_ieqmc * F - t_gbb3a_2 * sin_delta1_act
+        yda_act_z = df3_act + df1_act * t_skn5h_2 - lhub_azhub_ay * yda_act_y
+        da_act_z = yda_act_z * t_6dtnj_3
+        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay
+        da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2
+        Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
         My_v2 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v2 * K65
-            - G3_v2 * K66
-            + t_6iku5_2 * ax_v2
-            + t_6iku5_2 * da_v2_x1
-            + t_edvw3_2 * a2_v2
-            + t_edvw3_2 * da_v2_x2
-            - K63 * a3_v2
-            - K63 * da_v2_x3
-            + K64 * t_7fmkp
+            ax_v2 * hub_K51
+            - hub_b5
+            + da_v2_x * hub_K51
+            - da_v2_y * t_rsnrr
+            + da_v2_z * hub_K53
+            + t_rsnrr * t_si2fh
+            - hub_K53 * t_gkvv2
+            - hub_K54 * t_7fmkp
+            - hub_K55 * t_hby4t
+            + t_6u6cw * t_qayfy
+            + t_hal4t * t_yxxpc
         )
         My = (
             My_v2
-            - df3_act * t_bknng
-            + t_6iku5_2 * da_act_x1
-            + t_edvw3_2 * da_act_x2
-            - K63 * da_act_x3
+            + da_act_x * hub_K51
+            - da_act_y * t_rsnrr
+            + da_act_z * hub_K53
+            - df3_act * t_yxxpc
         )
-        b6 = t_y3fxb * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_y3fxb * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        Mz_v2 = (
+            da_v2_y * hub_K62
+            - (hub_b6 + ax_v2 * t_bjkdc + da_v2_x * t_bjkdc)
+            + da_v2_z * hub_K63
+            - hub_K62 * t_si2fh
+            - hub_K63 * t_gkvv2
+            - hub_K64 * t_7fmkp
+            + t_6u6cw * t_hby4t
+            - hub_K66 * t_qayfy
+            + t_jczim * t_yxxpc
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_2
-            - K_L32 * X_x3
-            + t_bopbx * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        Mz = (
+            Mz_v2
+            - da_act_x * t_bjkdc
+            + da_act_y * hub_K62
+            + da_act_z * hub_K63
+            + df2_act * t_yxxpc
         )
-        X_x1 = (
-            b1 * t_6dtnj
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - t_4rwfu * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
-        Gt_eta1 = G_t1 + eta1
-        t_2prat = (
-            cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-            + sin_phi1 * (X_x1 - t_aqrn5)
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        phi_acc1 = Gt_eta1 - (loss_phi1 + I1 * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat
-        t_3ipx7 = X_x5 - W12
-        t_hig3c_7 = X_x4 + X_x5
-        t_pksrm = (
-            zeta1
-            + X_x2 * cos_theta1
-            + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-            - t_hig3c_7 * q_1
-            - X_x3 * sin_theta1
+        hub_ax = (
+            yhub_ax * t_6dtnj
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_skn5h
+            + hub_az * t_skn5h_2
         )
-        theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (1.0 / m1) + q_1 * t_pksrm))
-        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
-        Gt_eta2 = G_t2 + eta2
-        t_y662k = (
-            cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-            + sin_phi2 * (X_x1 - t_3hay7)
+        bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz
+        bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax
+        bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay
+        bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_rlquh * bob1_aPz
+        t_ozyob = (
+            t_txuch * t_vpzmf
+            + bob1_S1rx * hub_alphax
+            + bob1_S1tx * bob1_aPx
+            + bob1_S1ty * bob1_aPy
+            + bob1_S1tz * bob1_aPz
         )
-        phi_acc2 = Gt_eta2 - (loss_phi2 + I2 * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k
-        t_zj7x3 = (
-            zeta2
-            + X_x2 * cos_theta2
-            + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-            - t_hig3c_7 * q_2
-            - X_x3 * sin_theta2
+        bob1_a1 = -t_ozyob
+        bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz
+        bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax
+        bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay
+        bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_i7psf * bob2_aPz
+        t_xux2d = (
+            t_xyjt2 * t_mxpm2
+            + bob2_S1rx * hub_alphax
+            + bob2_S1tx * bob2_aPx
+            + bob2_S1ty * bob2_aPy
+            + bob2_S1tz * bob2_aPz
         )
-        theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
+        bob2_a1 = -t_xux2d
         return _vector(
-            X_x1 + t_rybsf * x_C - vz * wy + vy * wz,
-            X_x2 - X_x5 * x_C + (vz * wx - vx * wz),
-            X_x3 - X_x6 * x_C + (vx * wy - vy * wx),
-            X_x4,
-            W13 - X_x6,
-            t_3ipx7,
+            vy * wz - vz * wy + hub_ax,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx,
             wy,
             wz,
@@ -5723,10 +6034,10 @@ def lyapunov_v2_loop(q, r, p, c):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            phi_acc1,
-            theta_acc1,
-            phi_acc2,
-            theta_acc2,
+            bob1_a1,
+            bob1_a2,
+            bob2_a1,
+            bob2_a2,
         )
 
 
@@ -5753,371 +6064,401 @@ def lyapunov_v2_observe(q, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_rybsf = wy * wy + wz * wz
-        D1 = l1 * l1 * m1 + I1
-        t_nkfhl = m1 / D1
-        me1 = t_nkfhl * I1
-        D2 = l2 * l2 * m2 + I2
-        t_xgfi7 = m2 / D2
-        me2 = t_xgfi7 * I2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_nkfhl * l1
-        mv1 = t_6nwd2 * k1
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        p1 = Wn1 + phi1_dot
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        lc_1 = cos_phi1 * l1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_v22 = theta1_dot * theta1_dot
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * sin_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * sin_theta2
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_xgfi7 * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_g1_z = bob1_r1_z * m1
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_pj4i3 = bob1_r_y * m1
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_v22 = theta2_dot * theta2_dot
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_g1_z = bob2_r1_z * m2
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_zludf = bob2_r_y * m2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        t_i7psf = t_zludf * t_ymfue
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        t_cub74 = b * m + h0 * m0
+        t_uw5f5 = t_cub74 * wz
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        bob1_g2_y = bob1_r_z * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob2_g2_y = bob2_r_z * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        hub_K32 = bob1_Myz + bob2_Myz
         B_v2 = vy * r1  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
-        wth_1 = th_1 * I1
-        wq_1 = q_1 * wth_1
-        wqS_1 = sin_theta1 * wq_1
-        SC1 = cos_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        g_1 = e1 - lc_1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        t_vjftl = t_hig3c + t_67i37
-        SC2 = cos_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = SC1 * t_vjftl + SC2 * t_vsqil
-        wq_2 = q_2 * wth_2
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3 + wqS_2
-        W13 = wx * wz
+        t_si2fh = B_v2 * w1
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        total_mass = m + m0
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
         C_v2 = vz * r2  # (29)
-        g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
-        S_sq1 = sin_theta1 * sin_theta1
-        S_sq2 = sin_theta2 * sin_theta2
-        t_edvw3_2 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K63 = t_edvw3_2 - (t_hig3c + t_hig3c_2)
-        tn11_1 = Ass_1 + me1 - wth_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        t_gkvv2 = C_v2 * w2
+        bob1_S1rx = I1 * t_vpzmf
+        t_mwmzd = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd - bob1_Myz * bob1_r_z
+        bob2_S1rx = I2 * t_mxpm2
+        t_gxq2p = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
         g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
         t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
+        bob1_g1_x = bob1_r1_x * m1
+        t_dugie = bob1_S1tz * bob1_g1_x
+        t_vh7r5 = t_dugie * bob1_r_z + bob1_Mzz * bob1_r_x
+        bob2_g1_x = bob2_r1_x * m2
+        t_s4byp = bob2_S1tz * bob2_g1_x
+        t_wudhu = t_s4byp * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu)
+        g2_v2 = C_v2 * vx + att2 * r5  # (29)
+        t_hby4t = (wy * w4 + g2_v2) * (1.0 / r6)
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_yiqfo = t_dugie * bob1_r_y
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_S2rz = I2 * t_ymfue
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_6j24m = t_s4byp * bob2_r_y
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        t_qayfy = (wz * w5 + g3_v2) * (1.0 / r8)
+        t_yyjih = (
+            hub_b3
+            + hub_K32 * t_si2fh
+            + hub_K33 * t_gkvv2
+            + hub_K43 * t_7fmkp
+            + hub_K53 * t_hby4t
+            + hub_K63 * t_qayfy
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_7awx3 = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc_2 * a2_v2
-            + t_f2nhc * a3_v2
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        t_dugie_2 = bob1_S1ty * bob1_g1_x
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        t_s4byp_2 = bob2_S1ty * bob2_g1_x
+        t_lhd4o = t_dugie_2 + t_s4byp_2
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        stream_z = t_cub74 * wy
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_lhd4o_2 = t_dugie + t_s4byp
+        t_yiqfo_2 = t_dugie_2 * bob1_r_z
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo_2 - (t_yiqfo + t_mwmzd_2)
+        t_6j24m_2 = t_s4byp_2 * bob2_r_z
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m_2 - (t_6j24m + t_gxq2p_2)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_ezb77 = t_dugie_2 * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp_2 * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_bjkdc = t_ezb77 + t_ykkjc
+        q1_v2 = (
+            t_lhd4o * t_si2fh
+            - hub_b1
+            + t_lhd4o_2 * t_gkvv2
+            - hub_K41 * t_7fmkp
+            - hub_K51 * t_hby4t
+            + t_bjkdc * t_qayfy
         )
-        q1_v2 = t_hig3c_3 * t_7fmkp - t_7awx3
-        t_mallh_2 = F_n1 * cos_theta1
-        t_lbh6o_2 = F_n2 * cos_theta2
-        n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        wqC_1 = cos_theta1 * wq_1
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3_2 - wqC_1 - wqC_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        t_vh7r5_2 = t_yiqfo_2 + t_yugsj
+        t_wudhu_2 = t_6j24m_2 + t_kmmnu
+        t_rsnrr = t_vh7r5_2 + t_wudhu_2
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_3 - bob1_Myy * bob1_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_3 - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        t_dugie_3 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie_2 * bob1_r_y
+        t_s4byp_3 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp_2 * bob2_r_y
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
         q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
+            t_rsnrr * t_hby4t
+            - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_7fmkp)
+            - hub_K62 * t_qayfy
         )
-        Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2
-        PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_yyjih
+        PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2
+        t_liumo = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + t_yyjih * t_yyjih)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_liumo))
         ax_v2 = (root_v2 - Pq_v2) / PP_v2
-        f3_v2 = q3_v2 - t_f2nhc * ax_v2
+        t_ofjwc = t_yyjih + ax_v2 * t_lhd4o_2
         t_y7rm6 = 1.0 / F
-        f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2
+        f2_v2 = q2_v2 - ax_v2 * t_lhd4o
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_ofjwc * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))))
         delta2_v2 = np.arcsin(sin_d2_v2)
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
-        t_m2xxj = cos_delta2_v2 * sin_delta1_v2
+        t_ieqmc = cos_delta2_v2 * sin_delta1_v2
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_ieqmc * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
         t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd_3 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p_3 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_mwmzd * bob1_r_x
+            - (t_mwmzd_2 * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu * bob2_r_y)
+            + t_vh7r5_2 * bob1_r_z
+            + t_gxq2p * bob2_r_x
+            + t_wudhu_2 * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh_2 * g_1
-            + t_lbh6o_2 * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5 * bob1_r_x
+            + t_wudhu * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh * g_1
-            - t_lbh6o * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd_3 * bob1_r_x
+            - t_gxq2p_3 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc_2 * t_6dtnj
-        K_D2 = K22 - t_f2nhc_2 * t_gousg
-        t_gousg_2 = t_f2nhc * t_6dtnj
-        t_upifj = K32 - t_f2nhc_2 * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc * t_gousg_2
-        f1_v2 = q1_v2 + K11 * ax_v2
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_3 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_3 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
+        )
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
+        )
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        t_skn5h = t_lhd4o * t_6dtnj
+        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
+        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        t_6dtnj_2 = 1.0 / kK2K21
+        lK3K2 = kK3K21 * t_6dtnj_2
+        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        f1_v2 = q1_v2 + ax_v2 * hub_K11
         t_qh3cx = F * cos_delta2_v2
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
-        da_v2_y2 = df2_v2 + t_gousg * df1_v2
-        t_v7qgl = t_qh3cx * sin_delta1_v2
-        da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2
-        t_6dtnj_3 = 1.0 / K_D3
-        da_v2_x3 = da_v2_y3 * t_6dtnj_3
-        da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3
-        da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3
+        t_hal4t = t_qh3cx * sin_delta1_v2
+        df3_v2 = t_ofjwc - t_hal4t
+        yda_v2_y = df2_v2 + df1_v2 * t_skn5h
+        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y
+        t_6dtnj_3 = 1.0 / kK3K32
+        da_v2_z = yda_v2_z * t_6dtnj_3
+        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2
+        da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2
         Mx_v2 = (
-            n4
-            + G2_v2 * K54
-            + G3_v2 * K64
-            - t_hig3c_3 * ax_v2
-            - t_hig3c_3 * da_v2_x1
-            - t_belws * a2_v2
-            - t_belws * da_v2_x2
-            + K43 * a3_v2
-            + K43 * da_v2_x3
-            - K44 * t_7fmkp
+            ax_v2 * hub_K41
+            - hub_b4
+            + da_v2_x * hub_K41
+            + da_v2_y * hub_K42
+            + da_v2_z * hub_K43
+            - hub_K42 * t_si2fh
+            - hub_K43 * t_gkvv2
+            - hub_K44 * t_7fmkp
+            - hub_K54 * t_hby4t
+            - hub_K64 * t_qayfy
         )
-        t_bknng = b + d + x_C
+        t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        t_yxxpc = b + d
         My_v2 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v2 * K65
-            - G3_v2 * K66
-            + t_6iku5_2 * ax_v2
-            + t_6iku5_2 * da_v2_x1
-            + t_edvw3 * a2_v2
-            + t_edvw3 * da_v2_x2
-            - K63 * a3_v2
-            - K63 * da_v2_x3
-            + K64 * t_7fmkp
+            ax_v2 * hub_K51
+            - hub_b5
+            + da_v2_x * hub_K51
+            - da_v2_y * t_rsnrr
+            + da_v2_z * hub_K53
+            + t_rsnrr * t_si2fh
+            - hub_K53 * t_gkvv2
+            - hub_K54 * t_7fmkp
+            - hub_K55 * t_hby4t
+            + t_6u6cw * t_qayfy
+            + t_hal4t * t_yxxpc
         )
         Mz_v2 = (
-            n5
-            + G2_v2 * K55
-            + G3_v2 * K65
-            - t_6iku5 * ax_v2
-            - t_6iku5 * da_v2_x1
-            + K52 * a2_v2
-            + K52 * da_v2_x2
-            + K53 * a3_v2
-            + K53 * da_v2_x3
-            - K54 * t_7fmkp
-            + t_jczim * t_bknng
+            da_v2_y * hub_K62
+            - (hub_b6 + ax_v2 * t_bjkdc + da_v2_x * t_bjkdc)
+            + da_v2_z * hub_K63
+            - hub_K62 * t_si2fh
+            - hub_K63 * t_gkvv2
+            - hub_K64 * t_7fmkp
+            + t_6u6cw * t_hby4t
+            - hub_K66 * t_qayfy
+            + t_jczim * t_yxxpc
         )
         t_gbb3a = F * cos_delta2_act
         df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * F * cos_delta1_v2
         df2_act = F * sin_delta2_act - t_jczim
-        df3_act = t_m2xxj * F - t_gbb3a * sin_delta1_act
-        da_act_y2 = df2_act + t_gousg * df1_act
-        da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
-        da_act_x3 = da_act_y3 * t_6dtnj_3
-        da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
+        df3_act = t_ieqmc * F - t_gbb3a * sin_delta1_act
+        yda_act_y = df2_act + df1_act * t_skn5h
+        yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y
+        da_act_z = yda_act_z * t_6dtnj_3
+        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2
+        da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2
+        Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
         My = (
             My_v2
-            - df3_act * t_bknng
-            + t_6iku5_2 * da_act_x1
-            + t_edvw3 * da_act_x2
-            - K63 * da_act_x3
+            + da_act_x * hub_K51
+            - da_act_y * t_rsnrr
+            + da_act_z * hub_K53
+            - df3_act * t_yxxpc
         )
         Mz = (
             Mz_v2
-            - t_6iku5 * da_act_x1
-            + K52 * da_act_x2
-            + K53 * da_act_x3
-            + df2_act * t_bknng
+            - da_act_x * t_bjkdc
+            + da_act_y * hub_K62
+            + da_act_z * hub_K63
+            + df2_act * t_yxxpc
         )
         return _vector(
             vx,
@@ -6185,127 +6526,171 @@ def lyapunov_v2_outputs(x, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        D1 = l1 * l1 * m1 + I1
-        t_nkfhl = m1 / D1
-        k1 = t_nkfhl * l1
-        me1 = t_nkfhl * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_xgfi7 = m2 / D2
-        k2 = t_xgfi7 * l2
-        me2 = t_xgfi7 * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_qux2u = wy * wy
-        t_kyio7 = wz * wz
-        t_rybsf = t_qux2u + t_kyio7
-        tension1 = cos_phi1 * (t_rybsf * e1) * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        tension2 = cos_phi2 * (t_rybsf * e2) * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo = S_sq1 * tn11_1
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        n2 = F_n1 * cos_theta1 + F_n2 * cos_theta2 + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (F_n1 * sin_theta1 + F_n2 * sin_theta2) + F_t2 * cos_theta2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_S1rx = I1 * t_vpzmf
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_dugie = bob1_S1ty * bob1_g1_x
+        t_yiqfo = t_dugie * bob1_r_z
+        t_dugie_2 = bob1_S1tz * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_y
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + bob1_S1rx * bob1_g1_x)
+        bob1_Nxy = bob1_Myz * bob1_r_y - bob1_S1rx * bob1_g1_y - bob1_Myy * bob1_r_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - bob1_S1rx * bob1_g1_z - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x
+        bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_dugie * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_S1rx = I2 * t_mxpm2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_S2rz = I2 * t_ymfue
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        t_6j24m = t_s4byp * bob2_r_z
+        t_s4byp_2 = bob2_S1tz * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_y
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + bob2_S1rx * bob2_g1_x)
+        bob2_Nxy = bob2_Myz * bob2_r_y - bob2_S1rx * bob2_g1_y - bob2_Myy * bob2_r_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - bob2_S1rx * bob2_g1_z - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x
+        bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_s4byp * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        total_mass = m + m0
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        hub_K53 = (
+            t_cub74
+            - (t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x))
+        )
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
         V_v2 = (
             0.5 * (wx * wx) * r4
-            + 0.5 * t_qux2u * r6
-            + 0.5 * t_kyio7 * r8
+            + 0.5 * (wy * wy) * r6
+            + 0.5 * (wz * wz) * r8
             + 0.5 * r1 * (vy * vy)
             + 0.5 * r2 * (vz * vz)
             + 0.5 * r3 * (att1 * att1)
@@ -6317,50 +6702,43 @@ def lyapunov_v2_outputs(x, r, p, c):
         g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) / r8
-        G3_v2 = W13 + (wy * w4 + g2_v2) / r6
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
+        t_lhd4o = t_dugie + t_s4byp
+        t_si2fh = B_v2 * w1
+        t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        t_gkvv2 = C_v2 * w2
         t_n2b4c = (wx * w3 + g1_v2) / r4
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_7awx3 = (
-            t_pc5rt * sin_phi1
-            + t_63ozv * sin_phi2
-            + cos_phi1 * tension1
-            + cos_phi2 * tension2
-            + G2_v2 * (t_2jubo * sin_theta1 + t_ittbm * sin_theta2)
-            + G3_v2 * (t_2jubo * cos_theta1 + t_ittbm * cos_theta2)
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
+        t_2delu = (wy * w4 + g2_v2) / r6
+        t_qwmt7 = (wz * w5 + g3_v2) / r8
+        t_jaqez = (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y)) * t_qwmt7
+        q1_v2 = (
+            t_lhd4o * t_si2fh
+            - hub_b1
+            + t_lhd4o_2 * t_gkvv2
+            - hub_K41 * t_n2b4c
+            - hub_K51 * t_2delu
+            + t_jaqez
         )
-        q1_v2 = (Bs_1 + Bs_2) * t_n2b4c - t_7awx3
         q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * t_n2b4c
+            (t_yiqfo + t_yugsj + (t_6j24m + t_kmmnu)) * t_2delu
+            - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_n2b4c)
+            - hub_K62 * t_qwmt7
         )
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_n2b4c
+        PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2
+        t_q65pd = (
+            hub_b3
+            + hub_K32 * t_si2fh
+            + hub_K33 * t_gkvv2
+            + hub_K43 * t_n2b4c
+            + hub_K53 * t_2delu
+            + hub_K63 * t_qwmt7
         )
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_q65pd
+        t_irt3i = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + t_q65pd * t_q65pd)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_irt3i))
         ax_v2 = (root_v2 - Pq_v2) / PP_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
-        lateral_v2 = np.sqrt(f2_v2 * f2_v2 + f3_v2 * f3_v2)
+        f2_v2 = q2_v2 - ax_v2 * t_lhd4o
+        t_a7uq5 = t_q65pd + ax_v2 * t_lhd4o_2
+        lateral_v2 = np.sqrt(f2_v2 * f2_v2 + t_a7uq5 * t_a7uq5)
         return _vector(
             V_v2,
             lateral_v2,
@@ -6643,822 +7021,968 @@ def jvp(x, u, p, along_x, along_u):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        D1 = l1 * l1 * m1 + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        t_d2zbw = 1.0 / (I1 + m1 * (q_1 * q_1))
-        th_1 = m1 * t_d2zbw
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        t_ownis = Wn1 * lc_1
-        t_plqy5 = chi1 * l1
-        t_l5lry = p1 + phi1_dot
-        zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry
-        t_djlym = zeta1 * I1 - loss_theta1 * q_1
-        F_n1 = th_1 * t_djlym
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        t_ri6qi = 1.0 / (I2 + m2 * (q_2 * q_2))
-        th_2 = m2 * t_ri6qi
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        t_cmacw = Wn2 * lc_2
-        t_a3tjf = chi2 * l2
-        t_dkl52 = p2 + phi2_dot
-        zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52
-        t_c6wyu = zeta2 * I2 - loss_theta2 * q_2
-        F_n2 = th_2 * t_c6wyu
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        t_6nfyn = t_sfymc * wy
-        n4 = (
-            t_mjqai
-            - t_hig3c_5
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_6nfyn * wz
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        t_g7pzr = J_C1 + (J_z - J_y)
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * t_g7pzr
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
         )
-        t_urwo6 = J_C1 + t_is5lg + t_sfymc
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * t_urwo6
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf
-        t_vpdgs = t_ly572 * t_6dtnj_2
-        t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_ichgo * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf
-        t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_otpfz * t_6dtnj_4
-        t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2
-        K_L64 = t_aolgd * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_otpfz * K_L54
-            - t_6iku5 * t_s62lc
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_S1rx = I1 * t_vpzmf
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_q2 = bob1_Q2 * t_sjrjg
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_dugie = bob1_S1ty * bob1_g1_x
+        t_yiqfo = t_dugie * bob1_r_z
+        t_dugie_2 = bob1_S1tz * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_y
+        t_mwmzd = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd)
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x
+        t_dugie_3 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_S1rx = I2 * t_mxpm2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_S2rz = I2 * t_ymfue
+        bob2_q2 = bob2_Q2 * t_ymfue
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        t_6j24m = t_s4byp * bob2_r_z
+        t_s4byp_2 = bob2_S1tz * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_y
+        t_gxq2p = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p)
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x
+        t_s4byp_3 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_mass = m + m0
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hdeaq = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_otpfz * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu)
+        t_vh7r5_2 = t_yiqfo + t_yugsj
+        t_wudhu_2 = t_6j24m + t_kmmnu
+        hub_K54 = (
+            t_mwmzd_3 * bob1_r_x
+            - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+            + t_vh7r5_2 * bob1_r_z
+            + t_gxq2p_3 * bob2_r_x
+            + t_wudhu_2 * bob2_r_z
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_hdeaq * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_aolgd * K_L64
-            - t_hdeaq * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5 * bob1_r_x
+            + t_wudhu * bob2_r_x
         )
-        b1 = (
-            f_x
-            + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2)
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd_2 * bob1_r_x
+            - t_gxq2p_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        b2 = f_y - n2
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        b5 = Mz - n5 - f_y * t_bknng
+        t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_3 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_3 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
+        )
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
+        )
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_lhd4o = t_dugie + t_s4byp
+        t_skn5h = t_lhd4o * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
+        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
+        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_bjkdc = t_ezb77 + t_ykkjc
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_alphazhub_alphay1 = (
+            hub_K51 * t_ak5u5
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        )
+        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
-        b6 = t_gcu5g * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_gcu5g * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - f_y * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        t_6dtnj_6 = 1.0 / K_D6
-        X_x6 = X_y6 * t_6dtnj_6
-        t_bintu = X_y5 * t_6dtnj_5
-        X_x5 = t_bintu - K_L65 * X_x6
-        t_bintu_2 = X_y4 * t_6dtnj_4
-        X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6
-        t_ztwwp = X_y3 * t_6dtnj_3
-        X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        t_bintu_3 = X_y2 * t_6dtnj_2
-        X_x2 = (
-            t_bintu_3
-            - K_L32 * X_x3
-            + t_vpdgs * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        t_6dtnj_6 = 1.0 / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz * t_6dtnj_6
+        t_ysosa = yhub_alphay * t_6dtnj_5
+        hub_alphay = t_ysosa - hub_alphaz * lhub_alphazhub_alphay
+        t_gjjfk = yhub_alphax * t_6dtnj_4
+        hub_alphax = t_gjjfk - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        t_ztwwp = yhub_az * t_6dtnj_3
+        hub_az = t_ztwwp - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        t_bintu = yhub_ay * t_6dtnj_2
+        hub_ay = (
+            t_bintu
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        t_bintu_4 = b1 * t_6dtnj
-        X_x1 = (
-            t_bintu_4
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        t_bintu_2 = yhub_ax * t_6dtnj
+        hub_ax = (
+            t_bintu_2
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_skn5h
+            + hub_az * t_skn5h_2
         )
-        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
-        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
-        t_t7e4r = along_wx - along_theta1_dot
-        t_caymt = sin_phi1 * along_phi1
+        bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz
+        bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax
+        bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay
+        bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz
+        bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax
+        bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay
+        t_ogtkl = bob1_twice1 * along_phi1_dot
+        t_ifbin = l1 * (sin_phi1 * along_phi1)
+        t_jootr = along_phi1_dot + along_phi1_dot
         t_cfvjs = sin_theta1 * along_theta1
+        t_a7v2b = cos_theta1 * t_ifbin + bob1_r11_x * t_cfvjs
+        t_caymt = cos_phi1 * along_phi1
+        t_lf5wu = l1 * t_caymt
         t_cfvjs_2 = cos_theta1 * along_theta1
-        t_gvj6n = cos_theta1 * along_wz - wz * t_cfvjs + (wy * t_cfvjs_2 + sin_theta1 * along_wy)
-        t_caymt_2 = cos_phi1 * along_phi1
-        t_c5xbf = cos_phi1 * t_t7e4r - w_x1 * t_caymt - (sin_phi1 * t_gvj6n + Wt1 * t_caymt_2)
-        t_c5xbf_2 = cos_phi1 * t_gvj6n - Wt1 * t_caymt + (w_x1 * t_caymt_2 + sin_phi1 * t_t7e4r)
-        t_jvyzn = t_fyz6s * t_c5xbf + chi1 * t_c5xbf_2 - (w_x1 * t_gvj6n + Wt1 * t_t7e4r)
-        t_zmble = eps1 * along_phi1_dot
-        t_rh7uc = B_1 * t_jvyzn + k1 * t_zmble
-        t_b67qm = along_wx - along_theta2_dot
-        t_acpzf = sin_phi2 * along_phi2
+        t_wm5sz = sin_theta1 * t_lf5wu + bob1_r1_x * t_cfvjs_2
+        t_atqa5 = along_theta1_dot + along_theta1_dot
+        t_fkqs4 = (
+            bob1_r1_z * t_jootr
+            - bob1_twice1 * t_a7v2b
+            + (wx * t_wm5sz + bob1_r_y * along_wx)
+            - (wy * t_ifbin + bob1_r_x * along_wy)
+            - (bob1_twice2 * t_wm5sz + bob1_r_y * t_atqa5)
+        )
+        t_a7v2b_2 = bob1_r11_x * t_cfvjs_2 - sin_theta1 * t_ifbin
+        t_wm5sz_2 = cos_theta1 * t_lf5wu - bob1_r1_x * t_cfvjs
+        t_qd7t6 = (
+            bob1_twice1 * t_a7v2b_2
+            + bob1_r1_y * t_jootr
+            + (wz * t_ifbin + bob1_r_x * along_wz)
+            + (bob1_twice2 * t_wm5sz_2 + bob1_r_z * t_atqa5)
+            - (wx * t_wm5sz_2 + bob1_r_z * along_wx)
+        )
+        t_vy5nt = (
+            bob1_r11_x * t_ogtkl
+            - bob1_v11 * t_ifbin
+            + (wy * t_fkqs4 + bob1_u_z * along_wy)
+            - (wz * t_qd7t6 + bob1_u_y * along_wz)
+        )
+        t_52zfs = m1 * t_vy5nt
+        t_6ady4 = theta1_dot * t_jootr + bob1_twice1 * along_theta1_dot
+        t_ipzeu = (
+            bob1_twice1 * t_lf5wu
+            + bob1_r1_x * t_jootr
+            + (wy * t_wm5sz_2 + bob1_r_z * along_wy)
+            - (wz * t_wm5sz + bob1_r_y * along_wz)
+        )
+        t_sci43 = bob1_twice2 * along_theta1_dot
+        t_bnysc = (
+            bob1_r1_z * t_6ady4
+            - bob1_v21 * t_a7v2b
+            + (wz * t_ipzeu + bob1_u_x * along_wz)
+            - (bob1_v11 * t_wm5sz + bob1_r_y * t_ogtkl)
+            - (bob1_v22 * t_wm5sz + bob1_r_y * t_sci43)
+            - (wx * t_fkqs4 + bob1_u_z * along_wx)
+        )
+        t_pnfl3 = m1 * t_bnysc
+        t_fkkcv = (
+            wx * t_qd7t6
+            + bob1_u_y * along_wx
+            - (bob1_v21 * t_a7v2b_2 + bob1_r1_y * t_6ady4)
+            - (bob1_v11 * t_wm5sz_2 + bob1_r_z * t_ogtkl)
+            - (bob1_v22 * t_wm5sz_2 + bob1_r_z * t_sci43)
+            - (wy * t_ipzeu + bob1_u_x * along_wy)
+        )
+        t_ke5eu = m1 * t_fkkcv
+        t_pcrga = (
+            eps1 * along_phi1_dot
+            + (bob1_r1_x * t_52zfs + bob1_Fx * t_lf5wu)
+            + (bob1_r1_y * t_pnfl3 + bob1_Fy * t_a7v2b_2)
+            + (bob1_r1_z * t_ke5eu - bob1_Fz * t_a7v2b)
+        )
+        t_thg73 = m1 * t_lf5wu
+        t_lm24u = t_thg73 * t_vpzmf
+        t_uvcul = bob1_S1tx * t_pcrga + t_txuch * t_lm24u - t_52zfs
+        t_axwcv = bob2_twice1 * along_phi2_dot
+        t_fwubq = l2 * (sin_phi2 * along_phi2)
+        t_r7fvk = along_phi2_dot + along_phi2_dot
         t_3nsm2 = sin_theta2 * along_theta2
+        t_g34i2 = cos_theta2 * t_fwubq + bob2_r11_x * t_3nsm2
+        t_acpzf = cos_phi2 * along_phi2
+        t_kfqtb = l2 * t_acpzf
         t_3nsm2_2 = cos_theta2 * along_theta2
-        t_ki4dj = cos_theta2 * along_wz - wz * t_3nsm2 + (wy * t_3nsm2_2 + sin_theta2 * along_wy)
-        t_acpzf_2 = cos_phi2 * along_phi2
-        t_h6szz = cos_phi2 * t_b67qm - w_x2 * t_acpzf - (sin_phi2 * t_ki4dj + Wt2 * t_acpzf_2)
-        t_h6szz_2 = cos_phi2 * t_ki4dj - Wt2 * t_acpzf + (w_x2 * t_acpzf_2 + sin_phi2 * t_b67qm)
-        t_3oi7g = t_2t7vh * t_h6szz + chi2 * t_h6szz_2 - (w_x2 * t_ki4dj + Wt2 * t_b67qm)
-        t_trbl5 = eps2 * along_phi2_dot
-        t_dbexp = B_2 * t_3oi7g + k2 * t_trbl5
-        t_ph2zw = (wy + wy) * along_wy + (wz + wz) * along_wz
-        t_ipqst = e1 * t_ph2zw
-        t_gvj6n_2 = cos_theta1 * along_wy - wy * t_cfvjs - (wz * t_cfvjs_2 + sin_theta1 * along_wz)
-        t_brznr = t_gvj6n_2 + along_phi1_dot
-        t_h3brn = (
-            mv1 * (cos_phi1 * t_ipqst - t_aqrn5 * t_caymt)
-            - t_6nwd2 * ((t_fyz6s + t_fyz6s) * t_c5xbf_2 + (p1 + p1) * t_brznr)
+        t_cvwjt = sin_theta2 * t_kfqtb + bob2_r1_x * t_3nsm2_2
+        t_ghn5t = along_theta2_dot + along_theta2_dot
+        t_ijb4z = (
+            bob2_r1_z * t_r7fvk
+            - bob2_twice1 * t_g34i2
+            + (wx * t_cvwjt + bob2_r_y * along_wx)
+            - (wy * t_fwubq + bob2_r_x * along_wy)
+            - (bob2_twice2 * t_cvwjt + bob2_r_y * t_ghn5t)
         )
-        t_tvere = e2 * t_ph2zw
-        t_ki4dj_2 = cos_theta2 * along_wy - wy * t_3nsm2 - (wz * t_3nsm2_2 + sin_theta2 * along_wz)
-        t_xhxds = t_ki4dj_2 + along_phi2_dot
-        t_3qzez = (
-            mv2 * (cos_phi2 * t_tvere - t_3hay7 * t_acpzf)
-            - t_popww * ((t_2t7vh + t_2t7vh) * t_h6szz_2 + (p2 + p2) * t_xhxds)
+        t_g34i2_2 = bob2_r11_x * t_3nsm2_2 - sin_theta2 * t_fwubq
+        t_cvwjt_2 = cos_theta2 * t_kfqtb - bob2_r1_x * t_3nsm2
+        t_womoz = (
+            bob2_twice1 * t_g34i2_2
+            + bob2_r1_y * t_r7fvk
+            + (wz * t_fwubq + bob2_r_x * along_wz)
+            + (bob2_twice2 * t_cvwjt_2 + bob2_r_z * t_ghn5t)
+            - (wx * t_cvwjt_2 + bob2_r_z * along_wx)
         )
+        t_hofqj = (
+            bob2_r11_x * t_axwcv
+            - bob2_v11 * t_fwubq
+            + (wy * t_ijb4z + bob2_u_z * along_wy)
+            - (wz * t_womoz + bob2_u_y * along_wz)
+        )
+        t_yjgjz = m2 * t_hofqj
+        t_u6ri6 = theta2_dot * t_r7fvk + bob2_twice1 * along_theta2_dot
+        t_jieuz = (
+            bob2_twice1 * t_kfqtb
+            + bob2_r1_x * t_r7fvk
+            + (wy * t_cvwjt_2 + bob2_r_z * along_wy)
+            - (wz * t_cvwjt + bob2_r_y * along_wz)
+        )
+        t_gppvt = bob2_twice2 * along_theta2_dot
+        t_zsz36 = (
+            bob2_r1_z * t_u6ri6
+            - bob2_v21 * t_g34i2
+            + (wz * t_jieuz + bob2_u_x * along_wz)
+            - (bob2_v11 * t_cvwjt + bob2_r_y * t_axwcv)
+            - (bob2_v22 * t_cvwjt + bob2_r_y * t_gppvt)
+            - (wx * t_ijb4z + bob2_u_z * along_wx)
+        )
+        t_shjvh = m2 * t_zsz36
+        t_ls5di = (
+            wx * t_womoz
+            + bob2_u_y * along_wx
+            - (bob2_v21 * t_g34i2_2 + bob2_r1_y * t_u6ri6)
+            - (bob2_v11 * t_cvwjt_2 + bob2_r_z * t_axwcv)
+            - (bob2_v22 * t_cvwjt_2 + bob2_r_z * t_gppvt)
+            - (wy * t_jieuz + bob2_u_x * along_wy)
+        )
+        t_c6qdh = m2 * t_ls5di
+        t_jlsk2 = (
+            eps2 * along_phi2_dot
+            + (bob2_r1_x * t_yjgjz + bob2_Fx * t_kfqtb)
+            + (bob2_r1_y * t_shjvh + bob2_Fy * t_g34i2_2)
+            + (bob2_r1_z * t_c6qdh - bob2_Fz * t_g34i2)
+        )
+        t_5o25s = m2 * t_kfqtb
+        t_a4u3e = t_5o25s * t_mxpm2
+        t_fwht4 = bob2_S1tx * t_jlsk2 + t_xyjt2 * t_a4u3e - t_yjgjz
+        t_imenb = t_cub74 * along_wz
+        t_4cv4o = t_cub74 * along_wy
         t_wybx3 = F * (sin_delta2 * along_delta2)
-        t_mrjrx = (
-            sin_phi1 * t_rh7uc
-            + t_pc5rt * t_caymt_2
-            + (sin_phi2 * t_dbexp + t_63ozv * t_acpzf_2)
-            + (cos_phi1 * t_h3brn - tension1 * t_caymt)
-            + (cos_phi2 * t_3qzez - tension2 * t_acpzf)
+        t_2y5yi = (
+            t_uvcul
+            + t_fwht4
+            - (wz * t_imenb + t_uw5f5 * along_wz)
+            - (wy * t_4cv4o + stream_z * along_wy)
             - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_delta1))
         )
-        t_a6n2y = mv1 * t_caymt_2
-        t_4adkh = sin_phi1 * t_a6n2y + As_1 * t_caymt_2
-        t_jgxpx = mv2 * t_acpzf_2
-        t_ipkuk = sin_phi2 * t_jgxpx + As_2 * t_acpzf_2
-        t_njjnc = t_4adkh + t_ipkuk
-        t_4adkh_2 = cos_phi1 * t_a6n2y - As_1 * t_caymt
-        t_ipkuk_2 = cos_phi2 * t_jgxpx - As_2 * t_acpzf
-        t_6zhlz = sin_theta1 * t_4adkh_2 + Asc_1 * t_cfvjs_2 + (sin_theta2 * t_ipkuk_2 + Asc_2 * t_3nsm2_2)
-        t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc
+        t_k5pnk = bob1_g1_x * t_lm24u + bob1_S1tx * t_thg73
+        t_rkefu = bob2_g1_x * t_a4u3e + bob2_S1tx * t_5o25s
+        t_en4ai = t_k5pnk + t_rkefu
+        t_wbmja = m1 * t_a7v2b
+        t_m7cyo = t_wbmja * t_vpzmf
+        t_ofb4i = (
+            bob1_r_y * t_ke5eu
+            + bob1_Fz * t_wm5sz
+            - eps1 * along_theta1_dot
+            - (bob1_r_z * t_pnfl3 + bob1_Fy * t_wm5sz_2)
+        )
+        t_u5dbt = m1 * t_wm5sz
+        t_lo4s7 = t_wbepk * ((sin_phi1 + sin_phi1) * t_caymt)
+        t_2gm53 = t_u5dbt * t_sjrjg - t_rlquh * t_sjrjg * t_lo4s7
+        t_dxta4 = (
+            bob1_S1tz * t_pcrga
+            - t_txuch * t_m7cyo
+            - t_ke5eu
+            + (t_rlquh * t_ofb4i + bob1_Q2 * t_2gm53)
+        )
+        t_3zmby = m2 * t_g34i2
+        t_5bvgr = t_3zmby * t_mxpm2
+        t_tbamz = (
+            bob2_r_y * t_c6qdh
+            + bob2_Fz * t_cvwjt
+            - eps2 * along_theta2_dot
+            - (bob2_r_z * t_shjvh + bob2_Fy * t_cvwjt_2)
+        )
+        t_gf427 = m2 * t_cvwjt
+        t_pgbia = t_nww6q * ((sin_phi2 + sin_phi2) * t_acpzf)
+        t_kjus3 = t_gf427 * t_ymfue - t_i7psf * t_ymfue * t_pgbia
+        t_4cux5 = (
+            bob2_S1tz * t_jlsk2
+            - t_xyjt2 * t_5bvgr
+            - t_c6qdh
+            + (t_i7psf * t_tbamz + bob2_Q2 * t_kjus3)
+        )
+        t_lr567 = total_Jyy * along_wy
+        t_wbmja_2 = m1 * t_a7v2b_2
+        t_m7cyo_2 = t_wbmja_2 * t_vpzmf
+        t_u5dbt_2 = m1 * t_wm5sz_2
+        t_2zjfz = t_u5dbt_2 * t_sjrjg - bob1_S2ty * t_sjrjg * t_lo4s7
+        t_yotdm = (
+            bob1_S1ty * t_pcrga
+            + t_txuch * t_m7cyo_2
+            - t_pnfl3
+            - (bob1_S2ty * t_ofb4i + bob1_Q2 * t_2zjfz)
+        )
+        t_3zmby_2 = m2 * t_g34i2_2
+        t_5bvgr_2 = t_3zmby_2 * t_mxpm2
+        t_gf427_2 = m2 * t_cvwjt_2
+        t_zbw3a = t_gf427_2 * t_ymfue - bob2_S2ty * t_ymfue * t_pgbia
+        t_ozpqp = (
+            bob2_S1ty * t_jlsk2
+            + t_xyjt2 * t_5bvgr_2
+            - t_shjvh
+            - (bob2_S2ty * t_tbamz + bob2_Q2 * t_zbw3a)
+        )
+        t_vzxvc = I1 * along_theta1_dot + I2 * along_theta2_dot + total_Jzz * along_wz
+        t_jbcsd = (
+            bob1_r_y * t_dxta4
+            + bob1_fz * t_wm5sz
+            + (bob2_r_y * t_4cux5 + bob2_fz * t_cvwjt)
+            + (wz * t_lr567 + total_Hy * along_wz)
+            + bob1_S1rx * t_pcrga
+            - (bob1_r_z * t_yotdm + bob1_fy * t_wm5sz_2)
+            + bob2_S1rx * t_jlsk2
+            - (bob2_r_z * t_ozpqp + bob2_fy * t_cvwjt_2)
+            - (wy * t_vzxvc + total_Hz * along_wy)
+        )
+        t_xhrku = bob1_g1_x * t_m7cyo_2 + bob1_S1ty * t_thg73
+        t_hc2k6 = bob1_r_z * t_xhrku + t_dugie * t_wm5sz_2
+        t_xhrku_2 = bob1_S1tz * t_thg73 - bob1_g1_x * t_m7cyo
+        t_hc2k6_2 = bob1_r_y * t_xhrku_2 + t_dugie_2 * t_wm5sz
+        t_giiow = bob1_S1rx * t_thg73
+        t_6nc4f = bob2_g1_x * t_5bvgr_2 + bob2_S1ty * t_5o25s
+        t_tav7w = bob2_r_z * t_6nc4f + t_s4byp * t_cvwjt_2
+        t_6nc4f_2 = bob2_S1tz * t_5o25s - bob2_g1_x * t_5bvgr
+        t_tav7w_2 = bob2_r_y * t_6nc4f_2 + t_s4byp_2 * t_cvwjt
+        t_kvttc = bob2_S1rx * t_5o25s
+        t_rxdee = t_hc2k6 - (t_hc2k6_2 + t_giiow) + (t_tav7w - (t_tav7w_2 + t_kvttc))
+        t_q2wxs = t_rxdee * t_6dtnj + lhub_alphaxhub_ax * t_6dtnj * t_en4ai
+        t_5fwcx = bob1_g2_y * t_2gm53 + t_rlquh * t_u5dbt_2 - (bob1_S1tz * t_wbmja_2 - bob1_g1_y * t_m7cyo)
+        t_jhjzk = bob1_S1rx * t_wbmja_2
+        t_vvg2u = bob1_g1_y * t_m7cyo_2 + bob1_S1ty * t_wbmja_2 + (bob1_g2_y * t_2zjfz + bob1_S2ty * t_u5dbt_2)
+        t_tyqf6 = (
+            bob1_r_y * t_5fwcx
+            + bob1_Myz * t_wm5sz
+            - t_jhjzk
+            - (bob1_Myy * t_wm5sz_2 - bob1_r_z * t_vvg2u)
+        )
+        t_eu3mw = bob2_g2_y * t_kjus3 + t_i7psf * t_gf427_2 - (bob2_S1tz * t_3zmby_2 - bob2_g1_y * t_5bvgr)
+        t_47xr3 = bob2_S1rx * t_3zmby_2
+        t_q4jmm = bob2_g1_y * t_5bvgr_2 + bob2_S1ty * t_3zmby_2 + (bob2_g2_y * t_zbw3a + bob2_S2ty * t_gf427_2)
+        t_u65ou = (
+            bob2_r_y * t_eu3mw
+            + bob2_Myz * t_cvwjt
+            - t_47xr3
+            - (bob2_Myy * t_cvwjt_2 - bob2_r_z * t_q4jmm)
+        )
+        t_en4ai_2 = t_xhrku + t_6nc4f
+        t_x53rd = t_tyqf6 + t_u65ou + (lhub_alphaxhub_ax * t_en4ai_2 + t_lhd4o * t_q2wxs)
+        t_pgqbx = t_en4ai_2 * t_6dtnj + t_skn5h * t_6dtnj * t_en4ai
+        t_2o6cx = t_vvg2u + t_q4jmm + (t_skn5h * t_en4ai_2 + t_lhd4o * t_pgqbx)
+        t_7sprh = t_x53rd * t_6dtnj_2 + lhub_alphaxhub_ay * t_6dtnj_2 * t_2o6cx
         t_byxim = F * (cos_delta2 * along_delta2)
-        t_y5zog = wy * along_wx + wx * along_wy
-        t_lf5wu = l1 * t_caymt_2
-        t_lf5wu_2 = l1 * t_caymt
-        t_zjx7p = (
-            q_1 * t_y5zog
-            + W12 * t_lf5wu
-            + (w_x1 * (lc_1 * t_gvj6n_2 - Wn1 * t_lf5wu_2) + t_ownis * t_t7e4r)
-            - (t_l5lry * (l1 * t_c5xbf) + t_plqy5 * (t_brznr + along_phi1_dot))
+        t_t7kzy = (
+            t_byxim
+            + (t_yotdm + t_ozpqp + (wx * t_4cv4o + stream_z * along_wx))
+            + (yhub_ax * t_pgqbx + t_skn5h * t_2y5yi)
         )
-        t_sqgls = eps1 * along_theta1_dot
-        t_7x4oq = th_1 * t_d2zbw * (m1 * ((q_1 + q_1) * t_lf5wu))
-        t_ahxqe = (
-            th_1 * (I1 * t_zjx7p - (q_1 * t_sqgls + loss_theta1 * t_lf5wu))
-            - t_djlym * t_7x4oq
+        t_y65lr = bob1_g1_z * t_m7cyo + bob1_S1tz * t_wbmja - (t_pj4i3 * t_2gm53 + t_rlquh * t_u5dbt)
+        t_jhjzk_2 = bob1_S1rx * t_wbmja
+        t_fpdd2 = (
+            bob1_r_y * t_y65lr
+            + bob1_Mzz * t_wm5sz
+            + t_jhjzk_2
+            - (bob1_r_z * t_5fwcx + bob1_Myz * t_wm5sz_2)
         )
-        t_qq2dd = cos_theta1 * t_ahxqe - F_n1 * t_cfvjs
-        t_kfqtb = l2 * t_acpzf_2
-        t_kfqtb_2 = l2 * t_acpzf
-        t_swke4 = (
-            q_2 * t_y5zog
-            + W12 * t_kfqtb
-            + (w_x2 * (lc_2 * t_ki4dj_2 - Wn2 * t_kfqtb_2) + t_cmacw * t_b67qm)
-            - (t_dkl52 * (l2 * t_h6szz) + t_a3tjf * (t_xhxds + along_phi2_dot))
+        t_if5h3 = bob2_g1_z * t_5bvgr + bob2_S1tz * t_3zmby - (t_zludf * t_kjus3 + t_i7psf * t_gf427)
+        t_47xr3_2 = bob2_S1rx * t_3zmby
+        t_zy2pp = (
+            bob2_r_y * t_if5h3
+            + bob2_Mzz * t_cvwjt
+            + t_47xr3_2
+            - (bob2_r_z * t_eu3mw + bob2_Myz * t_cvwjt_2)
         )
-        t_lon4y = eps2 * along_theta2_dot
-        t_mxkqr = th_2 * t_ri6qi * (m2 * ((q_2 + q_2) * t_kfqtb))
-        t_l6slk = (
-            th_2 * (I2 * t_swke4 - (q_2 * t_lon4y + loss_theta2 * t_kfqtb))
-            - t_c6wyu * t_mxkqr
+        t_en4ai_3 = t_xhrku_2 + t_6nc4f_2
+        t_pgqbx_2 = t_en4ai_3 * t_6dtnj + t_skn5h_2 * t_6dtnj * t_en4ai
+        t_3xjot = t_5fwcx + t_eu3mw - (t_skn5h_2 * t_en4ai_2 + t_lhd4o * t_pgqbx_2)
+        t_unesb = (
+            t_fpdd2
+            + t_zy2pp
+            + (lhub_alphaxhub_ax * t_en4ai_3 + t_lhd4o_2 * t_q2wxs)
+            - (lhub_alphaxhub_ay * t_3xjot + khub_azhub_ay1 * t_7sprh)
         )
-        t_2ta3i = cos_theta2 * t_l6slk - F_n2 * t_3nsm2
-        t_7yss7 = tension1 * t_caymt_2 + sin_phi1 * t_h3brn - (cos_phi1 * t_rh7uc - t_pc5rt * t_caymt)
-        t_nsjrz = tension2 * t_acpzf_2 + sin_phi2 * t_3qzez - (cos_phi2 * t_dbexp - t_63ozv * t_acpzf)
-        t_ee4pu = (
-            t_qq2dd
-            + t_2ta3i
-            + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
-            + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2)
+        t_b3pw2 = t_3xjot * t_6dtnj_2 + lhub_azhub_ay * t_6dtnj_2 * t_2o6cx
+        t_qajmf = (
+            t_y65lr
+            + t_if5h3
+            - (t_skn5h_2 * t_en4ai_3 + t_lhd4o_2 * t_pgqbx_2)
+            - (lhub_azhub_ay * t_3xjot + khub_azhub_ay1 * t_b3pw2)
         )
-        t_4wbaz = t_byxim - t_ee4pu + (b1 * t_3vbu4 + t_gousg * t_mrjrx)
-        t_ghfub = (sin_theta1 + sin_theta1) * t_cfvjs_2
-        t_pqxvx = I1 * t_7x4oq
-        t_azbzw = t_4adkh + t_pqxvx
-        t_wwtml = tn11_1 * t_ghfub + S_sq1 * t_azbzw
-        t_5kb4q = (sin_theta2 + sin_theta2) * t_3nsm2_2
-        t_g7gvo = I2 * t_mxkqr
-        t_rsymz = t_ipkuk + t_g7gvo
-        t_3zpjj = tn11_2 * t_5kb4q + S_sq2 * t_rsymz
-        t_u6x4d = t_wwtml + t_3zpjj - t_pqxvx - t_g7gvo - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4)
-        t_5r2vk = cos_theta1 * t_cfvjs_2 - sin_theta1 * t_cfvjs
-        t_6s5zm = cos_theta2 * t_3nsm2_2 - sin_theta2 * t_3nsm2
-        t_6zhlz_2 = cos_theta1 * t_4adkh_2 - Asc_1 * t_cfvjs + (cos_theta2 * t_ipkuk_2 - Asc_2 * t_3nsm2)
-        t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc
-        t_ghubm = (
-            tn11_1 * t_5r2vk
-            + SC1 * t_azbzw
-            + (tn11_2 * t_6s5zm + SC2 * t_rsymz)
-            - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2)
-        )
-        t_vwfxy = t_ghubm * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_u6x4d
+        t_i2qww = t_unesb * t_6dtnj_3 - lhub_alphaxhub_az * t_6dtnj_3 * t_qajmf
         t_qmyd7 = t_ruxs4 * (cos_delta1 * along_delta1) - sin_delta1 * t_wybx3
-        t_qq2dd_2 = sin_theta1 * t_ahxqe + F_n1 * t_cfvjs_2
-        t_2ta3i_2 = sin_theta2 * t_l6slk + F_n2 * t_3nsm2_2
-        t_ee4pu_2 = (
-            cos_theta1 * t_7yss7
-            - F_t1 * t_cfvjs
-            - (t_qq2dd_2 + t_2ta3i_2)
-            + (cos_theta2 * t_nsjrz - F_t2 * t_3nsm2)
+        t_zuu5h = (
+            t_dxta4
+            + t_4cux5
+            + (wx * t_imenb + t_uw5f5 * along_wx)
+            - t_qmyd7
+            + (yhub_ax * t_pgqbx_2 + t_skn5h_2 * t_2y5yi)
+            - (yhub_ay * t_b3pw2 + lhub_azhub_ay * t_t7kzy)
         )
-        t_luo6r = (
-            b1 * t_3vbu4_2
-            + t_gousg_2 * t_mrjrx
-            - (t_qmyd7 + t_ee4pu_2)
-            - (X_y2 * t_vwfxy + K_L32 * t_4wbaz)
-        )
-        t_tbnp6 = (
-            t_njjnc
-            - t_wwtml
-            - t_3zpjj
-            - (K_L32 * t_ghubm + t_upifj * t_vwfxy)
-            - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2)
-        )
-        t_fg2sf = wth_1 * t_lf5wu - q_1 * t_pqxvx
-        t_voglz = wq_1 * t_cfvjs_2 + sin_theta1 * t_fg2sf
-        t_adcni = wth_2 * t_kfqtb - q_2 * t_g7gvo
-        t_7lire = wq_2 * t_3nsm2_2 + sin_theta2 * t_adcni
-        t_elpoq = B_1 * t_caymt
-        t_pz7ut = B_2 * t_acpzf
-        t_voglz_2 = cos_theta1 * t_fg2sf - wq_1 * t_cfvjs
-        t_7lire_2 = cos_theta2 * t_adcni - wq_2 * t_3nsm2
-        t_elpoq_2 = B_1 * t_caymt_2
-        t_pz7ut_2 = B_2 * t_acpzf_2
-        t_2jney = t_elpoq_2 + t_pz7ut_2
-        t_746kq = t_2jney * t_6dtnj + t_w6lcf * t_6dtnj * t_njjnc
-        t_wjp4t = (
-            t_voglz_2
-            + t_7lire_2
-            + (Bc_1 * t_cfvjs_2 - sin_theta1 * t_elpoq)
-            + (Bc_2 * t_3nsm2_2 - sin_theta2 * t_pz7ut)
-            + (t_w6lcf * t_6zhlz + t_f2nhc * t_746kq)
-        )
-        t_4t4mm = t_wjp4t * t_6dtnj_2 - t_vpdgs * t_6dtnj_2 * t_u6x4d
-        t_xkubd = (
-            t_voglz
-            + t_7lire
-            + (cos_theta1 * t_elpoq + Bc_1 * t_cfvjs)
-            + (cos_theta2 * t_pz7ut + Bc_2 * t_3nsm2)
-            + (t_vpdgs * t_ghubm + t_upifj * t_4t4mm)
-            - (t_w6lcf * t_6zhlz_2 + t_f2nhc_2 * t_746kq)
-        )
-        t_thqrx = t_xkubd * t_6dtnj_3 - K_L43 * t_6dtnj_3 * t_tbnp6
-        t_yioam = t_aqrn5 * t_elpoq_2 + Bs_1 * t_ipqst + l1 * t_rh7uc
-        t_kkajh = q_1 * t_ahxqe + F_n1 * t_lf5wu + (q_2 * t_l6slk + F_n2 * t_kfqtb)
-        t_zygbe = t_3hay7 * t_pz7ut_2 + Bs_2 * t_tvere + l2 * t_dbexp
-        t_ihgv7 = I1 * along_theta1_dot
-        t_5vhzn = I2 * along_theta2_dot
-        t_tufoz = (
-            t_yioam
-            - t_kkajh
-            + t_zygbe
-            - t_zmble
-            - t_trbl5
-            + (wy * t_ihgv7 + I_theta1 * along_wy)
-            + (wy * t_5vhzn + I_theta2 * along_wy)
-            - (wz * (t_sfymc * along_wy) + t_6nfyn * along_wz)
-        )
-        t_diygc = (
+        t_hxshn = (
             along_Mx
-            - t_tufoz
-            + (b1 * t_746kq + t_w6lcf * t_mrjrx)
-            + (X_y2 * t_4t4mm + t_vpdgs * t_4wbaz)
-            - (X_y3 * t_thqrx + K_L43 * t_luo6r)
+            + t_jbcsd
+            - (yhub_ax * t_q2wxs + lhub_alphaxhub_ax * t_2y5yi)
+            - (yhub_ay * t_7sprh + lhub_alphaxhub_ay * t_t7kzy)
+            - (yhub_az * t_i2qww + lhub_alphaxhub_az * t_zuu5h)
         )
-        t_nuwbt = wq_1 * t_lf5wu + q_1 * t_fg2sf + (wq_2 * t_kfqtb + q_2 * t_adcni)
-        t_jfm2l = (
-            t_nuwbt
-            - (t_vpdgs * t_wjp4t + t_ly572 * t_4t4mm)
-            - (K_L43 * t_xkubd + t_ichgo * t_thqrx)
-            - (t_w6lcf * t_2jney + t_hig3c_6 * t_746kq)
+        t_ggwdq = (
+            bob1_r_y * t_fpdd2
+            + bob1_Nxz * t_wm5sz
+            - (t_mwmzd_3 * t_wm5sz - bob1_r_y * t_jhjzk_2)
+            - (t_gxq2p_3 * t_cvwjt - bob2_r_y * t_47xr3_2)
+            + (bob2_r_y * t_zy2pp + bob2_Nxz * t_cvwjt)
+            + (bob1_r_z * t_jhjzk + t_mwmzd_2 * t_wm5sz_2)
+            - (bob1_r_z * t_tyqf6 + bob1_Nxy * t_wm5sz_2)
+            + (bob2_r_z * t_47xr3 + t_gxq2p_2 * t_cvwjt_2)
+            - (bob2_r_z * t_u65ou + bob2_Nxy * t_cvwjt_2)
+            - (lhub_alphaxhub_ax * t_rxdee + hub_K41 * t_q2wxs)
+            - (lhub_alphaxhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7sprh)
+            - (lhub_alphaxhub_az * t_unesb + khub_alphaxhub_az2 * t_i2qww)
         )
-        t_w4aft = wth_1 * t_lf5wu_2 - g_1 * t_pqxvx
-        t_6yo4d = wg_1 * t_lf5wu + q_1 * t_w4aft
-        t_ppifo = cos_theta1 * t_6yo4d - wqg_1 * t_cfvjs
-        t_j2qot = wth_2 * t_kfqtb_2 - g_2 * t_g7gvo
-        t_gz7ew = wg_2 * t_kfqtb + q_2 * t_j2qot
-        t_ietet = cos_theta2 * t_gz7ew - wqg_2 * t_3nsm2
-        t_cyell = e1 * t_elpoq
-        t_qcrez = e2 * t_pz7ut
-        t_zalnt = e1 * t_4adkh
-        t_c72eu = t_elpoq + t_zalnt
-        t_hcbev = t_w4aft - t_c72eu
-        t_6kx66 = e2 * t_ipkuk
-        t_e6ahz = t_pz7ut + t_6kx66
-        t_lel43 = t_j2qot - t_e6ahz
-        t_sp32z = t_vjftl * t_ghfub + S_sq1 * t_hcbev + (t_vsqil * t_5kb4q + S_sq2 * t_lel43)
-        t_ojxrt = t_elpoq_2 + e1 * t_4adkh_2
-        t_uoi4f = t_pz7ut_2 + e2 * t_ipkuk_2
-        t_fmlla = sin_theta1 * t_ojxrt + t_2jubo * t_cfvjs_2 + (sin_theta2 * t_uoi4f + t_ittbm * t_3nsm2_2)
-        t_f3jt2 = t_fmlla * t_6dtnj + t_s62lc * t_6dtnj * t_njjnc
-        t_47vns = (
-            t_w4aft
-            + t_j2qot
-            - t_sp32z
-            - t_voglz_2
-            - t_7lire_2
-            - (t_s62lc * t_6zhlz + t_f2nhc * t_f3jt2)
+        t_akgwv = I1 * along_phi1_dot + I2 * along_phi2_dot + total_Jxx * along_wx
+        t_ntex4 = (
+            bob1_r_z * t_uvcul
+            + bob1_fx * t_wm5sz_2
+            + (bob2_r_z * t_fwht4 + bob2_fx * t_cvwjt_2)
+            + (wx * t_vzxvc + total_Hz * along_wx)
+            - (bob1_r_x * t_dxta4 + bob1_fz * t_ifbin)
+            - (bob2_r_x * t_4cux5 + bob2_fz * t_fwubq)
+            - (wz * t_akgwv + total_Hx * along_wz)
         )
-        t_c4ius = t_47vns * t_6dtnj_2 - K_L52 * t_6dtnj_2 * t_u6x4d
-        t_dqvol = t_vjftl * t_5r2vk + SC1 * t_hcbev + (t_vsqil * t_6s5zm + SC2 * t_lel43)
-        t_4aa4s = (
-            t_voglz
-            - t_dqvol
-            + t_7lire
-            - (K_L52 * t_ghubm + t_upifj * t_c4ius)
-            - (t_s62lc * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2)
+        t_2tq7k = bob1_r_z * t_xhrku_2 + t_dugie_2 * t_wm5sz_2 + (bob1_r_x * t_y65lr + bob1_Mzz * t_ifbin)
+        t_aenrk = bob2_r_z * t_6nc4f_2 + t_s4byp_2 * t_cvwjt_2 + (bob2_r_x * t_if5h3 + bob2_Mzz * t_fwubq)
+        t_vsarx = (
+            bob1_r_z * t_giiow
+            + t_mwmzd * t_wm5sz_2
+            + (bob1_r_y * t_2tq7k + t_vh7r5 * t_wm5sz)
+            + (bob2_r_z * t_kvttc + t_gxq2p * t_cvwjt_2)
+            + (bob2_r_y * t_aenrk + t_wudhu * t_cvwjt)
         )
-        t_zlp32 = t_4aa4s * t_6dtnj_3 - K_L53 * t_6dtnj_3 * t_tbnp6
-        t_ryxwj = (
-            t_nuwbt
-            - t_ppifo
-            - t_ietet
-            + (sin_theta1 * t_cyell + t_yzhyr * t_cfvjs_2)
-            + (sin_theta2 * t_qcrez + t_q6put * t_3nsm2_2)
-            + (K_L52 * t_wjp4t + t_ly572 * t_c4ius)
-            - (K_L53 * t_xkubd + t_ichgo * t_zlp32)
-            - (t_s62lc * t_2jney + t_hig3c_6 * t_f3jt2)
+        t_tmn3p = bob1_r_x * t_5fwcx + bob1_Myz * t_ifbin
+        t_c5cgq = t_hc2k6 + t_tmn3p
+        t_jigxq = bob2_r_x * t_eu3mw + bob2_Myz * t_fwubq
+        t_2qpxk = t_tav7w + t_jigxq
+        t_g6iu4 = bob1_Mxx * t_wm5sz_2 - bob1_r_z * t_k5pnk + (bob1_r_x * t_xhrku_2 + t_dugie_2 * t_ifbin)
+        t_w7t3t = bob2_Mxx * t_cvwjt_2 - bob2_r_z * t_rkefu + (bob2_r_x * t_6nc4f_2 + t_s4byp_2 * t_fwubq)
+        t_uxc6c = t_g6iu4 + t_w7t3t
+        t_335ow = t_uxc6c * t_6dtnj + lhub_alphayhub_ax * t_6dtnj * t_en4ai
+        t_uhbvm = lhub_alphayhub_ax * t_en4ai_2 + t_lhd4o * t_335ow - (t_c5cgq + t_2qpxk)
+        t_xm4ox = t_uhbvm * t_6dtnj_2 + lhub_alphayhub_ay * t_6dtnj_2 * t_2o6cx
+        t_2l5tz = (
+            lhub_alphayhub_ax * t_en4ai_3
+            + t_lhd4o_2 * t_335ow
+            - (t_2tq7k + t_aenrk)
+            - (lhub_alphayhub_ay * t_3xjot + khub_azhub_ay1 * t_xm4ox)
         )
-        t_67ku2 = t_ryxwj * t_6dtnj_4 - K_L54 * t_6dtnj_4 * t_jfm2l
-        t_az22n = t_yioam + e1 * t_7yss7
-        t_habkf = t_zygbe + e2 * t_nsjrz
-        t_cexsj = I1 * along_phi1_dot
-        t_6syep = I2 * along_phi2_dot
-        t_tbzyq = (
-            sin_theta1 * t_az22n
-            + t_lsqzr * t_cfvjs_2
-            - (t_kkajh + t_sqgls + t_lon4y)
-            + (sin_theta2 * t_habkf + t_rbrf6 * t_3nsm2_2)
-            - t_g7pzr * t_y5zog
-            - (wy * t_cexsj + I_phi1 * along_wy)
-            - (wy * t_6syep + I_phi2 * along_wy)
-            + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
-            + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2)
+        t_c6ofl = t_2l5tz * t_6dtnj_3 - lhub_alphayhub_az * t_6dtnj_3 * t_qajmf
+        t_xck5s = (
+            t_mwmzd_3 * t_ifbin
+            - bob1_r_x * t_jhjzk_2
+            - t_vsarx
+            + (bob1_r_z * t_c5cgq + t_vh7r5_2 * t_wm5sz_2)
+            + (t_gxq2p_3 * t_fwubq - bob2_r_x * t_47xr3_2)
+            + (bob2_r_z * t_2qpxk + t_wudhu_2 * t_cvwjt_2)
+            - (lhub_alphayhub_ax * t_rxdee + hub_K41 * t_335ow)
+            - (lhub_alphayhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_xm4ox)
+            - (lhub_alphayhub_az * t_unesb + khub_alphaxhub_az2 * t_c6ofl)
         )
-        t_sqvns = (
+        t_df6uy = t_xck5s * t_6dtnj_4 - lhub_alphayhub_alphax * t_6dtnj_4 * t_ggwdq
+        t_edgbp = (
+            along_My
+            + t_ntex4
+            - t_yxxpc * t_qmyd7
+            - (yhub_alphax * t_df6uy + lhub_alphayhub_alphax * t_hxshn)
+            - (yhub_ax * t_335ow + lhub_alphayhub_ax * t_2y5yi)
+            - (yhub_ay * t_xm4ox + lhub_alphayhub_ay * t_t7kzy)
+            - (yhub_az * t_c6ofl + lhub_alphayhub_az * t_zuu5h)
+        )
+        t_2iixb = (
+            bob1_r_z * t_g6iu4
+            + bob1_Nyx * t_wm5sz_2
+            + (bob2_r_z * t_w7t3t + bob2_Nyx * t_cvwjt_2)
+            + (bob1_r_x * t_2tq7k + t_vh7r5 * t_ifbin)
+            + (bob2_r_x * t_aenrk + t_wudhu * t_fwubq)
+            - (lhub_alphayhub_ax * t_uxc6c + hub_K51 * t_335ow)
+            - (lhub_alphayhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_xm4ox)
+            - (lhub_alphayhub_az * t_2l5tz + khub_alphayhub_az2 * t_c6ofl)
+            - (lhub_alphayhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_df6uy)
+        )
+        t_3bbfd = bob1_S2rz * t_sjrjg * t_lo4s7
+        t_77444 = bob2_S2rz * t_ymfue * t_pgbia
+        t_mhtnl = (
+            bob1_r_x * t_yotdm
+            + bob1_fy * t_ifbin
+            + (bob2_r_x * t_ozpqp + bob2_fy * t_fwubq)
+            + (wy * t_akgwv + total_Hx * along_wy)
+            - (bob1_S2rz * t_ofb4i - bob1_Q2 * t_3bbfd)
+            - (bob1_r_y * t_uvcul + bob1_fx * t_wm5sz)
+            - (bob2_S2rz * t_tbamz - bob2_Q2 * t_77444)
+            - (bob2_r_y * t_fwht4 + bob2_fx * t_cvwjt)
+            - (wx * t_lr567 + total_Hy * along_wx)
+        )
+        t_te5fp = t_tmn3p + (bob1_S2rz * t_u5dbt - t_pj4i3 * t_3bbfd) + t_hc2k6_2
+        t_qegh2 = t_jigxq + (bob2_S2rz * t_gf427 - t_zludf * t_77444) + t_tav7w_2
+        t_lesup = bob1_S2rz * t_u5dbt_2 - bob1_g2_y * t_3bbfd
+        t_wqtxt = (
+            bob1_Myy * t_ifbin
+            - bob1_r_x * t_vvg2u
+            - t_lesup
+            + (bob1_r_y * t_xhrku + t_dugie * t_wm5sz)
+        )
+        t_lj4ib = bob2_S2rz * t_gf427_2 - bob2_g2_y * t_77444
+        t_kkik2 = (
+            bob2_Myy * t_fwubq
+            - bob2_r_x * t_q4jmm
+            - t_lj4ib
+            + (bob2_r_y * t_6nc4f + t_s4byp * t_cvwjt)
+        )
+        t_g6iu4_2 = bob1_r_x * t_xhrku + t_dugie * t_ifbin + (bob1_Mxx * t_wm5sz - bob1_r_y * t_k5pnk)
+        t_w7t3t_2 = bob2_r_x * t_6nc4f + t_s4byp * t_fwubq + (bob2_Mxx * t_cvwjt - bob2_r_y * t_rkefu)
+        t_uxc6c_2 = t_g6iu4_2 + t_w7t3t_2
+        t_6adcs = t_uxc6c_2 * t_6dtnj + t_ak5u5 * t_6dtnj * t_en4ai
+        t_4rqic = t_wqtxt + t_kkik2 - (t_ak5u5 * t_en4ai_2 + t_lhd4o * t_6adcs)
+        t_7tral = t_4rqic * t_6dtnj_2 + lhub_alphazhub_ay * t_6dtnj_2 * t_2o6cx
+        t_r32ka = (
+            t_te5fp
+            + t_qegh2
+            - (t_ak5u5 * t_en4ai_3 + t_lhd4o_2 * t_6adcs)
+            - (lhub_alphazhub_ay * t_3xjot + khub_azhub_ay1 * t_7tral)
+        )
+        t_cj63t = t_r32ka * t_6dtnj_3 - lhub_alphazhub_az * t_6dtnj_3 * t_qajmf
+        t_ikffs = (
+            bob1_r_y * t_te5fp
+            + bob1_Nzz * t_wm5sz
+            - (bob1_r_x * t_jhjzk + t_mwmzd_2 * t_ifbin)
+            - (bob2_r_x * t_47xr3 + t_gxq2p_2 * t_fwubq)
+            + (bob2_r_y * t_qegh2 + bob2_Nzz * t_cvwjt)
+            + (bob1_r_y * t_giiow + t_mwmzd * t_wm5sz)
+            - (bob1_r_z * t_wqtxt + bob1_Nzy * t_wm5sz_2)
+            + (bob2_r_y * t_kvttc + t_gxq2p * t_cvwjt)
+            - (bob2_r_z * t_kkik2 + bob2_Nzy * t_cvwjt_2)
+            + (t_ak5u5 * t_rxdee + hub_K41 * t_6adcs)
+            - (lhub_alphazhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7tral)
+            - (lhub_alphazhub_az * t_unesb + khub_alphaxhub_az2 * t_cj63t)
+        )
+        t_mbsz7 = t_ikffs * t_6dtnj_4 - lhub_alphazhub_alphax * t_6dtnj_4 * t_ggwdq
+        t_lbqfv = (
+            bob1_r_z * t_g6iu4_2
+            + t_ezb77 * t_wm5sz_2
+            + (bob2_r_z * t_w7t3t_2 + t_ykkjc * t_cvwjt_2)
+            + (bob1_r_x * t_te5fp + bob1_Nzz * t_ifbin)
+            + (bob2_r_x * t_qegh2 + bob2_Nzz * t_fwubq)
+        )
+        t_thfrm = (
+            t_ak5u5 * t_uxc6c
+            + hub_K51 * t_6adcs
+            - t_lbqfv
+            - (lhub_alphazhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_7tral)
+            - (lhub_alphazhub_az * t_2l5tz + khub_alphayhub_az2 * t_cj63t)
+            - (lhub_alphazhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_mbsz7)
+        )
+        t_p4kxq = t_thfrm * t_6dtnj_5 - lhub_alphazhub_alphay * t_6dtnj_5 * t_2iixb
+        t_5ibkd = (
             along_Mz
-            - t_tbzyq
-            - t_bknng * t_byxim
-            + (b1 * t_f3jt2 + t_s62lc * t_mrjrx)
-            - (X_y2 * t_c4ius + K_L52 * t_4wbaz)
-            - (X_y3 * t_zlp32 + K_L53 * t_luo6r)
-            - (X_y4 * t_67ku2 + K_L54 * t_diygc)
+            + t_mhtnl
+            - t_yxxpc * t_byxim
+            - (yhub_alphax * t_mbsz7 + lhub_alphazhub_alphax * t_hxshn)
+            - (yhub_alphay * t_p4kxq + lhub_alphazhub_alphay * t_edgbp)
+            + (yhub_ax * t_6adcs + t_ak5u5 * t_2y5yi)
+            - (yhub_ay * t_7tral + lhub_alphazhub_ay * t_t7kzy)
+            - (yhub_az * t_cj63t + lhub_alphazhub_az * t_zuu5h)
         )
-        t_s3kcr = wg_1 * t_lf5wu_2 + g_1 * t_w4aft
-        t_jgrut = wg_2 * t_kfqtb_2 + g_2 * t_j2qot
-        t_g3h43 = e1 * t_zalnt - -2.0 * t_cyell
-        t_37mlc = t_g3h43 - t_s3kcr
-        t_snmto = tn44_1 * t_ghfub + S_sq1 * t_37mlc
-        t_7xl72 = e2 * t_6kx66 - -2.0 * t_qcrez
-        t_oawgh = t_7xl72 - t_jgrut
-        t_hxniq = tn44_2 * t_5kb4q + S_sq2 * t_oawgh
-        t_k4jal = (
-            t_s3kcr
-            + t_jgrut
-            + t_nuwbt
-            + t_snmto
-            + t_hxniq
-            + -2.0 * t_ppifo
-            + -2.0 * t_ietet
-            - (K_L52 * t_47vns + t_6vega * t_c4ius)
-            - (K_L53 * t_4aa4s + t_jmicp * t_zlp32)
-            - (K_L54 * t_ryxwj + t_otpfz * t_67ku2)
-            - (t_s62lc * t_fmlla + t_6iku5 * t_f3jt2)
+        t_munvm = (
+            bob1_r_x * t_wqtxt
+            + bob1_Nzy * t_ifbin
+            - (bob1_r_x * t_lesup + t_dugie_3 * t_ifbin)
+            - (bob2_r_x * t_lj4ib + t_s4byp_3 * t_fwubq)
+            + (bob2_r_x * t_kkik2 + bob2_Nzy * t_fwubq)
+            + (bob1_r_y * t_g6iu4_2 + t_ezb77 * t_wm5sz)
+            + I1 * t_3bbfd
+            + (bob2_r_y * t_w7t3t_2 + t_ykkjc * t_cvwjt)
+            + I2 * t_77444
+            - (t_ak5u5 * t_uxc6c_2 + t_bjkdc * t_6adcs)
+            - (lhub_alphazhub_ay * t_4rqic + khub_alphazhub_ay1 * t_7tral)
+            - (lhub_alphazhub_az * t_r32ka + khub_alphazhub_az2 * t_cj63t)
+            - (lhub_alphazhub_alphax * t_ikffs + khub_alphazhub_alphax3 * t_mbsz7)
+            - (lhub_alphazhub_alphay * t_thfrm + khub_alphazhub_alphay4 * t_p4kxq)
         )
-        t_oltsa = wqg_1 * t_cfvjs_2 + sin_theta1 * t_6yo4d + (wqg_2 * t_3nsm2_2 + sin_theta2 * t_gz7ew)
-        t_fmlla_2 = cos_theta1 * t_ojxrt - t_2jubo * t_cfvjs + (cos_theta2 * t_uoi4f - t_ittbm * t_3nsm2)
-        t_f3jt2_2 = t_fmlla_2 * t_6dtnj + t_s62lc_2 * t_6dtnj * t_njjnc
-        t_hslbr = t_dqvol + (t_s62lc_2 * t_6zhlz + t_f2nhc * t_f3jt2_2)
-        t_mkfcv = t_hslbr * t_6dtnj_2 - t_bk7yo * t_6dtnj_2 * t_u6x4d
-        t_eyxcp = (
-            t_sp32z
-            + (t_c72eu + t_e6ahz)
-            + (t_bk7yo * t_ghubm + t_upifj * t_mkfcv)
-            - (t_s62lc_2 * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2_2)
+        t_f5qqq = t_5ibkd * t_6dtnj_6 - hub_alphaz * t_6dtnj_6 * t_munvm
+        t_wlcum = (
+            t_edgbp * t_6dtnj_5
+            - t_ysosa * t_6dtnj_5 * t_2iixb
+            - (lhub_alphazhub_alphay * t_f5qqq + hub_alphaz * t_p4kxq)
         )
-        t_v4e25 = t_eyxcp * t_6dtnj_3 - K_L63 * t_6dtnj_3 * t_tbnp6
-        t_lzvvt = (
-            t_oltsa
-            + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
-            + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2)
-            - (t_bk7yo * t_wjp4t + t_ly572 * t_mkfcv)
-            - (K_L63 * t_xkubd + t_ichgo * t_v4e25)
-            - (t_s62lc_2 * t_2jney + t_hig3c_6 * t_f3jt2_2)
+        t_klmfv = (
+            t_hxshn * t_6dtnj_4
+            - t_gjjfk * t_6dtnj_4 * t_ggwdq
+            - (lhub_alphayhub_alphax * t_wlcum + hub_alphay * t_df6uy)
+            - (lhub_alphazhub_alphax * t_f5qqq + hub_alphaz * t_mbsz7)
         )
-        t_gjzix = t_lzvvt * t_6dtnj_4 - K_L64 * t_6dtnj_4 * t_jfm2l
-        t_yljxh = (
-            t_oltsa
-            + (tn44_1 * t_5r2vk + SC1 * t_37mlc)
-            + (tn44_2 * t_6s5zm + SC2 * t_oawgh)
-            + (t_bk7yo * t_47vns + t_6vega * t_mkfcv)
-            - (K_L63 * t_4aa4s + t_jmicp * t_v4e25)
-            - (K_L64 * t_ryxwj + t_otpfz * t_gjzix)
-            - (t_s62lc_2 * t_fmlla + t_6iku5 * t_f3jt2_2)
+        t_pi5ob = (
+            t_zuu5h * t_6dtnj_3
+            - t_ztwwp * t_6dtnj_3 * t_qajmf
+            - (lhub_alphaxhub_az * t_klmfv + hub_alphax * t_i2qww)
+            - (lhub_alphayhub_az * t_wlcum + hub_alphay * t_c6ofl)
+            - (lhub_alphazhub_az * t_f5qqq + hub_alphaz * t_cj63t)
         )
-        t_bducc = t_yljxh * t_6dtnj_5 - K_L65 * t_6dtnj_5 * t_k4jal
-        t_d5jt4 = wz * along_wx + wx * along_wz
-        t_twxwe = (
-            cos_theta1 * t_az22n
-            - t_lsqzr * t_cfvjs
-            + (cos_theta2 * t_habkf - t_rbrf6 * t_3nsm2)
-            + (wx * t_ihgv7 + I_theta1 * along_wx)
-            + (wx * t_5vhzn + I_theta2 * along_wx)
-            - t_urwo6 * t_d5jt4
-            - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
-            - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
-            - (wz * t_cexsj + I_phi1 * along_wz)
-            - (wz * t_6syep + I_phi2 * along_wz)
+        t_6udd7 = (
+            t_t7kzy * t_6dtnj_2
+            + t_bintu * t_6dtnj_2 * t_2o6cx
+            - (lhub_alphaxhub_ay * t_klmfv + hub_alphax * t_7sprh)
+            - (lhub_alphayhub_ay * t_wlcum + hub_alphay * t_xm4ox)
+            - (lhub_alphazhub_ay * t_f5qqq + hub_alphaz * t_7tral)
+            - (lhub_azhub_ay * t_pi5ob + hub_az * t_b3pw2)
         )
-        t_kxzl7 = (
-            t_bknng * t_qmyd7
-            - (along_My + t_twxwe)
-            + (b1 * t_f3jt2_2 + t_s62lc_2 * t_mrjrx)
-            + (X_y2 * t_mkfcv + t_bk7yo * t_4wbaz)
-            - (X_y3 * t_v4e25 + K_L63 * t_luo6r)
-            - (X_y4 * t_gjzix + K_L64 * t_diygc)
-            - (X_y5 * t_bducc + K_L65 * t_sqvns)
+        t_exgoa = (
+            t_2y5yi * t_6dtnj
+            + t_bintu_2 * t_6dtnj * t_en4ai
+            - (lhub_alphaxhub_ax * t_klmfv + hub_alphax * t_q2wxs)
+            - (lhub_alphayhub_ax * t_wlcum + hub_alphay * t_335ow)
+            + (t_ak5u5 * t_f5qqq + hub_alphaz * t_6adcs)
+            + (t_skn5h * t_6udd7 + hub_ay * t_pgqbx)
+            + (t_skn5h_2 * t_pi5ob + hub_az * t_pgqbx_2)
         )
-        t_xlsqi = (
-            t_g3h43
-            + t_7xl72
-            - t_snmto
-            - t_hxniq
-            - (t_bk7yo * t_hslbr + t_avyqv * t_mkfcv)
-            - (K_L63 * t_eyxcp + t_2dahu * t_v4e25)
-            - (K_L64 * t_lzvvt + t_aolgd * t_gjzix)
-            - (K_L65 * t_yljxh + t_hdeaq * t_bducc)
-            - (t_s62lc_2 * t_fmlla_2 + t_6iku5_2 * t_f3jt2_2)
+        t_abqde = (
+            t_exgoa
+            + (hub_alphay * t_wm5sz_2 + bob1_r_z * t_wlcum)
+            - (hub_alphaz * t_wm5sz + bob1_r_y * t_f5qqq)
         )
-        t_byp6g = t_kxzl7 * t_6dtnj_6 - X_x6 * t_6dtnj_6 * t_xlsqi
-        t_o7gyr = (
-            t_sqvns * t_6dtnj_5
-            - t_bintu * t_6dtnj_5 * t_k4jal
-            - (X_x6 * t_bducc + K_L65 * t_byp6g)
+        t_2lpqc = (
+            t_6udd7
+            + (hub_alphaz * t_ifbin + bob1_r_x * t_f5qqq)
+            - (hub_alphax * t_wm5sz_2 + bob1_r_z * t_klmfv)
         )
-        t_a6ryg = (
-            t_diygc * t_6dtnj_4
-            - t_bintu_2 * t_6dtnj_4 * t_jfm2l
-            - (X_x5 * t_67ku2 + K_L54 * t_o7gyr)
-            - (X_x6 * t_gjzix + K_L64 * t_byp6g)
+        t_cbjjs = (
+            t_pi5ob
+            + (hub_alphax * t_wm5sz + bob1_r_y * t_klmfv)
+            - (hub_alphay * t_ifbin + bob1_r_x * t_wlcum)
         )
-        t_cb3iy = (
-            t_luo6r * t_6dtnj_3
-            - t_ztwwp * t_6dtnj_3 * t_tbnp6
-            - (X_x4 * t_thqrx + K_L43 * t_a6ryg)
-            - (X_x5 * t_zlp32 + K_L53 * t_o7gyr)
-            - (X_x6 * t_v4e25 + K_L63 * t_byp6g)
+        t_g2h53 = (
+            t_pcrga * t_vpzmf
+            + bob1_S1rx * t_klmfv
+            + (bob1_aPx * t_lm24u + bob1_S1tx * t_abqde)
+            + (bob1_aPy * t_m7cyo_2 + bob1_S1ty * t_2lpqc)
+            + (bob1_S1tz * t_cbjjs - bob1_aPz * t_m7cyo)
         )
-        t_qn6uf = (
-            t_4wbaz * t_6dtnj_2
-            - t_bintu_3 * t_6dtnj_2 * t_u6x4d
-            - (X_x3 * t_vwfxy + K_L32 * t_cb3iy)
-            + (X_x4 * t_4t4mm + t_vpdgs * t_a6ryg)
-            - (X_x5 * t_c4ius + K_L52 * t_o7gyr)
-            + (X_x6 * t_mkfcv + t_bk7yo * t_byp6g)
+        t_grf62 = (
+            t_exgoa
+            + (hub_alphay * t_cvwjt_2 + bob2_r_z * t_wlcum)
+            - (hub_alphaz * t_cvwjt + bob2_r_y * t_f5qqq)
         )
-        t_f4zb3 = (
-            t_mrjrx * t_6dtnj
-            + t_bintu_4 * t_6dtnj * t_njjnc
-            + (X_x2 * t_3vbu4 + t_gousg * t_qn6uf)
-            + (X_x3 * t_3vbu4_2 + t_gousg_2 * t_cb3iy)
-            + (X_x4 * t_746kq + t_w6lcf * t_a6ryg)
-            + (X_x5 * t_f3jt2 + t_s62lc * t_o7gyr)
-            + (X_x6 * t_f3jt2_2 + t_s62lc_2 * t_byp6g)
+        t_7xxj3 = (
+            t_6udd7
+            + (hub_alphaz * t_fwubq + bob2_r_x * t_f5qqq)
+            - (hub_alphax * t_cvwjt_2 + bob2_r_z * t_klmfv)
         )
-        t_ccqpp = t_o7gyr - t_y5zog
-        t_p7nos = sin_theta1 * t_o7gyr + X_x5 * t_cfvjs_2 + (cos_theta1 * t_byp6g - X_x6 * t_cfvjs)
-        t_5qnbp = t_p7nos + t_jvyzn
-        t_kykmc = (
-            e1 * t_p7nos
-            + (sin_theta1 * t_qn6uf + X_x2 * t_cfvjs_2)
-            + (cos_theta1 * t_cb3iy - X_x3 * t_cfvjs)
+        t_sxhgf = (
+            t_pi5ob
+            + (hub_alphax * t_cvwjt + bob2_r_y * t_klmfv)
+            - (hub_alphay * t_fwubq + bob2_r_x * t_wlcum)
         )
-        t_kka34 = (
-            cos_phi1 * t_kykmc
-            - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_caymt
-            + ((X_x1 - t_aqrn5) * t_caymt_2 + sin_phi1 * (t_f4zb3 - t_ipqst))
-        )
-        t_ibe72 = 1.0 / m1
-        t_fdt76 = X_x5 * cos_theta1 - X_x6 * sin_theta1
-        t_hig3c_7 = X_x4 + X_x5
-        t_pksrm = (
-            zeta1
-            + X_x2 * cos_theta1
-            + g_1 * t_fdt76
-            - t_hig3c_7 * q_1
-            - X_x3 * sin_theta1
-        )
-        t_ux4eg = g_1 * (cos_theta1 * t_o7gyr - X_x5 * t_cfvjs - (sin_theta1 * t_byp6g + X_x6 * t_cfvjs_2))
-        t_h6v5u = t_a6ryg + t_o7gyr
-        t_lcaai = (
-            t_zjx7p
-            + (cos_theta1 * t_qn6uf - X_x2 * t_cfvjs)
-            + (t_fdt76 * t_lf5wu_2 + t_ux4eg)
-            - (q_1 * t_h6v5u + t_hig3c_7 * t_lf5wu)
-            - (sin_theta1 * t_cb3iy + X_x3 * t_cfvjs_2)
-        )
-        t_hhduj = (
-            th_1 * (t_sqgls * t_ibe72 + (t_pksrm * t_lf5wu + q_1 * t_lcaai))
-            - (loss_theta1 * t_ibe72 + q_1 * t_pksrm) * t_7x4oq
-        )
-        t_erc4e = sin_theta2 * t_o7gyr + X_x5 * t_3nsm2_2 + (cos_theta2 * t_byp6g - X_x6 * t_3nsm2)
-        t_blsy6 = t_erc4e + t_3oi7g
-        t_4oius = (
-            e2 * t_erc4e
-            + (sin_theta2 * t_qn6uf + X_x2 * t_3nsm2_2)
-            + (cos_theta2 * t_cb3iy - X_x3 * t_3nsm2)
-        )
-        t_ctjmy = (
-            cos_phi2 * t_4oius
-            - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_acpzf
-            + ((X_x1 - t_3hay7) * t_acpzf_2 + sin_phi2 * (t_f4zb3 - t_tvere))
-        )
-        t_r7vy7 = 1.0 / m2
-        t_dnnxk = X_x5 * cos_theta2 - X_x6 * sin_theta2
-        t_zj7x3 = (
-            zeta2
-            + X_x2 * cos_theta2
-            + g_2 * t_dnnxk
-            - t_hig3c_7 * q_2
-            - X_x3 * sin_theta2
-        )
-        t_avidz = g_2 * (cos_theta2 * t_o7gyr - X_x5 * t_3nsm2 - (sin_theta2 * t_byp6g + X_x6 * t_3nsm2_2))
-        t_ll4xm = (
-            t_swke4
-            + (cos_theta2 * t_qn6uf - X_x2 * t_3nsm2)
-            + (t_dnnxk * t_kfqtb_2 + t_avidz)
-            - (q_2 * t_h6v5u + t_hig3c_7 * t_kfqtb)
-            - (sin_theta2 * t_cb3iy + X_x3 * t_3nsm2_2)
-        )
-        t_kwlvy = (
-            th_2 * (t_lon4y * t_r7vy7 + (t_zj7x3 * t_kfqtb + q_2 * t_ll4xm))
-            - (loss_theta2 * t_r7vy7 + q_2 * t_zj7x3) * t_mxkqr
+        t_542de = (
+            t_jlsk2 * t_mxpm2
+            + bob2_S1rx * t_klmfv
+            + (bob2_aPx * t_a4u3e + bob2_S1tx * t_grf62)
+            + (bob2_aPy * t_5bvgr_2 + bob2_S1ty * t_7xxj3)
+            + (bob2_S1tz * t_sxhgf - bob2_aPz * t_5bvgr)
         )
         return _vector(
-            t_f4zb3
-                + x_C * t_ph2zw
+            wz * along_vy
+                + vy * along_wz
                 - (wy * along_vz + vz * along_wy)
-                + (wz * along_vy + vy * along_wz),
-            t_qn6uf
-                - x_C * t_o7gyr
-                + (wx * along_vz + vz * along_wx - (wz * along_vx + vx * along_wz)),
-            t_cb3iy
-                - x_C * t_byp6g
-                + (wy * along_vx + vx * along_wy - (wx * along_vy + vy * along_wx)),
-            t_a6ryg,
-            t_d5jt4 - t_byp6g,
-            t_ccqpp,
+                + t_exgoa,
+            wx * along_vz
+                + vz * along_wx
+                - (wz * along_vx + vx * along_wz)
+                + t_6udd7,
+            wy * along_vx
+                + vx * along_wy
+                - (wx * along_vy + vy * along_wx)
+                + t_pi5ob,
+            t_klmfv,
+            t_wlcum,
+            t_f5qqq,
             along_wx,
             along_wy,
             along_wz,
@@ -7466,8 +7990,16 @@ def jvp(x, u, p, along_x, along_u):
             along_theta1_dot,
             along_phi2_dot,
             along_theta2_dot,
-            t_5qnbp - (t_zmble + I1 * (t_5qnbp + t_a6ryg)) * t_gbl6n - k1 * t_kka34,
-            -(t_ccqpp + t_hhduj),
-            t_blsy6 - (t_trbl5 + I2 * (t_blsy6 + t_a6ryg)) * t_jx6g7 - k2 * t_ctjmy,
-            -(t_ccqpp + t_kwlvy),
+            -t_g2h53,
+            t_ofb4i * t_sjrjg
+                - bob1_q2 * t_sjrjg * t_lo4s7
+                - (bob1_S2rz * t_f5qqq - hub_alphaz * t_3bbfd)
+                - (bob1_aPy * t_2zjfz + bob1_S2ty * t_2lpqc)
+                + (bob1_aPz * t_2gm53 + t_rlquh * t_cbjjs),
+            -t_542de,
+            t_tbamz * t_ymfue
+                - bob2_q2 * t_ymfue * t_pgbia
+                - (bob2_S2rz * t_f5qqq - hub_alphaz * t_77444)
+                - (bob2_aPy * t_zbw3a + bob2_S2ty * t_7xxj3)
+                + (bob2_aPz * t_kjus3 + t_i7psf * t_sxhgf),
         )

@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* Jacobian of rhs with respect to x, row by row; 4064 operations. */
+/* Jacobian of rhs with respect to x, row by row; 4649 operations. */
 void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -29,1691 +29,1860 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real t_7uxgo = Wt1 * sin_phi1;
-    const real chi1 = cos_phi1 * w_x1 - t_7uxgo;
-    const real t_7uxgo_2 = Wt1 * cos_phi1;
-    const real t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real t_365dx = Wt2 * sin_phi2;
-    const real chi2 = cos_phi2 * w_x2 - t_365dx;
-    const real t_365dx_2 = Wt2 * cos_phi2;
-    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_d2zbw;
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real t_ownis = Wn1 * lc_1;
-    const real t_plqy5 = chi1 * p[l1];
-    const real t_l5lry = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
-    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_djlym;
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real t_ayiti = t_pc5rt * cos_phi1;
-    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_ri6qi;
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real t_cmacw = Wn2 * lc_2;
-    const real t_a3tjf = chi2 * p[l2];
-    const real t_dkl52 = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
-    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_c6wyu;
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real t_ki236 = t_63ozv * cos_phi2;
-    const real F_t2 = sin_phi2 * tension2 - t_ki236;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real t_f2pcf = Bc_1 * cos_theta1;
-    const real t_u5rk4 = Bc_2 * cos_theta2;
-    const real K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_mttiv = t_yzhyr * sin_theta1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real t_zkamf = t_q6put * sin_theta2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real t_x2cfd = bob1_r1_y * bob1_twice1;
+    const real t_thr2m = bob1_r_z * bob1_twice2;
+    const real bob1_u_y = t_x2cfd + bob1_r_x * x[wz] + t_thr2m - bob1_r_z * x[wx];
+    const real t_x2cfd_2 = bob1_r1_z * bob1_twice1;
+    const real t_thr2m_2 = bob1_r_y * bob1_twice2;
+    const real bob1_u_z = t_x2cfd_2 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - t_thr2m_2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real t_vagdy = bob2_r1_y * bob2_twice1;
+    const real t_bhjcf = bob2_r_z * bob2_twice2;
+    const real bob2_u_y = t_vagdy + bob2_r_x * x[wz] + t_bhjcf - bob2_r_z * x[wx];
+    const real t_vagdy_2 = bob2_r1_z * bob2_twice1;
+    const real t_bhjcf_2 = bob2_r_y * bob2_twice2;
+    const real bob2_u_z = t_vagdy_2 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - t_bhjcf_2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_q2 = bob1_Q2 * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd);
+    const real t_r37jk = bob1_Myz * bob1_r_y;
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = t_r37jk - t_mwmzd_2 - bob1_Myy * bob1_r_z;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_z;
+    const real t_r37jk_2 = bob1_Myz * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - t_r37jk_2;
+    const real t_2fozl = bob1_Mxx * bob1_r_z;
+    const real bob1_Nyx = t_2fozl + t_dugie_2 * bob1_r_x;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real t_yiqfo_3 = t_dugie * bob1_r_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_yiqfo_3;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_q2 = bob2_Q2 * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p);
+    const real t_gvuud = bob2_Myz * bob2_r_y;
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = t_gvuud - t_gxq2p_2 - bob2_Myy * bob2_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_z;
+    const real t_gvuud_2 = bob2_Myz * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - t_gvuud_2;
+    const real t_4rrc5 = bob2_Mxx * bob2_r_z;
+    const real bob2_Nyx = t_4rrc5 + t_s4byp_2 * bob2_r_x;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real t_6j24m_3 = t_s4byp * bob2_r_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_6j24m_3;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_yiqfo_4 = t_dugie_2 * bob1_r_z;
+    const real t_vh7r5 = t_yiqfo_4 + bob1_Mzz * bob1_r_x;
+    const real t_6j24m_4 = t_s4byp_2 * bob2_r_z;
+    const real t_wudhu = t_6j24m_4 + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real t_4jexu = t_mwmzd * bob1_r_z;
+    const real t_te2vp = t_gxq2p * bob2_r_z;
+    const real t_vh7r5_2 = t_yiqfo + t_yugsj;
+    const real t_wudhu_2 = t_6j24m + t_kmmnu;
+    const real hub_K54 = t_mwmzd_3 * bob1_r_x
+        - (t_4jexu + t_vh7r5 * bob1_r_y + t_te2vp + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p_3 * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real t_4jexu_2 = t_mwmzd * bob1_r_y;
+    const real t_te2vp_2 = t_gxq2p * bob2_r_y;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_2 * bob1_r_x
+        - t_gxq2p_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_4jexu_2
+        - bob1_Nzy * bob1_r_z
+        + t_te2vp_2
+        - bob2_Nzy * bob2_r_z;
+    const real t_2fozl_2 = bob1_Mxx * bob1_r_y;
+    const real t_ezb77 = t_dugie * bob1_r_x + t_2fozl_2;
+    const real t_ohf57 = t_ezb77 * bob1_r_y;
+    const real t_4rrc5_2 = bob2_Mxx * bob2_r_y;
+    const real t_ykkjc = t_s4byp * bob2_r_x + t_4rrc5_2;
+    const real t_dejsd = t_ykkjc * bob2_r_y;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ohf57
+        - bob1_S2rz * p[I1]
+        + t_dejsd
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real t_leuxo = bob1_fx * bob1_r_z;
+    const real t_leuxo_2 = bob2_fx * bob2_r_z;
+    const real hub_b5 = t_leuxo
         + t_leuxo_2
-        + t_hig3c
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real t_mttiv_2 = t_yzhyr * cos_theta1;
-    const real t_zkamf_2 = t_q6put * cos_theta2;
-    const real K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_f2pcf_2 = F_t1 * sin_theta1;
-    const real t_u5rk4_2 = F_t2 * sin_theta2;
-    const real n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2;
-    const real t_f2pcf_3 = F_t1 * cos_theta1;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real t_u5rk4_3 = F_t2 * cos_theta2;
-    const real n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real t_6nfyn = t_sfymc * x[wy];
-    const real n4 = t_mjqai
-        - t_hig3c_5
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_6nfyn * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_l3oem = t_lsqzr * sin_theta1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real t_4d6tt = t_rbrf6 * sin_theta2;
-    const real t_g7pzr = J_C1 + (p[J_z] - p[J_y]);
-    const real n5 = t_l3oem
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
-        + t_4d6tt
-        - W12 * t_g7pzr
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real t_l3oem_2 = t_lsqzr * cos_theta1;
-    const real t_4d6tt_2 = t_rbrf6 * cos_theta2;
-    const real t_urwo6 = J_C1 + t_is5lg + t_sfymc;
-    const real n6 = t_l3oem_2
-        + t_4d6tt_2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * t_urwo6
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_f2pcf_4 = Asc_1 * sin_theta1;
-    const real t_u5rk4_4 = Asc_2 * sin_theta2;
-    const real t_f2nhc = t_f2pcf_4 + t_u5rk4_4;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2pcf_5 = Asc_1 * cos_theta1;
-    const real t_u5rk4_5 = Asc_2 * cos_theta2;
-    const real t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_7exg5 = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_7exg5 * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_rmbl5 = t_2jubo * sin_theta1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_oja3l = t_ittbm * sin_theta2;
-    const real t_6iku5 = t_rmbl5 + t_oja3l;
-    const real t_thnvm = t_6iku5 * t_6dtnj;
-    const real t_7exg5_2 = K52 - t_f2nhc * t_thnvm;
-    const real K_L52 = t_7exg5_2 * t_6dtnj_2;
-    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_f2pcf_6 = Bc_1 * sin_theta1;
-    const real t_u5rk4_6 = Bc_2 * sin_theta2;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
-    const real t_ly572 = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6 + t_f2nhc * t_w6lcf;
-    const real t_eoupv = t_ly572 * t_6dtnj_2;
-    const real t_e2ygr = K43 + t_7exg5 * t_eoupv - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_e2ygr * t_6dtnj_3;
-    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm;
-    const real K_L53 = t_g6lxe * t_6dtnj_3;
-    const real t_rmbl5_2 = t_2jubo * cos_theta1;
-    const real t_oja3l_2 = t_ittbm * cos_theta2;
-    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
-    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj;
-    const real t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2;
-    const real t_o5wmi = t_du5u3 * t_6dtnj_2;
-    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2;
-    const real K_L63 = t_hbw2v * t_6dtnj_3;
-    const real K_D4 = K44 - t_ly572 * t_eoupv - t_e2ygr * K_L43 - t_hig3c_6 * t_w6lcf;
-    const real t_wi63m = K54 + t_ly572 * K_L52 - t_e2ygr * K_L53 - t_hig3c_6 * t_thnvm;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_wi63m * t_6dtnj_4;
-    const real t_7ergp = K64 - t_ly572 * t_o5wmi - t_e2ygr * K_L63 - t_hig3c_6 * t_thnvm_2;
-    const real K_L64 = t_7ergp * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_7exg5_2 * K_L52
-        - t_g6lxe * K_L53
-        - t_wi63m * K_L54
-        - t_6iku5 * t_thnvm;
-    const real t_n4u4m = K65
-        + t_7exg5_2 * t_o5wmi
-        - t_g6lxe * K_L63
-        - t_wi63m * K_L64
-        - t_6iku5 * t_thnvm_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_n4u4m * t_6dtnj_5;
-    const real K_D6 = K66
-        - t_du5u3 * t_o5wmi
-        - t_hbw2v * K_L63
-        - t_7ergp * K_L64
-        - t_n4u4m * K_L65
-        - t_6iku5_2 * t_thnvm_2;
-    const real t_ayiti_2 = t_pc5rt * sin_phi1;
-    const real t_ki236_2 = t_63ozv * sin_phi2;
-    const real b1 = f_x + (t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2);
-    const real b2 = f_y - n2;
-    const real b4 = u[Mx] - n4;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_bknng;
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real t_leuxo_3 = bob1_fx * bob1_r_y;
+    const real t_leuxo_4 = bob2_fx * bob2_r_y;
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - t_leuxo_3
+        - bob2_Q2 * bob2_S2rz
+        - t_leuxo_4
+        - total_Hy * x[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real t_d5zcj = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_d5zcj;
+    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_d5zcj;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_d5zcj;
+    const real t_ohf57_2 = t_ezb77 * bob1_r_z;
+    const real t_dejsd_2 = t_ykkjc * bob2_r_z;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_d5zcj - (t_ohf57_2 + t_dejsd_2 + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_d5zcj;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
-    const real X_y2 = b2 + t_gousg * b1;
-    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_w6lcf * b1 + t_eoupv * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_thnvm * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_thnvm_2 * b1
-        + t_o5wmi * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real t_6dtnj_6 = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_6dtnj_6;
-    const real t_bintu = X_y5 * t_6dtnj_5;
-    const real X_x5 = t_bintu - K_L65 * X_x6;
-    const real t_bintu_2 = X_y4 * t_6dtnj_4;
-    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_ztwwp = X_y3 * t_6dtnj_3;
-    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_bintu_3 = X_y2 * t_6dtnj_2;
-    const real X_x2 = t_bintu_3
-        - K_L32 * X_x3
-        + t_eoupv * X_x4
-        - K_L52 * X_x5
-        + t_o5wmi * X_x6;
-    const real t_bintu_4 = b1 * t_6dtnj;
-    const real X_x1 = t_bintu_4
-        + t_gousg * X_x2
-        + t_gousg_2 * X_x3
-        + t_w6lcf * X_x4
-        + t_thnvm * X_x5
-        + t_thnvm_2 * X_x6;
-    const real t_f2pcf_7 = X_x5 * sin_theta1;
-    const real t_f2pcf_8 = X_x6 * cos_theta1;
-    const real G_t1 = t_f2pcf_7 + t_f2pcf_8;
-    const real t_u5rk4_7 = X_x5 * sin_theta2;
-    const real t_u5rk4_8 = X_x6 * cos_theta2;
-    const real G_t2 = t_u5rk4_7 + t_u5rk4_8;
-    const real t_m6nad = t_fyz6s * cos_phi1 + chi1 * sin_phi1;
-    const real t_7l5ed = t_m6nad - Wt1;
-    const real t_g4lmd = B_1 * t_7l5ed;
-    const real t_4glor = t_2t7vh * cos_phi2 + chi2 * sin_phi2;
-    const real t_2heqs = t_4glor - Wt2;
-    const real t_no7he = B_2 * t_2heqs;
-    const real t_fyz6s_2 = t_fyz6s + t_fyz6s;
-    const real t_wrs7t = t_6nwd2 * (t_fyz6s_2 * sin_phi1);
-    const real t_7ucg7 = cos_phi1 * t_wrs7t;
-    const real t_2t7vh_2 = t_2t7vh + t_2t7vh;
-    const real t_fa2pe = t_popww * (t_2t7vh_2 * sin_phi2);
-    const real t_uxnqa = cos_phi2 * t_fa2pe;
-    const real t_7o6hw = sin_phi1 * t_g4lmd + sin_phi2 * t_no7he - t_7ucg7 - t_uxnqa;
+    const real yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
+    const real yhub_alphax = u[Mx] + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real t_yxxpc = p[b] + p[d];
+    const real yhub_alphay = u[My]
+        + hub_b5
+        - t_gcu5g * t_yxxpc
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real yhub_alphaz = u[Mz]
+        + hub_b6
+        - f_y * t_yxxpc
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_d5zcj * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real t_6dtnj_6 = K(1.0) / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz * t_6dtnj_6;
+    const real t_ysosa = yhub_alphay * t_6dtnj_5;
+    const real hub_alphay = t_ysosa - hub_alphaz * lhub_alphazhub_alphay;
+    const real t_gjjfk = yhub_alphax * t_6dtnj_4;
+    const real hub_alphax = t_gjjfk - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real t_ztwwp = yhub_az * t_6dtnj_3;
+    const real hub_az = t_ztwwp - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real t_bintu = yhub_ay * t_6dtnj_2;
+    const real hub_ay = t_bintu
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real t_bintu_2 = yhub_ax * t_6dtnj;
+    const real hub_ax = t_bintu_2
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_d5zcj
+        + hub_ay * t_skn5h
+        + hub_az * t_skn5h_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real t_sxazp = x[wy] * bob1_r_y;
+    const real t_ic3ud = x[wz] * bob1_r_z;
+    const real t_ipz3m = t_sxazp + t_ic3ud;
+    const real t_yez77 = p[m1] * t_ipz3m;
+    const real t_j5f44 = x[wx] * bob1_r_y;
+    const real t_7i2je = p[m1] * (t_j5f44 + bob1_u_z);
+    const real t_j5f44_2 = x[wx] * bob1_r_z;
+    const real t_xtyxz = p[m1] * (bob1_u_y - t_j5f44_2);
+    const real t_3su2d = bob1_r1_x * t_yez77 - bob1_r1_y * t_7i2je + bob1_r1_z * t_xtyxz;
+    const real t_7tb2z = bob1_S1tx * t_3su2d - t_yez77;
+    const real t_sxazp_2 = x[wy] * bob2_r_y;
+    const real t_ic3ud_2 = x[wz] * bob2_r_z;
+    const real t_ipz3m_2 = t_sxazp_2 + t_ic3ud_2;
+    const real t_rcik7 = p[m2] * t_ipz3m_2;
+    const real t_j5f44_3 = x[wx] * bob2_r_y;
+    const real t_4pf7n = p[m2] * (t_j5f44_3 + bob2_u_z);
+    const real t_j5f44_4 = x[wx] * bob2_r_z;
+    const real t_fnaha = p[m2] * (bob2_u_y - t_j5f44_4);
+    const real t_fnng3 = bob2_r1_x * t_rcik7 - bob2_r1_y * t_4pf7n + bob2_r1_z * t_fnaha;
+    const real t_d4tsz = bob2_S1tx * t_fnng3 - t_rcik7;
+    const real t_y3f4s = t_7tb2z + t_d4tsz;
+    const real t_4jp7i = bob1_r_y * t_xtyxz + bob1_r_z * t_7i2je;
+    const real t_7kyui = bob1_S1tz * t_3su2d - t_xtyxz + t_rlquh * t_4jp7i;
+    const real t_uyiyn = bob2_r_y * t_fnaha + bob2_r_z * t_4pf7n;
+    const real t_yescm = bob2_S1tz * t_fnng3 - t_fnaha + t_i7psf * t_uyiyn;
+    const real t_cuoet = bob1_S1ty * t_3su2d + t_7i2je - bob1_S2ty * t_4jp7i;
+    const real t_bztw6 = bob2_S1ty * t_fnng3 + t_4pf7n - bob2_S2ty * t_uyiyn;
+    const real t_cw6ld = t_cuoet + t_bztw6 + stream_z + t_skn5h * t_y3f4s;
+    const real t_vmv3m = t_7kyui + t_yescm + t_uw5f5 + t_skn5h_2 * t_y3f4s - lhub_azhub_ay * t_cw6ld;
+    const real t_fl5g3 = bob1_r_y * t_7kyui
+        + bob2_r_y * t_yescm
+        + bob1_S1rx * t_3su2d
+        - bob1_r_z * t_cuoet
+        + bob2_S1rx * t_fnng3
+        - bob2_r_z * t_bztw6
+        - lhub_alphaxhub_ax * t_y3f4s
+        - lhub_alphaxhub_ay * t_cw6ld
+        - lhub_alphaxhub_az * t_vmv3m;
+    const real t_m5cjz = bob1_r_z * t_7tb2z
+        + bob2_r_z * t_d4tsz
+        + total_Hz
+        - bob1_r_x * t_7kyui
+        - bob2_r_x * t_yescm
+        - x[wz] * total_Jxx
+        - lhub_alphayhub_alphax * t_fl5g3
+        - lhub_alphayhub_ax * t_y3f4s
+        - lhub_alphayhub_ay * t_cw6ld
+        - lhub_alphayhub_az * t_vmv3m;
+    const real t_aqsal = bob1_r_x * t_cuoet
+        + bob2_r_x * t_bztw6
+        + x[wy] * total_Jxx
+        - bob1_S2rz * t_4jp7i
+        - bob1_r_y * t_7tb2z
+        - bob2_S2rz * t_uyiyn
+        - bob2_r_y * t_d4tsz
+        - total_Hy
+        - lhub_alphazhub_alphax * t_fl5g3
+        - lhub_alphazhub_alphay * t_m5cjz
+        + t_d5zcj * t_y3f4s
+        - lhub_alphazhub_ay * t_cw6ld
+        - lhub_alphazhub_az * t_vmv3m;
+    const real t_ccii2 = t_aqsal * t_6dtnj_6;
+    const real t_35pit = t_m5cjz * t_6dtnj_5 - lhub_alphazhub_alphay * t_ccii2;
+    const real t_jkbeg = t_fl5g3 * t_6dtnj_4 - lhub_alphayhub_alphax * t_35pit - lhub_alphazhub_alphax * t_ccii2;
+    const real t_a3kmq = t_vmv3m * t_6dtnj_3 - lhub_alphaxhub_az * t_jkbeg - lhub_alphayhub_az * t_35pit - lhub_alphazhub_az * t_ccii2;
+    const real t_jg7p4 = t_cw6ld * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_jkbeg
+        - lhub_alphayhub_ay * t_35pit
+        - lhub_alphazhub_ay * t_ccii2
+        - lhub_azhub_ay * t_a3kmq;
+    const real t_lets6 = t_y3f4s * t_6dtnj
+        - lhub_alphaxhub_ax * t_jkbeg
+        - lhub_alphayhub_ax * t_35pit
+        + t_d5zcj * t_ccii2
+        + t_skn5h * t_jg7p4
+        + t_skn5h_2 * t_a3kmq;
+    const real t_pa2dd = p[m1] * (bob1_u_z - x[wy] * bob1_r_x);
+    const real t_czw3t = x[wx] * bob1_r_x;
+    const real t_w5jfo = p[m1] * (t_ic3ud + t_czw3t);
+    const real t_kvzcn = p[m1] * (x[wy] * bob1_r_z + bob1_u_x);
+    const real t_yxocf = bob1_r1_x * t_pa2dd + bob1_r1_y * t_w5jfo - bob1_r1_z * t_kvzcn;
+    const real t_nlk72 = bob1_S1tx * t_yxocf - t_pa2dd;
+    const real t_fun7y = p[m2] * (bob2_u_z - x[wy] * bob2_r_x);
+    const real t_5gqna = x[wx] * bob2_r_x;
+    const real t_kalcs = p[m2] * (t_ic3ud_2 + t_5gqna);
+    const real t_defow = p[m2] * (x[wy] * bob2_r_z + bob2_u_x);
+    const real t_b5be3 = bob2_r1_x * t_fun7y + bob2_r1_y * t_kalcs - bob2_r1_z * t_defow;
+    const real t_smnjh = bob2_S1tx * t_b5be3 - t_fun7y;
+    const real t_xbgwk = x[wy] * t_cub74;
+    const real t_szlq7 = t_nlk72 + t_smnjh - (t_xbgwk + t_xbgwk);
+    const real t_lijq2 = bob1_r_y * t_kvzcn + bob1_r_z * t_w5jfo;
+    const real t_3o3rl = bob1_S1tz * t_yxocf + t_kvzcn - t_rlquh * t_lijq2;
+    const real t_zvvta = bob2_r_y * t_defow + bob2_r_z * t_kalcs;
+    const real t_tqnfd = bob2_S1tz * t_b5be3 + t_defow - t_i7psf * t_zvvta;
+    const real t_g2djh = bob1_S1ty * t_yxocf - t_w5jfo + bob1_S2ty * t_lijq2;
+    const real t_wk2b4 = bob2_S1ty * t_b5be3 - t_kalcs + bob2_S2ty * t_zvvta;
+    const real t_lmipk = x[wx] * t_cub74;
+    const real t_mcbkb = t_g2djh + t_wk2b4 + t_lmipk + t_skn5h * t_szlq7;
+    const real t_xyify = t_3o3rl + t_tqnfd + t_skn5h_2 * t_szlq7 - lhub_azhub_ay * t_mcbkb;
+    const real t_mvrmb = bob1_r_y * t_3o3rl
+        + bob2_r_y * t_tqnfd
+        + x[wz] * total_Jyy
+        + bob1_S1rx * t_yxocf
+        - bob1_r_z * t_g2djh
+        + bob2_S1rx * t_b5be3
+        - bob2_r_z * t_wk2b4
+        - total_Hz
+        - lhub_alphaxhub_ax * t_szlq7
+        - lhub_alphaxhub_ay * t_mcbkb
+        - lhub_alphaxhub_az * t_xyify;
+    const real t_dfdgi = bob1_r_z * t_nlk72
+        + bob2_r_z * t_smnjh
+        - bob1_r_x * t_3o3rl
+        - bob2_r_x * t_tqnfd
+        - lhub_alphayhub_alphax * t_mvrmb
+        - lhub_alphayhub_ax * t_szlq7
+        - lhub_alphayhub_ay * t_mcbkb
+        - lhub_alphayhub_az * t_xyify;
+    const real t_hqd6t = bob1_r_x * t_g2djh
+        + bob2_r_x * t_wk2b4
+        + total_Hx
+        + bob1_S2rz * t_lijq2
+        - bob1_r_y * t_nlk72
+        + bob2_S2rz * t_zvvta
+        - bob2_r_y * t_smnjh
+        - x[wx] * total_Jyy
+        - lhub_alphazhub_alphax * t_mvrmb
+        - lhub_alphazhub_alphay * t_dfdgi
+        + t_d5zcj * t_szlq7
+        - lhub_alphazhub_ay * t_mcbkb
+        - lhub_alphazhub_az * t_xyify;
+    const real t_hsvjy = t_hqd6t * t_6dtnj_6;
+    const real t_uptv7 = t_dfdgi * t_6dtnj_5 - lhub_alphazhub_alphay * t_hsvjy;
+    const real t_ow5nb = t_mvrmb * t_6dtnj_4 - lhub_alphayhub_alphax * t_uptv7 - lhub_alphazhub_alphax * t_hsvjy;
+    const real t_mwxfq = t_xyify * t_6dtnj_3 - lhub_alphaxhub_az * t_ow5nb - lhub_alphayhub_az * t_uptv7 - lhub_alphazhub_az * t_hsvjy;
+    const real t_ekati = t_mcbkb * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_ow5nb
+        - lhub_alphayhub_ay * t_uptv7
+        - lhub_alphazhub_ay * t_hsvjy
+        - lhub_azhub_ay * t_mwxfq;
+    const real t_zg5we = t_szlq7 * t_6dtnj
+        - lhub_alphaxhub_ax * t_ow5nb
+        - lhub_alphayhub_ax * t_uptv7
+        + t_d5zcj * t_hsvjy
+        + t_skn5h * t_ekati
+        + t_skn5h_2 * t_mwxfq;
+    const real t_an7ba = p[m1] * (bob1_u_x - x[wz] * bob1_r_y);
+    const real t_s2tbj = p[m1] * (x[wz] * bob1_r_x + bob1_u_y);
+    const real t_henzt = p[m1] * (t_czw3t + t_sxazp);
+    const real t_webdt = bob1_r1_y * t_an7ba - bob1_r1_x * t_s2tbj + bob1_r1_z * t_henzt;
+    const real t_a7rjv = bob1_S1tx * t_webdt + t_s2tbj;
+    const real t_25z6v = p[m2] * (bob2_u_x - x[wz] * bob2_r_y);
+    const real t_znulx = p[m2] * (x[wz] * bob2_r_x + bob2_u_y);
+    const real t_ttcyg = p[m2] * (t_5gqna + t_sxazp_2);
+    const real t_j74uq = bob2_r1_y * t_25z6v - bob2_r1_x * t_znulx + bob2_r1_z * t_ttcyg;
+    const real t_v4z6m = bob2_S1tx * t_j74uq + t_znulx;
+    const real t_uw5f5_2 = x[wz] * t_cub74;
+    const real t_5v6cv = t_a7rjv + t_v4z6m - (t_uw5f5_2 + t_uw5f5_2);
+    const real t_47tuz = bob1_r_y * t_henzt - bob1_r_z * t_an7ba;
+    const real t_fvnik = bob1_S1tz * t_webdt - t_henzt + t_rlquh * t_47tuz;
+    const real t_oxwib = bob2_r_y * t_ttcyg - bob2_r_z * t_25z6v;
+    const real t_74fzj = bob2_S1tz * t_j74uq - t_ttcyg + t_i7psf * t_oxwib;
+    const real t_nabxq = bob1_S1ty * t_webdt - t_an7ba - bob1_S2ty * t_47tuz;
+    const real t_qj4et = bob2_S1ty * t_j74uq - t_25z6v - bob2_S2ty * t_oxwib;
+    const real t_cjk3j = t_nabxq + t_qj4et + t_skn5h * t_5v6cv;
+    const real t_t5cle = t_fvnik + t_74fzj + t_lmipk + t_skn5h_2 * t_5v6cv - lhub_azhub_ay * t_cjk3j;
+    const real t_xfaz6 = bob1_r_y * t_fvnik
+        + bob2_r_y * t_74fzj
+        + total_Hy
+        + bob1_S1rx * t_webdt
+        - bob1_r_z * t_nabxq
+        + bob2_S1rx * t_j74uq
+        - bob2_r_z * t_qj4et
+        - x[wy] * total_Jzz
+        - lhub_alphaxhub_ax * t_5v6cv
+        - lhub_alphaxhub_ay * t_cjk3j
+        - lhub_alphaxhub_az * t_t5cle;
+    const real t_f3q2s = bob1_r_z * t_a7rjv
+        + bob2_r_z * t_v4z6m
+        + x[wx] * total_Jzz
+        - bob1_r_x * t_fvnik
+        - bob2_r_x * t_74fzj
+        - total_Hx
+        - lhub_alphayhub_alphax * t_xfaz6
+        - lhub_alphayhub_ax * t_5v6cv
+        - lhub_alphayhub_ay * t_cjk3j
+        - lhub_alphayhub_az * t_t5cle;
+    const real t_lrspa = bob1_r_x * t_nabxq
+        + bob2_r_x * t_qj4et
+        - bob1_S2rz * t_47tuz
+        - bob1_r_y * t_a7rjv
+        - bob2_S2rz * t_oxwib
+        - bob2_r_y * t_v4z6m
+        - lhub_alphazhub_alphax * t_xfaz6
+        - lhub_alphazhub_alphay * t_f3q2s
+        + t_d5zcj * t_5v6cv
+        - lhub_alphazhub_ay * t_cjk3j
+        - lhub_alphazhub_az * t_t5cle;
+    const real t_bl3qo = t_lrspa * t_6dtnj_6;
+    const real t_jljck = t_f3q2s * t_6dtnj_5 - lhub_alphazhub_alphay * t_bl3qo;
+    const real t_nrcvi = t_xfaz6 * t_6dtnj_4 - lhub_alphayhub_alphax * t_jljck - lhub_alphazhub_alphax * t_bl3qo;
+    const real t_bllhs = t_t5cle * t_6dtnj_3 - lhub_alphaxhub_az * t_nrcvi - lhub_alphayhub_az * t_jljck - lhub_alphazhub_az * t_bl3qo;
+    const real t_rgv5n = t_cjk3j * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_nrcvi
+        - lhub_alphayhub_ay * t_jljck
+        - lhub_alphazhub_ay * t_bl3qo
+        - lhub_azhub_ay * t_bllhs;
+    const real t_zjdzu = t_5v6cv * t_6dtnj
+        - lhub_alphaxhub_ax * t_nrcvi
+        - lhub_alphayhub_ax * t_jljck
+        + t_d5zcj * t_bl3qo
+        + t_skn5h * t_rgv5n
+        + t_skn5h_2 * t_bllhs;
     const real t_rcy73 = p[l1] * cos_phi1;
-    const real t_ux5vm = t_l5lry * t_rcy73;
-    const real t_oqkav = q_1 * x[wy] + t_ownis - t_ux5vm;
-    const real t_vrfyi = th_1 * (p[I1] * t_oqkav);
-    const real t_l6a3v = cos_theta1 * t_vrfyi;
-    const real t_uvqau = p[l2] * cos_phi2;
-    const real t_n2a3s = t_dkl52 * t_uvqau;
-    const real t_6icf5 = q_2 * x[wy] + t_cmacw - t_n2a3s;
-    const real t_rv6hp = th_2 * (p[I2] * t_6icf5);
-    const real t_bece6 = cos_theta2 * t_rv6hp;
-    const real t_7ucg7_2 = sin_phi1 * t_wrs7t;
-    const real t_lmque = t_7ucg7_2 + cos_phi1 * t_g4lmd;
-    const real t_uxnqa_2 = sin_phi2 * t_fa2pe;
-    const real t_rtokx = t_uxnqa_2 + cos_phi2 * t_no7he;
-    const real t_uv4jl = t_gousg * t_7o6hw - (t_l6a3v + t_bece6 - sin_theta1 * t_lmque - sin_theta2 * t_rtokx);
-    const real t_l6a3v_2 = sin_theta1 * t_vrfyi;
-    const real t_bece6_2 = sin_theta2 * t_rv6hp;
-    const real t_y4lyc = t_gousg_2 * t_7o6hw
-        + (cos_theta1 * t_lmque + (t_l6a3v_2 + t_bece6_2) + cos_theta2 * t_rtokx)
-        - K_L32 * t_uv4jl;
-    const real t_ozehl = p[l1] * t_g4lmd;
-    const real t_b2mjs = q_1 * t_vrfyi + q_2 * t_rv6hp;
-    const real t_6b3j2 = p[l2] * t_no7he;
-    const real t_ucyjm = t_w6lcf * t_7o6hw
-        - (t_ozehl - t_b2mjs + t_6b3j2)
-        + t_eoupv * t_uv4jl
-        - K_L43 * t_y4lyc;
-    const real t_rtcuq = t_ozehl - e1 * t_lmque;
-    const real t_pddzf = t_6b3j2 - e2 * t_rtokx;
-    const real t_q5bbo = sin_theta1 * t_rtcuq
-        - t_b2mjs
-        + sin_theta2 * t_pddzf
-        - t_g7pzr * x[wy]
-        + g_1 * t_l6a3v
-        + g_2 * t_bece6;
-    const real t_wmt6f = t_thnvm * t_7o6hw
-        - t_q5bbo
-        - K_L52 * t_uv4jl
-        - K_L53 * t_y4lyc
-        - K_L54 * t_ucyjm;
-    const real t_v43pb = cos_theta1 * t_rtcuq
-        + cos_theta2 * t_pddzf
-        + I_theta1
-        + I_theta2
-        - t_urwo6 * x[wz]
-        - g_1 * t_l6a3v_2
-        - g_2 * t_bece6_2;
-    const real t_mbf67 = t_thnvm_2 * t_7o6hw
-        - t_v43pb
-        + t_o5wmi * t_uv4jl
-        - K_L63 * t_y4lyc
-        - K_L64 * t_ucyjm
-        - K_L65 * t_wmt6f;
-    const real t_poebv = t_mbf67 * t_6dtnj_6;
-    const real t_dtjyx = t_wmt6f * t_6dtnj_5 - K_L65 * t_poebv;
-    const real t_b2dl7 = t_ucyjm * t_6dtnj_4 - K_L54 * t_dtjyx - K_L64 * t_poebv;
-    const real t_fto3h = t_y4lyc * t_6dtnj_3 - K_L43 * t_b2dl7 - K_L53 * t_dtjyx - K_L63 * t_poebv;
-    const real t_4uruq = t_uv4jl * t_6dtnj_2
-        - K_L32 * t_fto3h
-        + t_eoupv * t_b2dl7
-        - K_L52 * t_dtjyx
-        + t_o5wmi * t_poebv;
-    const real t_5thgk = t_7o6hw * t_6dtnj
-        + t_gousg * t_4uruq
-        + t_gousg_2 * t_fto3h
-        + t_w6lcf * t_b2dl7
-        + t_thnvm * t_dtjyx
-        + t_thnvm_2 * t_poebv;
-    const real t_7fukq = cos_phi1 * sin_theta1;
-    const real t_7fukq_2 = sin_phi1 * sin_theta1;
-    const real t_jlhz4 = chi1 * t_7fukq - t_fyz6s * t_7fukq_2 - w_x1 * sin_theta1;
-    const real t_wxrry = B_1 * t_jlhz4;
-    const real t_2m4cx = cos_phi2 * sin_theta2;
-    const real t_2m4cx_2 = sin_phi2 * sin_theta2;
-    const real t_j4oea = chi2 * t_2m4cx - t_2t7vh * t_2m4cx_2 - w_x2 * sin_theta2;
-    const real t_u7woh = B_2 * t_j4oea;
-    const real t_wussy = x[wy] + x[wy];
-    const real t_vns3w = e1 * t_wussy;
-    const real t_lcyz4 = p1 + p1;
-    const real t_nkbhu = mv1 * (cos_phi1 * t_vns3w) - t_6nwd2 * (t_fyz6s_2 * t_7fukq + t_lcyz4 * cos_theta1);
-    const real t_7mfdv = e2 * t_wussy;
-    const real t_jsckv = p2 + p2;
-    const real t_dnv4p = mv2 * (cos_phi2 * t_7mfdv) - t_popww * (t_2t7vh_2 * t_2m4cx + t_jsckv * cos_theta2);
-    const real t_fpn55 = sin_phi1 * t_wxrry + sin_phi2 * t_u7woh + cos_phi1 * t_nkbhu + cos_phi2 * t_dnv4p;
-    const real t_wifst = q_1 * x[wx]
-        + w_x1 * (lc_1 * cos_theta1)
-        - (t_plqy5 * cos_theta1 - t_l5lry * (p[l1] * t_7fukq_2));
-    const real t_5podz = th_1 * (p[I1] * t_wifst);
-    const real t_lhpev = cos_theta1 * t_5podz;
-    const real t_memuv = q_2 * x[wx]
-        + w_x2 * (lc_2 * cos_theta2)
-        - (t_a3tjf * cos_theta2 - t_dkl52 * (p[l2] * t_2m4cx_2));
-    const real t_jsutt = th_2 * (p[I2] * t_memuv);
-    const real t_dev2l = cos_theta2 * t_jsutt;
-    const real t_tbgkc = sin_phi1 * t_nkbhu - cos_phi1 * t_wxrry;
-    const real t_kfbmz = sin_phi2 * t_dnv4p - cos_phi2 * t_u7woh;
-    const real t_cjywp = t_gousg * t_fpn55 - (t_lhpev + t_dev2l + sin_theta1 * t_tbgkc + sin_theta2 * t_kfbmz);
-    const real t_lhpev_2 = sin_theta1 * t_5podz;
-    const real t_dev2l_2 = sin_theta2 * t_jsutt;
-    const real t_6lchq = t_gousg_2 * t_fpn55
-        - (cos_theta1 * t_tbgkc - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_kfbmz)
-        - K_L32 * t_cjywp;
-    const real t_4jbki = Bs_1 * t_vns3w + p[l1] * t_wxrry;
-    const real t_e2vne = q_1 * t_5podz + q_2 * t_jsutt;
-    const real t_d3qxr = Bs_2 * t_7mfdv + p[l2] * t_u7woh;
-    const real t_ypf3l = t_w6lcf * t_fpn55
-        - (t_4jbki - t_e2vne + t_d3qxr + I_theta1 + I_theta2 - x[wz] * t_sfymc)
-        + t_eoupv * t_cjywp
-        - K_L43 * t_6lchq;
-    const real t_nbknf = t_4jbki + e1 * t_tbgkc;
-    const real t_lqsc7 = t_d3qxr + e2 * t_kfbmz;
-    const real t_2aifp = sin_theta1 * t_nbknf
-        - t_e2vne
-        + sin_theta2 * t_lqsc7
-        - t_g7pzr * x[wx]
-        - I_phi1
-        - I_phi2
-        + g_1 * t_lhpev
-        + g_2 * t_dev2l;
-    const real t_g56pb = t_thnvm * t_fpn55
-        - t_2aifp
-        - K_L52 * t_cjywp
-        - K_L53 * t_6lchq
-        - K_L54 * t_ypf3l;
-    const real t_f63pe = t_thnvm_2 * t_fpn55
-        - (cos_theta1 * t_nbknf + cos_theta2 * t_lqsc7 - g_1 * t_lhpev_2 - g_2 * t_dev2l_2)
-        + t_o5wmi * t_cjywp
-        - K_L63 * t_6lchq
-        - K_L64 * t_ypf3l
-        - K_L65 * t_g56pb;
-    const real t_3oeyp = t_f63pe * t_6dtnj_6;
-    const real t_qquhy = t_g56pb * t_6dtnj_5 - K_L65 * t_3oeyp;
-    const real t_picgh = t_ypf3l * t_6dtnj_4 - K_L54 * t_qquhy - K_L64 * t_3oeyp;
-    const real t_4f33v = t_6lchq * t_6dtnj_3 - K_L43 * t_picgh - K_L53 * t_qquhy - K_L63 * t_3oeyp;
-    const real t_rg3c5 = t_cjywp * t_6dtnj_2
-        - K_L32 * t_4f33v
-        + t_eoupv * t_picgh
-        - K_L52 * t_qquhy
-        + t_o5wmi * t_3oeyp;
-    const real t_f3ox4 = t_fpn55 * t_6dtnj
-        + t_gousg * t_rg3c5
-        + t_gousg_2 * t_4f33v
-        + t_w6lcf * t_picgh
-        + t_thnvm * t_qquhy
-        + t_thnvm_2 * t_3oeyp;
-    const real t_7fukq_3 = cos_phi1 * cos_theta1;
-    const real t_7fukq_4 = sin_phi1 * cos_theta1;
-    const real t_jlhz4_2 = chi1 * t_7fukq_3 - t_fyz6s * t_7fukq_4 - w_x1 * cos_theta1;
-    const real t_wxrry_2 = B_1 * t_jlhz4_2;
-    const real t_2m4cx_3 = cos_phi2 * cos_theta2;
-    const real t_2m4cx_4 = sin_phi2 * cos_theta2;
-    const real t_j4oea_2 = chi2 * t_2m4cx_3 - t_2t7vh * t_2m4cx_4 - w_x2 * cos_theta2;
-    const real t_u7woh_2 = B_2 * t_j4oea_2;
-    const real t_pzkfy = x[wz] + x[wz];
-    const real t_prue4 = e1 * t_pzkfy;
-    const real t_etz5v = mv1 * (cos_phi1 * t_prue4) - t_6nwd2 * (t_fyz6s_2 * t_7fukq_3 - t_lcyz4 * sin_theta1);
-    const real t_g3uxy = e2 * t_pzkfy;
-    const real t_4rnat = mv2 * (cos_phi2 * t_g3uxy) - t_popww * (t_2t7vh_2 * t_2m4cx_3 - t_jsckv * sin_theta2);
-    const real t_fpn55_2 = sin_phi1 * t_wxrry_2 + sin_phi2 * t_u7woh_2 + cos_phi1 * t_etz5v + cos_phi2 * t_4rnat;
-    const real t_aewla = t_l5lry * (p[l1] * t_7fukq_4) + t_plqy5 * sin_theta1 - w_x1 * (lc_1 * sin_theta1);
-    const real t_dpd5l = th_1 * (p[I1] * t_aewla);
-    const real t_lok4o = cos_theta1 * t_dpd5l;
-    const real t_solvx = t_dkl52 * (p[l2] * t_2m4cx_4) + t_a3tjf * sin_theta2 - w_x2 * (lc_2 * sin_theta2);
-    const real t_hsipp = th_2 * (p[I2] * t_solvx);
-    const real t_biccq = cos_theta2 * t_hsipp;
-    const real t_tbgkc_2 = sin_phi1 * t_etz5v - cos_phi1 * t_wxrry_2;
-    const real t_kfbmz_2 = sin_phi2 * t_4rnat - cos_phi2 * t_u7woh_2;
-    const real t_cjywp_2 = t_gousg * t_fpn55_2 - (t_lok4o + t_biccq + sin_theta1 * t_tbgkc_2 + sin_theta2 * t_kfbmz_2);
-    const real t_lok4o_2 = sin_theta1 * t_dpd5l;
-    const real t_biccq_2 = sin_theta2 * t_hsipp;
-    const real t_6lchq_2 = t_gousg_2 * t_fpn55_2
-        - (cos_theta1 * t_tbgkc_2 - (t_lok4o_2 + t_biccq_2) + cos_theta2 * t_kfbmz_2)
-        - K_L32 * t_cjywp_2;
-    const real t_7qagz = Bs_1 * t_prue4 + p[l1] * t_wxrry_2;
-    const real t_nngqx = q_1 * t_dpd5l + q_2 * t_hsipp;
-    const real t_my4po = Bs_2 * t_g3uxy + p[l2] * t_u7woh_2;
-    const real t_tdp3n = t_w6lcf * t_fpn55_2
-        - (t_7qagz - t_nngqx + t_my4po - t_6nfyn)
-        + t_eoupv * t_cjywp_2
-        - K_L43 * t_6lchq_2;
-    const real t_nbknf_2 = t_7qagz + e1 * t_tbgkc_2;
-    const real t_lqsc7_2 = t_my4po + e2 * t_kfbmz_2;
-    const real t_v447q = sin_theta1 * t_nbknf_2
-        - t_nngqx
-        + sin_theta2 * t_lqsc7_2
-        + g_1 * t_lok4o
-        + g_2 * t_biccq;
-    const real t_p5yof = t_thnvm * t_fpn55_2
-        - t_v447q
-        - K_L52 * t_cjywp_2
-        - K_L53 * t_6lchq_2
-        - K_L54 * t_tdp3n;
-    const real t_3m5c4 = cos_theta1 * t_nbknf_2
-        + cos_theta2 * t_lqsc7_2
-        - t_urwo6 * x[wx]
-        - g_1 * t_lok4o_2
-        - g_2 * t_biccq_2
-        - I_phi1
-        - I_phi2;
-    const real t_7nciy = t_thnvm_2 * t_fpn55_2
-        - t_3m5c4
-        + t_o5wmi * t_cjywp_2
-        - K_L63 * t_6lchq_2
-        - K_L64 * t_tdp3n
-        - K_L65 * t_p5yof;
-    const real t_33kza = t_7nciy * t_6dtnj_6;
-    const real t_aog3f = t_p5yof * t_6dtnj_5 - K_L65 * t_33kza;
-    const real t_hclb6 = t_tdp3n * t_6dtnj_4 - K_L54 * t_aog3f - K_L64 * t_33kza;
-    const real t_2owzs = t_6lchq_2 * t_6dtnj_3 - K_L43 * t_hclb6 - K_L53 * t_aog3f - K_L63 * t_33kza;
-    const real t_6swwx = t_cjywp_2 * t_6dtnj_2
-        - K_L32 * t_2owzs
-        + t_eoupv * t_hclb6
-        - K_L52 * t_aog3f
-        + t_o5wmi * t_33kza;
-    const real t_o3fms = t_fpn55_2 * t_6dtnj
-        + t_gousg * t_6swwx
-        + t_gousg_2 * t_2owzs
-        + t_w6lcf * t_hclb6
-        + t_thnvm * t_aog3f
-        + t_thnvm_2 * t_33kza;
-    const real t_fyz6s_3 = w_x1 * cos_phi1 - t_7uxgo;
-    const real t_fyz6s_4 = w_x1 * sin_phi1 + t_7uxgo_2;
-    const real t_vfk7p = chi1 * t_fyz6s_3 - t_fyz6s * t_fyz6s_4;
-    const real t_a7om6 = B_1 * t_vfk7p;
-    const real t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_3);
-    const real t_m6622 = sin_phi1 * t_a7om6 + t_ayiti - (tension1 * sin_phi1 + cos_phi1 * t_z6kkk);
-    const real t_temm3 = t_bintu_4 * t_6dtnj;
-    const real t_h4wyb = mv1 * cos_phi1;
-    const real t_c3bgc = sin_phi1 * t_h4wyb + Asc_1;
-    const real t_c3bgc_2 = cos_phi1 * t_h4wyb - Ass_1;
-    const real t_ptemu = sin_theta1 * t_c3bgc_2;
-    const real t_jza4m = t_gousg * t_6dtnj;
-    const real t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc;
+    const real t_jzt2o = sin_theta1 * t_rcy73;
     const real t_rcy73_2 = p[l1] * sin_phi1;
-    const real t_x7xth = W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (p[l1] * t_fyz6s_4);
-    const real t_ffhbv = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_rcy73));
-    const real t_mbiwq = th_1 * (p[I1] * t_x7xth - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv;
-    const real t_2btv3 = cos_theta1 * t_mbiwq;
-    const real t_m6622_2 = tension1 * cos_phi1 - sin_phi1 * t_z6kkk - (cos_phi1 * t_a7om6 - t_ayiti_2);
-    const real t_dwaib = b1 * t_zczsz + t_gousg * t_m6622 - (t_2btv3 + sin_theta1 * t_m6622_2);
-    const real t_temm3_2 = t_bintu_3 * t_6dtnj_2;
-    const real t_sc6lg = p[I1] * t_ffhbv;
-    const real t_4ldxn = t_c3bgc + t_sc6lg;
-    const real t_pqupo = S_sq1 * t_4ldxn;
-    const real t_k2qhp = t_pqupo - t_sc6lg - (t_gousg * t_ptemu + t_f2nhc * t_zczsz);
-    const real t_ptemu_2 = cos_theta1 * t_c3bgc_2;
-    const real t_jza4m_2 = t_gousg_2 * t_6dtnj;
-    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc;
-    const real t_db2lp = SC1 * t_4ldxn - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2);
-    const real t_bintu_5 = K_L32 * t_6dtnj_2;
-    const real t_fyv2e = t_db2lp * t_6dtnj_2 - t_bintu_5 * t_k2qhp;
-    const real t_2btv3_2 = sin_theta1 * t_mbiwq;
-    const real t_okftf = b1 * t_zczsz_2
-        + t_gousg_2 * t_m6622
-        - (cos_theta1 * t_m6622_2 - t_2btv3_2)
-        - (X_y2 * t_fyv2e + K_L32 * t_dwaib);
+    const real t_jzt2o_2 = cos_theta1 * t_rcy73_2;
+    const real t_dvtkw = x[wx] * t_jzt2o - bob1_twice1 * t_jzt2o_2 - x[wy] * t_rcy73_2 - bob1_twice2 * t_jzt2o;
+    const real t_jzt2o_3 = sin_theta1 * t_rcy73_2;
+    const real t_jzt2o_4 = cos_theta1 * t_rcy73;
+    const real t_kvkqq = x[wz] * t_rcy73_2 - bob1_twice1 * t_jzt2o_3 + bob1_twice2 * t_jzt2o_4 - x[wx] * t_jzt2o_4;
+    const real t_tfz6r = p[m1] * (x[wy] * t_dvtkw - bob1_v11 * t_rcy73_2 - x[wz] * t_kvkqq);
+    const real t_yuto7 = bob1_twice1 * t_rcy73 + x[wy] * t_jzt2o_4 - x[wz] * t_jzt2o;
+    const real t_l5hze = x[wz] * t_yuto7
+        - bob1_v21 * t_jzt2o_2
+        - bob1_v11 * t_jzt2o
+        - bob1_v22 * t_jzt2o
+        - x[wx] * t_dvtkw;
+    const real t_vjdwl = p[m1] * t_l5hze;
+    const real t_7mjmr = x[wx] * t_kvkqq
+        + bob1_v21 * t_jzt2o_3
+        - bob1_v11 * t_jzt2o_4
+        - bob1_v22 * t_jzt2o_4
+        - x[wy] * t_yuto7;
+    const real t_habfj = p[m1] * t_7mjmr;
+    const real t_4tdlf = bob1_r1_x * t_tfz6r
+        + bob1_Fx * t_rcy73
+        + (bob1_r1_y * t_vjdwl - bob1_Fy * t_jzt2o_3)
+        + (bob1_r1_z * t_habfj - bob1_Fz * t_jzt2o_2);
+    const real t_4jgtu = p[m1] * t_rcy73;
+    const real t_2zlbn = t_4jgtu * t_vpzmf;
+    const real t_svqlx = bob1_S1tx * t_4tdlf + t_txuch * t_2zlbn - t_tfz6r;
+    const real t_temm3 = t_bintu_2 * t_6dtnj;
+    const real t_ct5c5 = bob1_g1_x * t_2zlbn + bob1_S1tx * t_4jgtu;
+    const real t_gh5ah = p[m1] * t_jzt2o_2;
+    const real t_2xpmm = t_gh5ah * t_vpzmf;
+    const real t_vqvd7 = bob1_r_y * t_habfj + bob1_Fz * t_jzt2o - (bob1_r_z * t_vjdwl + bob1_Fy * t_jzt2o_4);
+    const real t_gh5ah_2 = p[m1] * t_jzt2o;
+    const real t_5mzug = t_wbepk * ((sin_phi1 + sin_phi1) * cos_phi1);
+    const real t_gkayr = t_gh5ah_2 * t_sjrjg - t_rlquh * t_sjrjg * t_5mzug;
+    const real t_u3oye = bob1_S1tz * t_4tdlf
+        - t_txuch * t_2xpmm
+        - t_habfj
+        + (t_rlquh * t_vqvd7 + bob1_Q2 * t_gkayr);
+    const real t_gh5ah_3 = p[m1] * t_jzt2o_3;
+    const real t_2xpmm_2 = t_gh5ah_3 * t_vpzmf;
+    const real t_gh5ah_4 = p[m1] * t_jzt2o_4;
+    const real t_6f3nu = t_gh5ah_4 * t_sjrjg - bob1_S2ty * t_sjrjg * t_5mzug;
+    const real t_wm6bk = bob1_S1ty * t_4tdlf
+        - t_txuch * t_2xpmm_2
+        - t_vjdwl
+        - (bob1_S2ty * t_vqvd7 + bob1_Q2 * t_6f3nu);
+    const real t_ct5c5_2 = bob1_S1ty * t_4jgtu - bob1_g1_x * t_2xpmm_2;
+    const real t_ju6zk = bob1_r_z * t_ct5c5_2 + t_dugie * t_jzt2o_4;
+    const real t_ct5c5_3 = bob1_S1tz * t_4jgtu - bob1_g1_x * t_2xpmm;
+    const real t_ju6zk_2 = bob1_r_y * t_ct5c5_3 + t_dugie_2 * t_jzt2o;
+    const real t_vcqt6 = bob1_S1rx * t_4jgtu;
+    const real t_7utpr = t_ju6zk - (t_ju6zk_2 + t_vcqt6);
+    const real t_bintu_3 = lhub_alphaxhub_ax * t_6dtnj;
+    const real t_yn7jp = t_7utpr * t_6dtnj + t_bintu_3 * t_ct5c5;
+    const real t_6bm7p = bob1_g2_y * t_gkayr + t_rlquh * t_gh5ah_4 + (bob1_g1_y * t_2xpmm + bob1_S1tz * t_gh5ah_3);
+    const real t_oy64o = bob1_S1rx * t_gh5ah_3;
+    const real t_e4jj4 = bob1_g1_y * t_2xpmm_2 + bob1_S1ty * t_gh5ah_3 - (bob1_g2_y * t_6f3nu + bob1_S2ty * t_gh5ah_4);
+    const real t_5qex4 = bob1_r_y * t_6bm7p
+        + bob1_Myz * t_jzt2o
+        + t_oy64o
+        - (bob1_r_z * t_e4jj4 + bob1_Myy * t_jzt2o_4);
+    const real t_axh5r = t_5qex4 + (lhub_alphaxhub_ax * t_ct5c5_2 + t_lhd4o * t_yn7jp);
+    const real t_bintu_4 = lhub_alphaxhub_ay * t_6dtnj_2;
+    const real t_jza4m = t_skn5h * t_6dtnj;
+    const real t_37sne = t_ct5c5_2 * t_6dtnj + t_jza4m * t_ct5c5;
+    const real t_ews4u = t_e4jj4 - (t_skn5h * t_ct5c5_2 + t_lhd4o * t_37sne);
+    const real t_wflm5 = t_axh5r * t_6dtnj_2 - t_bintu_4 * t_ews4u;
+    const real t_nu4qx = t_wm6bk + (yhub_ax * t_37sne + t_skn5h * t_svqlx);
+    const real t_btcnr = bob1_g1_z * t_2xpmm + bob1_S1tz * t_gh5ah - (t_pj4i3 * t_gkayr + t_rlquh * t_gh5ah_2);
+    const real t_oy64o_2 = bob1_S1rx * t_gh5ah;
+    const real t_zyzw7 = bob1_r_y * t_btcnr
+        + bob1_Mzz * t_jzt2o
+        + t_oy64o_2
+        - (bob1_r_z * t_6bm7p + bob1_Myz * t_jzt2o_4);
+    const real t_jza4m_2 = t_skn5h_2 * t_6dtnj;
+    const real t_37sne_2 = t_ct5c5_3 * t_6dtnj + t_jza4m_2 * t_ct5c5;
+    const real t_zgz62 = t_6bm7p - (t_skn5h_2 * t_ct5c5_2 + t_lhd4o * t_37sne_2);
+    const real t_guweu = t_zyzw7
+        + (lhub_alphaxhub_ax * t_ct5c5_3 + t_lhd4o_2 * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_zgz62 + khub_azhub_ay1 * t_wflm5);
+    const real t_bintu_5 = lhub_alphaxhub_az * t_6dtnj_3;
+    const real t_bintu_6 = lhub_azhub_ay * t_6dtnj_2;
+    const real t_4nmjr = t_zgz62 * t_6dtnj_2 - t_bintu_6 * t_ews4u;
+    const real t_ncc7u = t_btcnr
+        - (t_skn5h_2 * t_ct5c5_3 + t_lhd4o_2 * t_37sne_2)
+        - (lhub_azhub_ay * t_zgz62 + khub_azhub_ay1 * t_4nmjr);
+    const real t_jrarn = t_guweu * t_6dtnj_3 - t_bintu_5 * t_ncc7u;
+    const real t_wcdvv = t_u3oye
+        + (yhub_ax * t_37sne_2 + t_skn5h_2 * t_svqlx)
+        - (yhub_ay * t_4nmjr + lhub_azhub_ay * t_nu4qx);
+    const real t_74kdh = bob1_r_y * t_u3oye
+        + bob1_fz * t_jzt2o
+        + bob1_S1rx * t_4tdlf
+        - (bob1_r_z * t_wm6bk + bob1_fy * t_jzt2o_4)
+        - (yhub_ax * t_yn7jp + lhub_alphaxhub_ax * t_svqlx)
+        - (yhub_ay * t_wflm5 + lhub_alphaxhub_ay * t_nu4qx)
+        - (yhub_az * t_jrarn + lhub_alphaxhub_az * t_wcdvv);
+    const real t_qkbrl = t_gjjfk * t_6dtnj_4;
+    const real t_vqj4c = bob1_r_y * t_zyzw7
+        + bob1_Nxz * t_jzt2o
+        - (t_mwmzd_3 * t_jzt2o - bob1_r_y * t_oy64o_2)
+        + (t_mwmzd_2 * t_jzt2o_4 - bob1_r_z * t_oy64o)
+        - (bob1_r_z * t_5qex4 + bob1_Nxy * t_jzt2o_4)
+        - (lhub_alphaxhub_ax * t_7utpr + hub_K41 * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_wflm5)
+        - (lhub_alphaxhub_az * t_guweu + khub_alphaxhub_az2 * t_jrarn);
+    const real t_7w4rx = bob1_r_z * t_ct5c5_3 + t_dugie_2 * t_jzt2o_4 + (bob1_r_x * t_btcnr + bob1_Mzz * t_rcy73_2);
+    const real t_qoatj = bob1_r_x * t_6bm7p + bob1_Myz * t_rcy73_2;
+    const real t_nfyrp = t_ju6zk + t_qoatj;
+    const real t_gu7mo = bob1_Mxx * t_jzt2o_4 - bob1_r_z * t_ct5c5 + (bob1_r_x * t_ct5c5_3 + t_dugie_2 * t_rcy73_2);
+    const real t_bintu_7 = lhub_alphayhub_ax * t_6dtnj;
+    const real t_qnmp3 = t_gu7mo * t_6dtnj + t_bintu_7 * t_ct5c5;
+    const real t_4csns = lhub_alphayhub_ax * t_ct5c5_2 + t_lhd4o * t_qnmp3 - t_nfyrp;
+    const real t_bintu_8 = lhub_alphayhub_ay * t_6dtnj_2;
+    const real t_3gzic = t_4csns * t_6dtnj_2 - t_bintu_8 * t_ews4u;
+    const real t_wbvlz = lhub_alphayhub_ax * t_ct5c5_3
+        + t_lhd4o_2 * t_qnmp3
+        - t_7w4rx
+        - (lhub_alphayhub_ay * t_zgz62 + khub_azhub_ay1 * t_3gzic);
+    const real t_bintu_9 = lhub_alphayhub_az * t_6dtnj_3;
+    const real t_wyz3w = t_wbvlz * t_6dtnj_3 - t_bintu_9 * t_ncc7u;
+    const real t_ddbp5 = t_mwmzd_3 * t_rcy73_2
+        - bob1_r_x * t_oy64o_2
+        - (bob1_r_z * t_vcqt6 + t_mwmzd * t_jzt2o_4 + (bob1_r_y * t_7w4rx + t_vh7r5 * t_jzt2o))
+        + (bob1_r_z * t_nfyrp + t_vh7r5_2 * t_jzt2o_4)
+        - (lhub_alphayhub_ax * t_7utpr + hub_K41 * t_qnmp3)
+        - (lhub_alphayhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_3gzic)
+        - (lhub_alphayhub_az * t_guweu + khub_alphaxhub_az2 * t_wyz3w);
+    const real t_bintu_10 = lhub_alphayhub_alphax * t_6dtnj_4;
+    const real t_x6ybx = t_ddbp5 * t_6dtnj_4 - t_bintu_10 * t_vqj4c;
+    const real t_igblm = bob1_r_z * t_svqlx
+        + bob1_fx * t_jzt2o_4
+        - (bob1_r_x * t_u3oye + bob1_fz * t_rcy73_2)
+        - (yhub_alphax * t_x6ybx + lhub_alphayhub_alphax * t_74kdh)
+        - (yhub_ax * t_qnmp3 + lhub_alphayhub_ax * t_svqlx)
+        - (yhub_ay * t_3gzic + lhub_alphayhub_ay * t_nu4qx)
+        - (yhub_az * t_wyz3w + lhub_alphayhub_az * t_wcdvv);
+    const real t_6gzii = t_ysosa * t_6dtnj_5;
+    const real t_xkqrd = bob1_r_z * t_gu7mo
+        + bob1_Nyx * t_jzt2o_4
+        + (bob1_r_x * t_7w4rx + t_vh7r5 * t_rcy73_2)
+        - (lhub_alphayhub_ax * t_gu7mo + hub_K51 * t_qnmp3)
+        - (lhub_alphayhub_ay * t_4csns + khub_alphayhub_ay1 * t_3gzic)
+        - (lhub_alphayhub_az * t_wbvlz + khub_alphayhub_az2 * t_wyz3w)
+        - (lhub_alphayhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_x6ybx);
+    const real t_ymd76 = bob1_S2rz * t_sjrjg * t_5mzug;
+    const real t_6rn4c = t_qoatj + (bob1_S2rz * t_gh5ah_2 - t_pj4i3 * t_ymd76) + t_ju6zk_2;
+    const real t_6laq7 = bob1_S2rz * t_gh5ah_4 - bob1_g2_y * t_ymd76;
+    const real t_ecefc = bob1_r_x * t_e4jj4
+        + bob1_Myy * t_rcy73_2
+        - t_6laq7
+        + (bob1_r_y * t_ct5c5_2 + t_dugie * t_jzt2o);
+    const real t_gu7mo_2 = bob1_r_x * t_ct5c5_2 + t_dugie * t_rcy73_2 + (bob1_Mxx * t_jzt2o - bob1_r_y * t_ct5c5);
+    const real t_aphi5 = t_d5zcj * t_6dtnj;
+    const real t_xqryn = t_gu7mo_2 * t_6dtnj + t_aphi5 * t_ct5c5;
+    const real t_qegaw = t_ecefc - (t_d5zcj * t_ct5c5_2 + t_lhd4o * t_xqryn);
+    const real t_bintu_11 = lhub_alphazhub_ay * t_6dtnj_2;
+    const real t_t3kmi = t_qegaw * t_6dtnj_2 - t_bintu_11 * t_ews4u;
+    const real t_puni4 = t_6rn4c
+        - (t_d5zcj * t_ct5c5_3 + t_lhd4o_2 * t_xqryn)
+        - (lhub_alphazhub_ay * t_zgz62 + khub_azhub_ay1 * t_t3kmi);
+    const real t_bintu_12 = lhub_alphazhub_az * t_6dtnj_3;
+    const real t_x55d4 = t_puni4 * t_6dtnj_3 - t_bintu_12 * t_ncc7u;
+    const real t_ibbbc = bob1_r_y * t_6rn4c
+        + bob1_Nzz * t_jzt2o
+        - (t_mwmzd_2 * t_rcy73_2 - bob1_r_x * t_oy64o)
+        + (bob1_r_y * t_vcqt6 + t_mwmzd * t_jzt2o)
+        - (bob1_r_z * t_ecefc + bob1_Nzy * t_jzt2o_4)
+        + (t_d5zcj * t_7utpr + hub_K41 * t_xqryn)
+        - (lhub_alphazhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_t3kmi)
+        - (lhub_alphazhub_az * t_guweu + khub_alphaxhub_az2 * t_x55d4);
+    const real t_bintu_13 = lhub_alphazhub_alphax * t_6dtnj_4;
+    const real t_zzq67 = t_ibbbc * t_6dtnj_4 - t_bintu_13 * t_vqj4c;
+    const real t_clrvp = t_d5zcj * t_gu7mo
+        + hub_K51 * t_xqryn
+        - (bob1_r_z * t_gu7mo_2 + t_ezb77 * t_jzt2o_4 + (bob1_r_x * t_6rn4c + bob1_Nzz * t_rcy73_2))
+        - (lhub_alphazhub_ay * t_4csns + khub_alphayhub_ay1 * t_t3kmi)
+        - (lhub_alphazhub_az * t_wbvlz + khub_alphayhub_az2 * t_x55d4)
+        - (lhub_alphazhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_zzq67);
+    const real t_bintu_14 = lhub_alphazhub_alphay * t_6dtnj_5;
+    const real t_lw2hy = t_clrvp * t_6dtnj_5 - t_bintu_14 * t_xkqrd;
+    const real t_qpm4s = bob1_r_x * t_wm6bk
+        + bob1_fy * t_rcy73_2
+        - (bob1_S2rz * t_vqvd7 - bob1_Q2 * t_ymd76)
+        - (bob1_r_y * t_svqlx + bob1_fx * t_jzt2o)
+        - (yhub_alphax * t_zzq67 + lhub_alphazhub_alphax * t_74kdh)
+        - (yhub_alphay * t_lw2hy + lhub_alphazhub_alphay * t_igblm)
+        + (yhub_ax * t_xqryn + t_d5zcj * t_svqlx)
+        - (yhub_ay * t_t3kmi + lhub_alphazhub_ay * t_nu4qx)
+        - (yhub_az * t_x55d4 + lhub_alphazhub_az * t_wcdvv);
+    const real t_bintu_15 = hub_alphaz * t_6dtnj_6;
+    const real t_vfrne = bob1_r_x * t_ecefc
+        + bob1_Nzy * t_rcy73_2
+        - (bob1_r_x * t_6laq7 + t_dugie_3 * t_rcy73_2)
+        + (bob1_r_y * t_gu7mo_2 + t_ezb77 * t_jzt2o)
+        + p[I1] * t_ymd76
+        - (t_d5zcj * t_gu7mo_2 + t_bjkdc * t_xqryn)
+        - (lhub_alphazhub_ay * t_qegaw + khub_alphazhub_ay1 * t_t3kmi)
+        - (lhub_alphazhub_az * t_puni4 + khub_alphazhub_az2 * t_x55d4)
+        - (lhub_alphazhub_alphax * t_ibbbc + khub_alphazhub_alphax3 * t_zzq67)
+        - (lhub_alphazhub_alphay * t_clrvp + khub_alphazhub_alphay4 * t_lw2hy);
+    const real t_6kskn = t_qpm4s * t_6dtnj_6 - t_bintu_15 * t_vfrne;
+    const real t_xp72g = t_igblm * t_6dtnj_5 - t_6gzii * t_xkqrd - (lhub_alphazhub_alphay * t_6kskn + hub_alphaz * t_lw2hy);
+    const real t_7zlmt = t_74kdh * t_6dtnj_4
+        - t_qkbrl * t_vqj4c
+        - (lhub_alphayhub_alphax * t_xp72g + hub_alphay * t_x6ybx)
+        - (lhub_alphazhub_alphax * t_6kskn + hub_alphaz * t_zzq67);
+    const real t_temm3_2 = t_bintu * t_6dtnj_2;
     const real t_qkxsr = t_ztwwp * t_6dtnj_3;
-    const real t_t4fy5 = t_c3bgc
-        - t_pqupo
-        - (K_L32 * t_db2lp + t_7exg5 * t_fyv2e)
-        - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2);
-    const real t_mpdlr = wth_1 * t_rcy73 - q_1 * t_sc6lg;
-    const real t_g72bf = sin_theta1 * t_mpdlr;
-    const real t_g72bf_2 = cos_theta1 * t_mpdlr;
-    const real t_4pum4 = t_w6lcf * t_6dtnj;
-    const real t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc;
-    const real t_ghj5r = t_g72bf_2 - sin_theta1 * Bs_1 + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6);
-    const real t_bo5xl = t_eoupv * t_6dtnj_2;
-    const real t_d2lny = t_ghj5r * t_6dtnj_2 - t_bo5xl * t_k2qhp;
-    const real t_hq3xu = t_g72bf
-        + cos_theta1 * Bs_1
-        + (t_eoupv * t_db2lp + t_7exg5 * t_d2lny)
-        - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6);
-    const real t_bintu_6 = K_L43 * t_6dtnj_3;
-    const real t_ymvak = t_hq3xu * t_6dtnj_3 - t_bintu_6 * t_t4fy5;
-    const real t_kktyp = t_aqrn5 * Bc_1 + p[l1] * t_a7om6;
-    const real t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73;
-    const real t_ewlsm = b1 * t_aqch6
-        + t_w6lcf * t_m6622
-        - (t_kktyp - t_wuzra)
-        + (X_y2 * t_d2lny + t_eoupv * t_dwaib)
-        - (X_y3 * t_ymvak + K_L43 * t_okftf);
-    const real t_temm3_3 = t_bintu_2 * t_6dtnj_4;
-    const real t_wa7jk = wq_1 * t_rcy73 + q_1 * t_mpdlr;
-    const real t_7awax = t_wa7jk
-        - (t_eoupv * t_ghj5r + t_ly572 * t_d2lny)
-        - (K_L43 * t_hq3xu + t_e2ygr * t_ymvak)
-        - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6);
-    const real t_ltffx = wth_1 * t_rcy73_2 - g_1 * t_sc6lg;
-    const real t_urhc5 = wg_1 * t_rcy73 + q_1 * t_ltffx;
-    const real t_uknez = cos_theta1 * t_urhc5;
-    const real t_xqm52 = e1 * Bs_1;
-    const real t_ke4iu = e1 * t_c3bgc;
-    const real t_c62sf = Bs_1 + t_ke4iu;
-    const real t_5ayhw = t_ltffx - t_c62sf;
-    const real t_kamdk = S_sq1 * t_5ayhw;
-    const real t_o75u4 = Bc_1 + e1 * t_c3bgc_2;
-    const real t_f4z55 = sin_theta1 * t_o75u4;
-    const real t_jza4m_3 = t_thnvm * t_6dtnj;
-    const real t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc;
-    const real t_xsnuh = t_ltffx - t_kamdk - t_g72bf_2 - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6);
-    const real t_bintu_7 = K_L52 * t_6dtnj_2;
-    const real t_pr2rd = t_xsnuh * t_6dtnj_2 - t_bintu_7 * t_k2qhp;
-    const real t_kamdk_2 = SC1 * t_5ayhw;
-    const real t_x6h5p = t_g72bf
-        - t_kamdk_2
-        - (K_L52 * t_db2lp + t_7exg5 * t_pr2rd)
-        - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6);
-    const real t_bintu_8 = K_L53 * t_6dtnj_3;
-    const real t_dhj33 = t_x6h5p * t_6dtnj_3 - t_bintu_8 * t_t4fy5;
-    const real t_daxb5 = t_wa7jk
-        - t_uknez
-        + sin_theta1 * t_xqm52
-        + (K_L52 * t_ghj5r + t_ly572 * t_pr2rd)
-        - (K_L53 * t_hq3xu + t_e2ygr * t_dhj33)
-        - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6);
-    const real t_bintu_9 = K_L54 * t_6dtnj_4;
-    const real t_cuhyc = t_daxb5 * t_6dtnj_4 - t_bintu_9 * t_7awax;
-    const real t_uccau = t_kktyp + e1 * t_m6622_2;
-    const real t_gls4w = b1 * t_zjzn6
-        + t_thnvm * t_m6622
-        - (sin_theta1 * t_uccau - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2))
-        - (X_y2 * t_pr2rd + K_L52 * t_dwaib)
-        - (X_y3 * t_dhj33 + K_L53 * t_okftf)
-        - (X_y4 * t_cuhyc + K_L54 * t_ewlsm);
-    const real t_temm3_4 = t_bintu * t_6dtnj_5;
-    const real t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx;
-    const real t_23glo = e1 * t_ke4iu - K(-2.0) * t_xqm52;
-    const real t_a22y5 = t_23glo - t_zpvnv;
-    const real t_envft = S_sq1 * t_a22y5;
-    const real t_wmqvb = t_zpvnv
-        + t_wa7jk
-        + t_envft
-        + K(-2.0) * t_uknez
-        - (K_L52 * t_xsnuh + t_7exg5_2 * t_pr2rd)
-        - (K_L53 * t_x6h5p + t_g6lxe * t_dhj33)
-        - (K_L54 * t_daxb5 + t_wi63m * t_cuhyc)
-        - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6);
-    const real t_uknez_2 = sin_theta1 * t_urhc5;
-    const real t_f4z55_2 = cos_theta1 * t_o75u4;
-    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj;
-    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc;
-    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2);
-    const real t_l3pbw = t_o5wmi * t_6dtnj_2;
-    const real t_m65s2 = t_c2yzs * t_6dtnj_2 - t_l3pbw * t_k2qhp;
-    const real t_pmxsm = t_kamdk
-        + t_c62sf
-        + (t_o5wmi * t_db2lp + t_7exg5 * t_m65s2)
-        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2);
-    const real t_bintu_10 = K_L63 * t_6dtnj_3;
-    const real t_hx36m = t_pmxsm * t_6dtnj_3 - t_bintu_10 * t_t4fy5;
-    const real t_q4dr5 = t_uknez_2
-        + cos_theta1 * t_xqm52
-        - (t_o5wmi * t_ghj5r + t_ly572 * t_m65s2)
-        - (K_L63 * t_hq3xu + t_e2ygr * t_hx36m)
-        - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2);
-    const real t_bintu_11 = K_L64 * t_6dtnj_4;
-    const real t_6aze4 = t_q4dr5 * t_6dtnj_4 - t_bintu_11 * t_7awax;
-    const real t_6mbmy = t_uknez_2
-        + SC1 * t_a22y5
-        + (t_o5wmi * t_xsnuh + t_7exg5_2 * t_m65s2)
-        - (K_L63 * t_x6h5p + t_g6lxe * t_hx36m)
-        - (K_L64 * t_daxb5 + t_wi63m * t_6aze4)
-        - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2);
-    const real t_bintu_12 = K_L65 * t_6dtnj_5;
-    const real t_5247x = t_6mbmy * t_6dtnj_5 - t_bintu_12 * t_wmqvb;
-    const real t_z3wsr = b1 * t_zjzn6_2
-        + t_thnvm_2 * t_m6622
-        - (cos_theta1 * t_uccau - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2))
-        + (X_y2 * t_m65s2 + t_o5wmi * t_dwaib)
-        - (X_y3 * t_hx36m + K_L63 * t_okftf)
-        - (X_y4 * t_6aze4 + K_L64 * t_ewlsm)
-        - (X_y5 * t_5247x + K_L65 * t_gls4w);
-    const real t_bintu_13 = X_x6 * t_6dtnj_6;
-    const real t_ioikg = t_23glo
-        - t_envft
-        - (t_o5wmi * t_c2yzs + t_du5u3 * t_m65s2)
-        - (K_L63 * t_pmxsm + t_hbw2v * t_hx36m)
-        - (K_L64 * t_q4dr5 + t_7ergp * t_6aze4)
-        - (K_L65 * t_6mbmy + t_n4u4m * t_5247x)
-        - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2);
-    const real t_lqn3n = t_z3wsr * t_6dtnj_6 - t_bintu_13 * t_ioikg;
-    const real t_lft7p = t_gls4w * t_6dtnj_5 - t_temm3_4 * t_wmqvb - (X_x6 * t_5247x + K_L65 * t_lqn3n);
-    const real t_5t23e = t_ewlsm * t_6dtnj_4
-        - t_temm3_3 * t_7awax
-        - (X_x5 * t_cuhyc + K_L54 * t_lft7p)
-        - (X_x6 * t_6aze4 + K_L64 * t_lqn3n);
-    const real t_p6rjk = t_okftf * t_6dtnj_3
-        - t_qkxsr * t_t4fy5
-        - (X_x4 * t_ymvak + K_L43 * t_5t23e)
-        - (X_x5 * t_dhj33 + K_L53 * t_lft7p)
-        - (X_x6 * t_hx36m + K_L63 * t_lqn3n);
-    const real t_s3knn = t_dwaib * t_6dtnj_2
-        - t_temm3_2 * t_k2qhp
-        - (X_x3 * t_fyv2e + K_L32 * t_p6rjk)
-        + (X_x4 * t_d2lny + t_eoupv * t_5t23e)
-        - (X_x5 * t_pr2rd + K_L52 * t_lft7p)
-        + (X_x6 * t_m65s2 + t_o5wmi * t_lqn3n);
-    const real t_nzub4 = t_m6622 * t_6dtnj
-        + t_temm3 * t_c3bgc
-        + (X_x2 * t_zczsz + t_gousg * t_s3knn)
-        + (X_x3 * t_zczsz_2 + t_gousg_2 * t_p6rjk)
-        + (X_x4 * t_aqch6 + t_w6lcf * t_5t23e)
-        + (X_x5 * t_zjzn6 + t_thnvm * t_lft7p)
-        + (X_x6 * t_zjzn6_2 + t_thnvm_2 * t_lqn3n);
-    const real t_l4ozg = x[wy] * cos_theta1 - x[wz] * sin_theta1;
-    const real t_6t73u = cos_phi1 * t_l4ozg;
-    const real t_6t73u_2 = sin_phi1 * t_l4ozg;
-    const real t_nqgju = chi1 * t_6t73u - t_fyz6s * t_6t73u_2 - w_x1 * t_l4ozg;
-    const real t_thekk = B_1 * t_nqgju;
-    const real t_l4ozg_2 = x[wy] * sin_theta1 + x[wz] * cos_theta1;
-    const real t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u - t_lcyz4 * t_l4ozg_2);
-    const real t_vjiiv = sin_phi1 * t_thekk - cos_phi1 * t_gucob;
-    const real t_3l2rq = t_f2pcf_5 * t_6dtnj;
-    const real t_a3yjd = t_l5lry * (p[l1] * t_6t73u_2) + t_plqy5 * t_l4ozg_2 - w_x1 * (lc_1 * t_l4ozg_2);
-    const real t_24qbv = th_1 * (p[I1] * t_a3yjd);
-    const real t_orsg5 = cos_theta1 * t_24qbv - t_mallh_2;
-    const real t_vjiiv_2 = sin_phi1 * t_gucob + cos_phi1 * t_thekk;
-    const real t_q3m2j = b1 * t_3l2rq + t_gousg * t_vjiiv - (t_orsg5 + (t_f2pcf_3 - sin_theta1 * t_vjiiv_2));
-    const real t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1;
-    const real t_rcfrh = tn11_1 * t_4xedj;
-    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq);
-    const real t_ewvyh = cos_theta1 * cos_theta1 - S_sq1;
-    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj;
-    const real t_7egtn = tn11_1 * t_ewvyh - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2);
-    const real t_hdfot = t_7egtn * t_6dtnj_2 - t_bintu_5 * t_k4367;
-    const real t_orsg5_2 = sin_theta1 * t_24qbv + t_mallh;
-    const real t_gcuh4 = t_gousg_2 * t_vjiiv
-        - b1 * t_3l2rq_2
-        + (cos_theta1 * t_vjiiv_2 + t_f2pcf_2 + t_orsg5_2)
-        - (X_y2 * t_hdfot + K_L32 * t_q3m2j);
-    const real t_xzb7l = t_gousg_2 * t_f2pcf_4
-        + t_f2nhc_2 * t_3l2rq_2
-        - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_hdfot));
-    const real t_f2pcf_9 = wq_1 * cos_theta1;
-    const real t_f2pcf_10 = wq_1 * sin_theta1;
-    const real t_oht56 = t_f2pcf - t_f2pcf_10 + t_w6lcf * t_f2pcf_5;
-    const real t_ufn37 = t_oht56 * t_6dtnj_2 - t_bo5xl * t_k4367;
-    const real t_iua7q = t_f2pcf_9 + t_f2pcf_6 + (t_eoupv * t_7egtn + t_7exg5 * t_ufn37) + t_w6lcf * t_f2pcf_4;
-    const real t_ctk27 = t_iua7q * t_6dtnj_3 - t_bintu_6 * t_xzb7l;
-    const real t_r5eou = p[l1] * t_thekk;
-    const real t_pgfgd = q_1 * t_24qbv;
-    const real t_g6czc = t_w6lcf * t_vjiiv
-        - (t_r5eou - t_pgfgd)
-        + (X_y2 * t_ufn37 + t_eoupv * t_q3m2j)
-        - (X_y3 * t_ctk27 + K_L43 * t_gcuh4);
-    const real t_3qwtr = t_eoupv * t_oht56 + t_ly572 * t_ufn37 + (K_L43 * t_iua7q + t_e2ygr * t_ctk27);
-    const real t_f2pcf_11 = wqg_1 * sin_theta1;
-    const real t_3ugdb = t_vjftl * t_4xedj;
-    const real t_oria2 = t_rmbl5_2 * t_6dtnj;
-    const real t_hdijg = t_f2pcf_10 - t_3ugdb - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2);
-    const real t_cfknj = t_hdijg * t_6dtnj_2 - t_bintu_7 * t_k4367;
-    const real t_r33pf = t_vjftl * t_ewvyh;
-    const real t_yxci3 = t_f2pcf_9
-        - t_r33pf
-        - (K_L52 * t_7egtn + t_7exg5 * t_cfknj)
-        - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4);
-    const real t_ph2mj = t_yxci3 * t_6dtnj_3 - t_bintu_8 * t_xzb7l;
-    const real t_twu3r = t_f2pcf_11
-        + t_mttiv_2
-        + (K_L52 * t_oht56 + t_ly572 * t_cfknj)
-        - (K_L53 * t_iua7q + t_e2ygr * t_ph2mj)
-        - t_hig3c_6 * t_oria2;
-    const real t_ql35a = t_twu3r * t_6dtnj_4 + t_bintu_9 * t_3qwtr;
-    const real t_dv6i5 = t_r5eou - e1 * t_vjiiv_2;
-    const real t_4xggr = b1 * t_oria2
-        + t_thnvm * t_vjiiv
-        - (sin_theta1 * t_dv6i5 + t_l3oem_2 - t_pgfgd + g_1 * t_orsg5)
-        - (X_y2 * t_cfknj + K_L52 * t_q3m2j)
-        - (X_y3 * t_ph2mj + K_L53 * t_gcuh4)
-        - (X_y4 * t_ql35a + K_L54 * t_g6czc);
-    const real t_rcfrh_2 = tn44_1 * t_4xedj;
-    const real t_cuuc5 = t_rcfrh_2
-        - K(-2.0) * t_f2pcf_11
-        - (K_L52 * t_hdijg + t_7exg5_2 * t_cfknj)
-        - (K_L53 * t_yxci3 + t_g6lxe * t_ph2mj)
-        - (K_L54 * t_twu3r + t_wi63m * t_ql35a)
-        - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2);
-    const real t_f2pcf_12 = wqg_1 * cos_theta1;
-    const real t_oria2_2 = t_rmbl5 * t_6dtnj;
-    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2);
-    const real t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw * t_k4367;
-    const real t_bhxr3 = t_3ugdb
-        + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
-        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2);
-    const real t_jxqls = t_bhxr3 * t_6dtnj_3 - t_bintu_10 * t_xzb7l;
-    const real t_thstx = t_f2pcf_12
-        - t_mttiv
-        - (t_o5wmi * t_oht56 + t_ly572 * t_pthet)
-        - (K_L63 * t_iua7q + t_e2ygr * t_jxqls)
-        + t_hig3c_6 * t_oria2_2;
-    const real t_5u7fq = t_thstx * t_6dtnj_4 + t_bintu_11 * t_3qwtr;
-    const real t_piqtk = t_f2pcf_12
-        + tn44_1 * t_ewvyh
-        + (t_o5wmi * t_hdijg + t_7exg5_2 * t_pthet)
-        - (K_L63 * t_yxci3 + t_g6lxe * t_jxqls)
-        - (K_L64 * t_twu3r + t_wi63m * t_5u7fq)
-        - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2);
-    const real t_wjwat = t_piqtk * t_6dtnj_5 - t_bintu_12 * t_cuuc5;
-    const real t_mdp7k = t_thnvm_2 * t_vjiiv
-        - b1 * t_oria2_2
-        - (cos_theta1 * t_dv6i5 - t_l3oem - g_1 * t_orsg5_2)
-        + (X_y2 * t_pthet + t_o5wmi * t_q3m2j)
-        - (X_y3 * t_jxqls + K_L63 * t_gcuh4)
-        - (X_y4 * t_5u7fq + K_L64 * t_g6czc)
-        - (X_y5 * t_wjwat + K_L65 * t_4xggr);
-    const real t_fffcz = t_rcfrh_2
-        + (t_o5wmi * t_55v76 + t_du5u3 * t_pthet)
-        + (K_L63 * t_bhxr3 + t_hbw2v * t_jxqls)
-        + (K_L64 * t_thstx + t_7ergp * t_5u7fq)
-        + (K_L65 * t_piqtk + t_n4u4m * t_wjwat);
-    const real t_nglnq = t_mdp7k * t_6dtnj_6 - t_bintu_13 * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_fffcz);
-    const real t_ekzor = t_4xggr * t_6dtnj_5 - t_temm3_4 * t_cuuc5 - (X_x6 * t_wjwat + K_L65 * t_nglnq);
-    const real t_jkjwu = t_g6czc * t_6dtnj_4
-        + t_temm3_3 * t_3qwtr
-        - (X_x5 * t_ql35a + K_L54 * t_ekzor)
-        - (X_x6 * t_5u7fq + K_L64 * t_nglnq);
-    const real t_moilf = t_gcuh4 * t_6dtnj_3
-        - t_qkxsr * t_xzb7l
-        - (X_x4 * t_ctk27 + K_L43 * t_jkjwu)
-        - (X_x5 * t_ph2mj + K_L53 * t_ekzor)
-        - (X_x6 * t_jxqls + K_L63 * t_nglnq);
-    const real t_mpeef = t_q3m2j * t_6dtnj_2
-        - t_temm3_2 * t_k4367
-        - (X_x3 * t_hdfot + K_L32 * t_moilf)
-        + (X_x4 * t_ufn37 + t_eoupv * t_jkjwu)
-        - (X_x5 * t_cfknj + K_L52 * t_ekzor)
-        + (X_x6 * t_pthet + t_o5wmi * t_nglnq);
-    const real t_5xto2 = t_vjiiv * t_6dtnj
-        + (X_x2 * t_3l2rq + t_gousg * t_mpeef)
-        + (t_gousg_2 * t_moilf - X_x3 * t_3l2rq_2)
-        + t_w6lcf * t_jkjwu
-        + (X_x5 * t_oria2 + t_thnvm * t_ekzor)
-        + (t_thnvm_2 * t_nglnq - X_x6 * t_oria2_2);
-    const real t_2t7vh_3 = w_x2 * cos_phi2 - t_365dx;
-    const real t_2t7vh_4 = w_x2 * sin_phi2 + t_365dx_2;
-    const real t_ill2e = chi2 * t_2t7vh_3 - t_2t7vh * t_2t7vh_4;
-    const real t_utpdc = B_2 * t_ill2e;
-    const real t_so6fl = mv2 * (t_3hay7 * sin_phi2) + t_popww * (t_2t7vh_2 * t_2t7vh_3);
-    const real t_kizhr = sin_phi2 * t_utpdc + t_ki236 - (tension2 * sin_phi2 + cos_phi2 * t_so6fl);
-    const real t_mnzjt = mv2 * cos_phi2;
-    const real t_skjof = sin_phi2 * t_mnzjt + Asc_2;
-    const real t_skjof_2 = cos_phi2 * t_mnzjt - Ass_2;
-    const real t_qh7lx = sin_theta2 * t_skjof_2;
-    const real t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof;
+    const real t_ozc77 = t_wcdvv * t_6dtnj_3
+        - t_qkxsr * t_ncc7u
+        - (lhub_alphaxhub_az * t_7zlmt + hub_alphax * t_jrarn)
+        - (lhub_alphayhub_az * t_xp72g + hub_alphay * t_wyz3w)
+        - (lhub_alphazhub_az * t_6kskn + hub_alphaz * t_x55d4);
+    const real t_muxjm = t_nu4qx * t_6dtnj_2
+        - t_temm3_2 * t_ews4u
+        - (lhub_alphaxhub_ay * t_7zlmt + hub_alphax * t_wflm5)
+        - (lhub_alphayhub_ay * t_xp72g + hub_alphay * t_3gzic)
+        - (lhub_alphazhub_ay * t_6kskn + hub_alphaz * t_t3kmi)
+        - (lhub_azhub_ay * t_ozc77 + hub_az * t_4nmjr);
+    const real t_b76kz = t_svqlx * t_6dtnj
+        + t_temm3 * t_ct5c5
+        - (lhub_alphaxhub_ax * t_7zlmt + hub_alphax * t_yn7jp)
+        - (lhub_alphayhub_ax * t_xp72g + hub_alphay * t_qnmp3)
+        + (t_d5zcj * t_6kskn + hub_alphaz * t_xqryn)
+        + (t_skn5h * t_muxjm + hub_ay * t_37sne)
+        + (t_skn5h_2 * t_ozc77 + hub_az * t_37sne_2);
+    const real t_vvhli = t_j5f44_2 - bob1_twice1 * bob1_r1_y - bob1_twice2 * bob1_r_z;
+    const real t_vvhli_2 = bob1_twice1 * bob1_r1_z - bob1_twice2 * bob1_r_y + t_j5f44;
+    const real t_ddyjd = p[m1] * (x[wy] * t_vvhli - x[wz] * t_vvhli_2);
+    const real t_iu3ki = bob1_v21 * bob1_r1_y
+        + x[wz] * t_ipz3m
+        + bob1_v11 * bob1_r_z
+        + bob1_v22 * bob1_r_z
+        + x[wx] * t_vvhli;
+    const real t_p3wzj = p[m1] * t_iu3ki;
+    const real t_kzypq = x[wx] * t_vvhli_2
+        - bob1_v21 * bob1_r1_z
+        + bob1_v11 * bob1_r_y
+        + bob1_v22 * bob1_r_y
+        + x[wy] * t_ipz3m;
+    const real t_2i6hr = p[m1] * t_kzypq;
+    const real t_5dj2j = bob1_r1_x * t_ddyjd
+        + (bob1_Fy * bob1_r1_z - bob1_r1_y * t_p3wzj)
+        + (bob1_r1_z * t_2i6hr - bob1_Fz * bob1_r1_y);
+    const real t_7tula = bob1_S1tx * t_5dj2j - t_ddyjd;
+    const real t_pj4i3_2 = p[m1] * bob1_r1_y;
+    const real t_rnu2p = t_pj4i3_2 * t_vpzmf;
+    const real t_psumj = bob1_r_y * t_2i6hr + bob1_Fz * bob1_r_z + (bob1_r_z * t_p3wzj + bob1_Fy * bob1_r_y);
+    const real t_pj4i3_3 = p[m1] * bob1_r_z;
+    const real t_rlquh_2 = t_pj4i3_3 * t_sjrjg;
+    const real t_a2aky = bob1_S1tz * t_5dj2j
+        - t_txuch * t_rnu2p
+        - t_2i6hr
+        + (t_rlquh * t_psumj + bob1_Q2 * t_rlquh_2);
+    const real t_pj4i3_4 = p[m1] * bob1_r1_z;
+    const real t_rnu2p_2 = t_pj4i3_4 * t_vpzmf;
+    const real t_pj4i3_5 = p[m1] * bob1_r_y;
+    const real t_rlquh_3 = t_pj4i3_5 * t_sjrjg;
+    const real t_bthkv = bob1_S1ty * t_5dj2j
+        + t_txuch * t_rnu2p_2
+        + t_p3wzj
+        - (bob1_S2ty * t_psumj - bob1_Q2 * t_rlquh_3);
+    const real t_sbejl = bob1_g1_x * t_rnu2p_2;
+    const real t_m6o6r = bob1_r_z * t_sbejl - t_yiqfo_3;
+    const real t_sbejl_2 = bob1_g1_x * t_rnu2p;
+    const real t_m6o6r_2 = t_yiqfo_4 - bob1_r_y * t_sbejl_2;
+    const real t_vpsgh = t_m6o6r - t_m6o6r_2;
+    const real t_ox35p = t_vpsgh * t_6dtnj;
+    const real t_g37pd = bob1_g2_y * t_rlquh_2 - t_rlquh * t_pj4i3_5 - (bob1_S1tz * t_pj4i3_4 - bob1_g1_y * t_rnu2p);
+    const real t_vhoa4 = bob1_S1rx * t_pj4i3_4;
+    const real t_w76ip = bob1_g2_y * t_rlquh_3 + bob1_S2ty * t_pj4i3_5 - (bob1_g1_y * t_rnu2p_2 + bob1_S1ty * t_pj4i3_4);
+    const real t_bgi5w = bob1_r_y * t_g37pd + t_r37jk_2 - t_vhoa4 - (bob1_r_z * t_w76ip - bob1_Myy * bob1_r_y);
+    const real t_j4hvh = t_bgi5w + (lhub_alphaxhub_ax * t_sbejl + t_lhd4o * t_ox35p);
+    const real t_pkgfk = t_sbejl * t_6dtnj;
+    const real t_vfnyi = t_w76ip - (t_skn5h * t_sbejl + t_lhd4o * t_pkgfk);
+    const real t_b3oon = t_j4hvh * t_6dtnj_2 - t_bintu_4 * t_vfnyi;
+    const real t_6ciuu = t_bthkv + (yhub_ax * t_pkgfk + t_skn5h * t_7tula);
+    const real t_xkekw = bob1_g1_z * t_rnu2p + bob1_S1tz * t_pj4i3_2 - (t_pj4i3 * t_rlquh_2 + t_rlquh * t_pj4i3_3);
+    const real t_vhoa4_2 = bob1_S1rx * t_pj4i3_2;
+    const real t_wqye4 = bob1_r_y * t_xkekw + bob1_Mzz * bob1_r_z + t_vhoa4_2 - (bob1_r_z * t_g37pd - t_r37jk);
+    const real t_pkgfk_2 = t_sbejl_2 * t_6dtnj;
+    const real t_hg336 = t_g37pd - (t_skn5h_2 * t_sbejl - t_lhd4o * t_pkgfk_2);
+    const real t_rkwci = t_wqye4
+        + (t_lhd4o_2 * t_ox35p - lhub_alphaxhub_ax * t_sbejl_2)
+        - (lhub_alphaxhub_ay * t_hg336 + khub_azhub_ay1 * t_b3oon);
+    const real t_yo3xz = t_hg336 * t_6dtnj_2 - t_bintu_6 * t_vfnyi;
+    const real t_fmrgl = t_xkekw
+        + (t_skn5h_2 * t_sbejl_2 + t_lhd4o_2 * t_pkgfk_2)
+        - (lhub_azhub_ay * t_hg336 + khub_azhub_ay1 * t_yo3xz);
+    const real t_3gttm = t_rkwci * t_6dtnj_3 - t_bintu_5 * t_fmrgl;
+    const real t_sx63q = t_a2aky
+        + (t_skn5h_2 * t_7tula - yhub_ax * t_pkgfk_2)
+        - (yhub_ay * t_yo3xz + lhub_azhub_ay * t_6ciuu);
+    const real t_nutht = bob1_r_y * t_a2aky
+        + bob1_fz * bob1_r_z
+        + bob1_S1rx * t_5dj2j
+        - (bob1_r_z * t_bthkv - bob1_fy * bob1_r_y)
+        - (yhub_ax * t_ox35p + lhub_alphaxhub_ax * t_7tula)
+        - (yhub_ay * t_b3oon + lhub_alphaxhub_ay * t_6ciuu)
+        - (yhub_az * t_3gttm + lhub_alphaxhub_az * t_sx63q);
+    const real t_z746k = bob1_r_y * t_wqye4
+        + bob1_Nxz * bob1_r_z
+        - (t_mwmzd_3 * bob1_r_z - bob1_r_y * t_vhoa4_2)
+        + (bob1_r_z * t_vhoa4 - t_mwmzd_2 * bob1_r_y)
+        - (bob1_r_z * t_bgi5w - bob1_Nxy * bob1_r_y)
+        - (lhub_alphaxhub_ax * t_vpsgh + hub_K41 * t_ox35p)
+        - (lhub_alphaxhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_b3oon)
+        - (lhub_alphaxhub_az * t_rkwci + khub_alphaxhub_az2 * t_3gttm);
+    const real t_xrg5u = bob1_r_x * t_g37pd;
+    const real t_5li76 = t_m6o6r + t_xrg5u;
+    const real t_vr5ah = bob1_r_x * t_xkekw - (bob1_r_z * t_sbejl_2 + t_yiqfo_2);
+    const real t_jowwr = t_2fozl_2 + bob1_r_x * t_sbejl_2;
+    const real t_3gtuv = t_jowwr * t_6dtnj;
+    const real t_bdklq = lhub_alphayhub_ax * t_sbejl - t_lhd4o * t_3gtuv - t_5li76;
+    const real t_lh46h = t_bdklq * t_6dtnj_2 - t_bintu_8 * t_vfnyi;
+    const real t_fcjc7 = t_vr5ah
+        + (lhub_alphayhub_ax * t_sbejl_2 + t_lhd4o_2 * t_3gtuv)
+        + (lhub_alphayhub_ay * t_hg336 + khub_azhub_ay1 * t_lh46h);
+    const real t_gu63d = t_fcjc7 * t_6dtnj_3 + t_bintu_9 * t_fmrgl;
+    const real t_mhuhh = bob1_r_z * t_5li76
+        - t_vh7r5_2 * bob1_r_y
+        - (bob1_r_x * t_vhoa4_2 + (bob1_r_y * t_vr5ah + t_vh7r5 * bob1_r_z - t_4jexu_2))
+        - (lhub_alphayhub_ax * t_vpsgh - hub_K41 * t_3gtuv)
+        - (lhub_alphayhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_lh46h)
+        - (lhub_alphayhub_az * t_rkwci - khub_alphaxhub_az2 * t_gu63d);
+    const real t_xpuqg = t_mhuhh * t_6dtnj_4 - t_bintu_10 * t_z746k;
+    const real t_pio3u = bob1_r_z * t_7tula
+        - t_leuxo_3
+        - bob1_r_x * t_a2aky
+        - (yhub_alphax * t_xpuqg + lhub_alphayhub_alphax * t_nutht)
+        - (lhub_alphayhub_ax * t_7tula - yhub_ax * t_3gtuv)
+        - (yhub_ay * t_lh46h + lhub_alphayhub_ay * t_6ciuu)
+        - (lhub_alphayhub_az * t_sx63q - yhub_az * t_gu63d);
+    const real t_ny6wj = bob1_r_x * t_vr5ah
+        - (bob1_r_z * t_jowwr + bob1_Nyx * bob1_r_y)
+        + (lhub_alphayhub_ax * t_jowwr + hub_K51 * t_3gtuv)
+        - (lhub_alphayhub_ay * t_bdklq + khub_alphayhub_ay1 * t_lh46h)
+        + (lhub_alphayhub_az * t_fcjc7 + khub_alphayhub_az2 * t_gu63d)
+        - (lhub_alphayhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_xpuqg);
+    const real t_a6ylt = t_xrg5u + bob1_S2rz * t_pj4i3_3 + t_m6o6r_2;
+    const real t_riizn = bob1_S2rz * t_pj4i3_5;
+    const real t_gezs2 = bob1_r_x * t_w76ip + t_riizn + (bob1_r_y * t_sbejl + t_yiqfo);
+    const real t_jowwr_2 = bob1_r_x * t_sbejl + t_2fozl;
+    const real t_3gtuv_2 = t_jowwr_2 * t_6dtnj;
+    const real t_6d2n2 = t_gezs2 - (t_d5zcj * t_sbejl + t_lhd4o * t_3gtuv_2);
+    const real t_ctrlp = t_6d2n2 * t_6dtnj_2 - t_bintu_11 * t_vfnyi;
+    const real t_qx7gx = t_a6ylt
+        - (t_lhd4o_2 * t_3gtuv_2 - t_d5zcj * t_sbejl_2)
+        - (lhub_alphazhub_ay * t_hg336 + khub_azhub_ay1 * t_ctrlp);
+    const real t_lwgwh = t_qx7gx * t_6dtnj_3 - t_bintu_12 * t_fmrgl;
+    const real t_lbhmq = bob1_r_y * t_a6ylt
+        + bob1_Nzz * bob1_r_z
+        - bob1_r_x * t_vhoa4
+        + t_4jexu
+        - (bob1_r_z * t_gezs2 - bob1_Nzy * bob1_r_y)
+        + (t_d5zcj * t_vpsgh + hub_K41 * t_3gtuv_2)
+        - (lhub_alphazhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_ctrlp)
+        - (lhub_alphazhub_az * t_rkwci + khub_alphaxhub_az2 * t_lwgwh);
+    const real t_obvb6 = t_lbhmq * t_6dtnj_4 - t_bintu_13 * t_z746k;
+    const real t_4nvko = hub_K51 * t_3gtuv_2
+        - t_d5zcj * t_jowwr
+        - (bob1_r_z * t_jowwr_2 - t_ohf57 + bob1_r_x * t_a6ylt)
+        - (lhub_alphazhub_ay * t_bdklq + khub_alphayhub_ay1 * t_ctrlp)
+        - (khub_alphayhub_az2 * t_lwgwh - lhub_alphazhub_az * t_fcjc7)
+        - (lhub_alphazhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_obvb6);
+    const real t_kro2j = t_4nvko * t_6dtnj_5 - t_bintu_14 * t_ny6wj;
+    const real t_k2v7r = bob1_r_x * t_bthkv
+        - bob1_S2rz * t_psumj
+        - (bob1_r_y * t_7tula + t_leuxo)
+        - (yhub_alphax * t_obvb6 + lhub_alphazhub_alphax * t_nutht)
+        - (yhub_alphay * t_kro2j + lhub_alphazhub_alphay * t_pio3u)
+        + (yhub_ax * t_3gtuv_2 + t_d5zcj * t_7tula)
+        - (yhub_ay * t_ctrlp + lhub_alphazhub_ay * t_6ciuu)
+        - (yhub_az * t_lwgwh + lhub_alphazhub_az * t_sx63q);
+    const real t_til5x = bob1_r_x * t_riizn
+        + bob1_r_x * t_gezs2
+        + (bob1_r_y * t_jowwr_2 + t_ohf57_2)
+        - (t_d5zcj * t_jowwr_2 + t_bjkdc * t_3gtuv_2)
+        - (lhub_alphazhub_ay * t_6d2n2 + khub_alphazhub_ay1 * t_ctrlp)
+        - (lhub_alphazhub_az * t_qx7gx + khub_alphazhub_az2 * t_lwgwh)
+        - (lhub_alphazhub_alphax * t_lbhmq + khub_alphazhub_alphax3 * t_obvb6)
+        - (lhub_alphazhub_alphay * t_4nvko + khub_alphazhub_alphay4 * t_kro2j);
+    const real t_pzrhg = t_k2v7r * t_6dtnj_6 - t_bintu_15 * t_til5x;
+    const real t_korrf = t_pio3u * t_6dtnj_5 - t_6gzii * t_ny6wj - (lhub_alphazhub_alphay * t_pzrhg + hub_alphaz * t_kro2j);
+    const real t_zo4a3 = t_nutht * t_6dtnj_4
+        - t_qkbrl * t_z746k
+        - (lhub_alphayhub_alphax * t_korrf + hub_alphay * t_xpuqg)
+        - (lhub_alphazhub_alphax * t_pzrhg + hub_alphaz * t_obvb6);
+    const real t_nyj2p = t_sx63q * t_6dtnj_3
+        - t_qkxsr * t_fmrgl
+        - (lhub_alphaxhub_az * t_zo4a3 + hub_alphax * t_3gttm)
+        - (lhub_alphayhub_az * t_korrf - hub_alphay * t_gu63d)
+        - (lhub_alphazhub_az * t_pzrhg + hub_alphaz * t_lwgwh);
+    const real t_kwtwg = t_6ciuu * t_6dtnj_2
+        - t_temm3_2 * t_vfnyi
+        - (lhub_alphaxhub_ay * t_zo4a3 + hub_alphax * t_b3oon)
+        - (lhub_alphayhub_ay * t_korrf + hub_alphay * t_lh46h)
+        - (lhub_alphazhub_ay * t_pzrhg + hub_alphaz * t_ctrlp)
+        - (lhub_azhub_ay * t_nyj2p + hub_az * t_yo3xz);
+    const real t_d6ktk = t_7tula * t_6dtnj
+        - (lhub_alphaxhub_ax * t_zo4a3 + hub_alphax * t_ox35p)
+        - (lhub_alphayhub_ax * t_korrf - hub_alphay * t_3gtuv)
+        + (t_d5zcj * t_pzrhg + hub_alphaz * t_3gtuv_2)
+        + (t_skn5h * t_kwtwg + hub_ay * t_pkgfk)
+        + (t_skn5h_2 * t_nyj2p - hub_az * t_pkgfk_2);
+    const real t_uvqau = p[l2] * cos_phi2;
+    const real t_hakeo = sin_theta2 * t_uvqau;
     const real t_uvqau_2 = p[l2] * sin_phi2;
-    const real t_n6vkn = W12 * t_uvqau - w_x2 * (Wn2 * t_uvqau_2) + t_dkl52 * (p[l2] * t_2t7vh_4);
-    const real t_ruxfo = th_2 * t_ri6qi * (p[m2] * ((q_2 + q_2) * t_uvqau));
-    const real t_mcl5q = th_2 * (p[I2] * t_n6vkn - loss_theta2 * t_uvqau) - t_c6wyu * t_ruxfo;
-    const real t_c7w7r = cos_theta2 * t_mcl5q;
-    const real t_kizhr_2 = tension2 * cos_phi2 - sin_phi2 * t_so6fl - (cos_phi2 * t_utpdc - t_ki236_2);
-    const real t_esoht = b1 * t_5vgja + t_gousg * t_kizhr - (t_c7w7r + sin_theta2 * t_kizhr_2);
-    const real t_wxz3r = p[I2] * t_ruxfo;
-    const real t_d7y7v = t_skjof + t_wxz3r;
-    const real t_3jnxd = S_sq2 * t_d7y7v;
-    const real t_6soyk = t_3jnxd - t_wxz3r - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja);
-    const real t_qh7lx_2 = cos_theta2 * t_skjof_2;
-    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof;
-    const real t_xzcqa = SC2 * t_d7y7v - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2);
-    const real t_f7u6l = t_xzcqa * t_6dtnj_2 - t_bintu_5 * t_6soyk;
-    const real t_c7w7r_2 = sin_theta2 * t_mcl5q;
-    const real t_ofoj5 = b1 * t_5vgja_2
-        + t_gousg_2 * t_kizhr
-        - (cos_theta2 * t_kizhr_2 - t_c7w7r_2)
-        - (X_y2 * t_f7u6l + K_L32 * t_esoht);
-    const real t_x2cnp = t_skjof
-        - t_3jnxd
-        - (K_L32 * t_xzcqa + t_7exg5 * t_f7u6l)
-        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2);
-    const real t_qzymo = wth_2 * t_uvqau - q_2 * t_wxz3r;
-    const real t_764jb = sin_theta2 * t_qzymo;
-    const real t_764jb_2 = cos_theta2 * t_qzymo;
-    const real t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof;
-    const real t_ryshl = t_764jb_2 - sin_theta2 * Bs_2 + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt);
-    const real t_uznhk = t_ryshl * t_6dtnj_2 - t_bo5xl * t_6soyk;
-    const real t_taqg4 = t_764jb
-        + cos_theta2 * Bs_2
-        + (t_eoupv * t_xzcqa + t_7exg5 * t_uznhk)
-        - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt);
-    const real t_hffrp = t_taqg4 * t_6dtnj_3 - t_bintu_6 * t_x2cnp;
-    const real t_atr6g = t_3hay7 * Bc_2 + p[l2] * t_utpdc;
-    const real t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau;
-    const real t_atwn3 = b1 * t_k2jbt
-        + t_w6lcf * t_kizhr
-        - (t_atr6g - t_ubbzk)
-        + (X_y2 * t_uznhk + t_eoupv * t_esoht)
-        - (X_y3 * t_hffrp + K_L43 * t_ofoj5);
-    const real t_r343y = wq_2 * t_uvqau + q_2 * t_qzymo;
-    const real t_7g2br = t_r343y
-        - (t_eoupv * t_ryshl + t_ly572 * t_uznhk)
-        - (K_L43 * t_taqg4 + t_e2ygr * t_hffrp)
-        - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt);
-    const real t_qqpow = wth_2 * t_uvqau_2 - g_2 * t_wxz3r;
-    const real t_cvj6x = wg_2 * t_uvqau + q_2 * t_qqpow;
-    const real t_qmq4b = cos_theta2 * t_cvj6x;
-    const real t_xm3he = e2 * Bs_2;
-    const real t_6zvid = e2 * t_skjof;
-    const real t_cbqyz = Bs_2 + t_6zvid;
-    const real t_2ws67 = t_qqpow - t_cbqyz;
-    const real t_jqvng = S_sq2 * t_2ws67;
-    const real t_ln3qe = Bc_2 + e2 * t_skjof_2;
-    const real t_jiaxv = sin_theta2 * t_ln3qe;
-    const real t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof;
-    const real t_kc3v7 = t_qqpow - t_jqvng - t_764jb_2 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx);
-    const real t_llvll = t_kc3v7 * t_6dtnj_2 - t_bintu_7 * t_6soyk;
-    const real t_jqvng_2 = SC2 * t_2ws67;
-    const real t_sj2hx = t_764jb
-        - t_jqvng_2
-        - (K_L52 * t_xzcqa + t_7exg5 * t_llvll)
-        - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx);
-    const real t_fa2f5 = t_sj2hx * t_6dtnj_3 - t_bintu_8 * t_x2cnp;
-    const real t_qsge7 = t_r343y
-        - t_qmq4b
-        + sin_theta2 * t_xm3he
-        + (K_L52 * t_ryshl + t_ly572 * t_llvll)
-        - (K_L53 * t_taqg4 + t_e2ygr * t_fa2f5)
-        - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx);
-    const real t_zubvz = t_qsge7 * t_6dtnj_4 - t_bintu_9 * t_7g2br;
-    const real t_risdx = t_atr6g + e2 * t_kizhr_2;
-    const real t_52tmk = b1 * t_ccnzx
-        + t_thnvm * t_kizhr
-        - (sin_theta2 * t_risdx - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2))
-        - (X_y2 * t_llvll + K_L52 * t_esoht)
-        - (X_y3 * t_fa2f5 + K_L53 * t_ofoj5)
-        - (X_y4 * t_zubvz + K_L54 * t_atwn3);
-    const real t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow;
-    const real t_cc4zp = e2 * t_6zvid - K(-2.0) * t_xm3he;
-    const real t_ku6ce = t_cc4zp - t_v6ktv;
-    const real t_4jhiy = S_sq2 * t_ku6ce;
-    const real t_rpc4g = t_v6ktv
-        + t_r343y
-        + t_4jhiy
-        + K(-2.0) * t_qmq4b
-        - (K_L52 * t_kc3v7 + t_7exg5_2 * t_llvll)
-        - (K_L53 * t_sj2hx + t_g6lxe * t_fa2f5)
-        - (K_L54 * t_qsge7 + t_wi63m * t_zubvz)
-        - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx);
-    const real t_qmq4b_2 = sin_theta2 * t_cvj6x;
-    const real t_jiaxv_2 = cos_theta2 * t_ln3qe;
-    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof;
-    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2);
-    const real t_woi5m = t_vvhbc * t_6dtnj_2 - t_l3pbw * t_6soyk;
-    const real t_nh3eu = t_jqvng
-        + t_cbqyz
-        + (t_o5wmi * t_xzcqa + t_7exg5 * t_woi5m)
-        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2);
-    const real t_rg6fi = t_nh3eu * t_6dtnj_3 - t_bintu_10 * t_x2cnp;
-    const real t_lpsyz = t_qmq4b_2
-        + cos_theta2 * t_xm3he
-        - (t_o5wmi * t_ryshl + t_ly572 * t_woi5m)
-        - (K_L63 * t_taqg4 + t_e2ygr * t_rg6fi)
-        - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2);
-    const real t_6uzyz = t_lpsyz * t_6dtnj_4 - t_bintu_11 * t_7g2br;
-    const real t_fbgfe = t_qmq4b_2
-        + SC2 * t_ku6ce
-        + (t_o5wmi * t_kc3v7 + t_7exg5_2 * t_woi5m)
-        - (K_L63 * t_sj2hx + t_g6lxe * t_rg6fi)
-        - (K_L64 * t_qsge7 + t_wi63m * t_6uzyz)
-        - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2);
-    const real t_7u26n = t_fbgfe * t_6dtnj_5 - t_bintu_12 * t_rpc4g;
-    const real t_ls4nx = b1 * t_ccnzx_2
-        + t_thnvm_2 * t_kizhr
-        - (cos_theta2 * t_risdx - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2))
-        + (X_y2 * t_woi5m + t_o5wmi * t_esoht)
-        - (X_y3 * t_rg6fi + K_L63 * t_ofoj5)
-        - (X_y4 * t_6uzyz + K_L64 * t_atwn3)
-        - (X_y5 * t_7u26n + K_L65 * t_52tmk);
-    const real t_komcn = t_cc4zp
-        - t_4jhiy
-        - (t_o5wmi * t_vvhbc + t_du5u3 * t_woi5m)
-        - (K_L63 * t_nh3eu + t_hbw2v * t_rg6fi)
-        - (K_L64 * t_lpsyz + t_7ergp * t_6uzyz)
-        - (K_L65 * t_fbgfe + t_n4u4m * t_7u26n)
-        - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2);
-    const real t_vwmuz = t_ls4nx * t_6dtnj_6 - t_bintu_13 * t_komcn;
-    const real t_qglxt = t_52tmk * t_6dtnj_5 - t_temm3_4 * t_rpc4g - (X_x6 * t_7u26n + K_L65 * t_vwmuz);
-    const real t_432ch = t_atwn3 * t_6dtnj_4
-        - t_temm3_3 * t_7g2br
-        - (X_x5 * t_zubvz + K_L54 * t_qglxt)
-        - (X_x6 * t_6uzyz + K_L64 * t_vwmuz);
-    const real t_cqi2s = t_ofoj5 * t_6dtnj_3
-        - t_qkxsr * t_x2cnp
-        - (X_x4 * t_hffrp + K_L43 * t_432ch)
-        - (X_x5 * t_fa2f5 + K_L53 * t_qglxt)
-        - (X_x6 * t_rg6fi + K_L63 * t_vwmuz);
-    const real t_q3jvz = t_esoht * t_6dtnj_2
-        - t_temm3_2 * t_6soyk
-        - (X_x3 * t_f7u6l + K_L32 * t_cqi2s)
-        + (X_x4 * t_uznhk + t_eoupv * t_432ch)
-        - (X_x5 * t_llvll + K_L52 * t_qglxt)
-        + (X_x6 * t_woi5m + t_o5wmi * t_vwmuz);
-    const real t_n52hv = t_kizhr * t_6dtnj
-        + t_temm3 * t_skjof
-        + (X_x2 * t_5vgja + t_gousg * t_q3jvz)
-        + (X_x3 * t_5vgja_2 + t_gousg_2 * t_cqi2s)
-        + (X_x4 * t_k2jbt + t_w6lcf * t_432ch)
-        + (X_x5 * t_ccnzx + t_thnvm * t_qglxt)
-        + (X_x6 * t_ccnzx_2 + t_thnvm_2 * t_vwmuz);
-    const real t_doiln = x[wy] * cos_theta2 - x[wz] * sin_theta2;
-    const real t_b6zig = cos_phi2 * t_doiln;
-    const real t_b6zig_2 = sin_phi2 * t_doiln;
-    const real t_b76zd = chi2 * t_b6zig - t_2t7vh * t_b6zig_2 - w_x2 * t_doiln;
-    const real t_tewqk = B_2 * t_b76zd;
-    const real t_doiln_2 = x[wy] * sin_theta2 + x[wz] * cos_theta2;
-    const real t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig - t_jsckv * t_doiln_2);
-    const real t_iwtfp = sin_phi2 * t_tewqk - cos_phi2 * t_fp5th;
-    const real t_yrmpr = t_u5rk4_5 * t_6dtnj;
-    const real t_jrazf = t_dkl52 * (p[l2] * t_b6zig_2) + t_a3tjf * t_doiln_2 - w_x2 * (lc_2 * t_doiln_2);
-    const real t_tdjwy = th_2 * (p[I2] * t_jrazf);
-    const real t_o4t3p = cos_theta2 * t_tdjwy - t_lbh6o_2;
-    const real t_iwtfp_2 = sin_phi2 * t_fp5th + cos_phi2 * t_tewqk;
-    const real t_4xwc6 = b1 * t_yrmpr + t_gousg * t_iwtfp - (t_o4t3p + (t_u5rk4_3 - sin_theta2 * t_iwtfp_2));
-    const real t_so6aj = (sin_theta2 + sin_theta2) * cos_theta2;
-    const real t_bu6uv = tn11_2 * t_so6aj;
-    const real t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr);
-    const real t_le4xr = cos_theta2 * cos_theta2 - S_sq2;
-    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj;
-    const real t_xocma = tn11_2 * t_le4xr - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2);
-    const real t_3zwx6 = t_xocma * t_6dtnj_2 - t_bintu_5 * t_k4opm;
-    const real t_o4t3p_2 = sin_theta2 * t_tdjwy + t_lbh6o;
-    const real t_zvpkg = t_gousg_2 * t_iwtfp
-        - b1 * t_yrmpr_2
-        + (t_o4t3p_2 + (cos_theta2 * t_iwtfp_2 + t_u5rk4_2))
-        - (X_y2 * t_3zwx6 + K_L32 * t_4xwc6);
-    const real t_657e2 = t_gousg_2 * t_u5rk4_4
-        + t_f2nhc_2 * t_yrmpr_2
-        - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_3zwx6));
-    const real t_u5rk4_9 = wq_2 * cos_theta2;
-    const real t_u5rk4_10 = wq_2 * sin_theta2;
-    const real t_od34j = t_u5rk4 - t_u5rk4_10 + t_w6lcf * t_u5rk4_5;
-    const real t_liyj7 = t_od34j * t_6dtnj_2 - t_bo5xl * t_k4opm;
-    const real t_6l7ig = t_u5rk4_9 + t_u5rk4_6 + (t_eoupv * t_xocma + t_7exg5 * t_liyj7) + t_w6lcf * t_u5rk4_4;
-    const real t_qa7bm = t_6l7ig * t_6dtnj_3 - t_bintu_6 * t_657e2;
-    const real t_e3pd3 = p[l2] * t_tewqk;
-    const real t_pxzgl = q_2 * t_tdjwy;
-    const real t_sjf53 = t_w6lcf * t_iwtfp
-        - (t_e3pd3 - t_pxzgl)
-        + (X_y2 * t_liyj7 + t_eoupv * t_4xwc6)
-        - (X_y3 * t_qa7bm + K_L43 * t_zvpkg);
-    const real t_uu7ed = t_eoupv * t_od34j + t_ly572 * t_liyj7 + (K_L43 * t_6l7ig + t_e2ygr * t_qa7bm);
-    const real t_u5rk4_11 = wqg_2 * sin_theta2;
-    const real t_yjwot = t_vsqil * t_so6aj;
-    const real t_gsxk4 = t_oja3l_2 * t_6dtnj;
-    const real t_b5kk7 = t_u5rk4_10 - t_yjwot - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4);
-    const real t_h5jmh = t_b5kk7 * t_6dtnj_2 - t_bintu_7 * t_k4opm;
-    const real t_pwjew = t_vsqil * t_le4xr;
-    const real t_pumzh = t_u5rk4_9
-        - t_pwjew
-        - (K_L52 * t_xocma + t_7exg5 * t_h5jmh)
-        - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4);
-    const real t_dnes5 = t_pumzh * t_6dtnj_3 - t_bintu_8 * t_657e2;
-    const real t_4xquj = t_u5rk4_11
-        + t_zkamf_2
-        + (K_L52 * t_od34j + t_ly572 * t_h5jmh)
-        - (K_L53 * t_6l7ig + t_e2ygr * t_dnes5)
-        - t_hig3c_6 * t_gsxk4;
-    const real t_playo = t_4xquj * t_6dtnj_4 + t_bintu_9 * t_uu7ed;
-    const real t_juk4v = t_e3pd3 - e2 * t_iwtfp_2;
-    const real t_4kqou = b1 * t_gsxk4
-        + t_thnvm * t_iwtfp
-        - (sin_theta2 * t_juk4v + t_4d6tt_2 - t_pxzgl + g_2 * t_o4t3p)
-        - (X_y2 * t_h5jmh + K_L52 * t_4xwc6)
-        - (X_y3 * t_dnes5 + K_L53 * t_zvpkg)
-        - (X_y4 * t_playo + K_L54 * t_sjf53);
-    const real t_bu6uv_2 = tn44_2 * t_so6aj;
-    const real t_k4ci6 = t_bu6uv_2
-        - K(-2.0) * t_u5rk4_11
-        - (K_L52 * t_b5kk7 + t_7exg5_2 * t_h5jmh)
-        - (K_L53 * t_pumzh + t_g6lxe * t_dnes5)
-        - (K_L54 * t_4xquj + t_wi63m * t_playo)
-        - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4);
-    const real t_u5rk4_12 = wqg_2 * cos_theta2;
-    const real t_gsxk4_2 = t_oja3l * t_6dtnj;
-    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2);
-    const real t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw * t_k4opm;
-    const real t_37hcc = t_yjwot
-        + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
-        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2);
-    const real t_y46k5 = t_37hcc * t_6dtnj_3 - t_bintu_10 * t_657e2;
-    const real t_taaop = t_u5rk4_12
-        - t_zkamf
-        - (t_o5wmi * t_od34j + t_ly572 * t_qcwbd)
-        - (K_L63 * t_6l7ig + t_e2ygr * t_y46k5)
-        + t_hig3c_6 * t_gsxk4_2;
-    const real t_b7miw = t_taaop * t_6dtnj_4 + t_bintu_11 * t_uu7ed;
-    const real t_22mqs = t_u5rk4_12
-        + tn44_2 * t_le4xr
-        + (t_o5wmi * t_b5kk7 + t_7exg5_2 * t_qcwbd)
-        - (K_L63 * t_pumzh + t_g6lxe * t_y46k5)
-        - (K_L64 * t_4xquj + t_wi63m * t_b7miw)
-        - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2);
-    const real t_btqak = t_22mqs * t_6dtnj_5 - t_bintu_12 * t_k4ci6;
-    const real t_hmrov = t_thnvm_2 * t_iwtfp
-        - b1 * t_gsxk4_2
-        - (cos_theta2 * t_juk4v - t_4d6tt - g_2 * t_o4t3p_2)
-        + (X_y2 * t_qcwbd + t_o5wmi * t_4xwc6)
-        - (X_y3 * t_y46k5 + K_L63 * t_zvpkg)
-        - (X_y4 * t_b7miw + K_L64 * t_sjf53)
-        - (X_y5 * t_btqak + K_L65 * t_4kqou);
-    const real t_n7gya = t_bu6uv_2
-        + (t_o5wmi * t_dshy3 + t_du5u3 * t_qcwbd)
-        + (K_L63 * t_37hcc + t_hbw2v * t_y46k5)
-        + (K_L64 * t_taaop + t_7ergp * t_b7miw)
-        + (K_L65 * t_22mqs + t_n4u4m * t_btqak);
-    const real t_dcvgt = t_hmrov * t_6dtnj_6 - t_bintu_13 * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_n7gya);
-    const real t_ab6m2 = t_4kqou * t_6dtnj_5 - t_temm3_4 * t_k4ci6 - (X_x6 * t_btqak + K_L65 * t_dcvgt);
-    const real t_ly3kq = t_sjf53 * t_6dtnj_4
-        + t_temm3_3 * t_uu7ed
-        - (X_x5 * t_playo + K_L54 * t_ab6m2)
-        - (X_x6 * t_b7miw + K_L64 * t_dcvgt);
-    const real t_b3jpw = t_zvpkg * t_6dtnj_3
-        - t_qkxsr * t_657e2
-        - (X_x4 * t_qa7bm + K_L43 * t_ly3kq)
-        - (X_x5 * t_dnes5 + K_L53 * t_ab6m2)
-        - (X_x6 * t_y46k5 + K_L63 * t_dcvgt);
-    const real t_aixc2 = t_4xwc6 * t_6dtnj_2
-        - t_temm3_2 * t_k4opm
-        - (X_x3 * t_3zwx6 + K_L32 * t_b3jpw)
-        + (X_x4 * t_liyj7 + t_eoupv * t_ly3kq)
-        - (X_x5 * t_h5jmh + K_L52 * t_ab6m2)
-        + (X_x6 * t_qcwbd + t_o5wmi * t_dcvgt);
-    const real t_qxt7o = t_iwtfp * t_6dtnj
-        + (X_x2 * t_yrmpr + t_gousg * t_aixc2)
-        + (t_gousg_2 * t_b3jpw - X_x3 * t_yrmpr_2)
-        + t_w6lcf * t_ly3kq
-        + (X_x5 * t_gsxk4 + t_thnvm * t_ab6m2)
-        + (t_thnvm_2 * t_dcvgt - X_x6 * t_gsxk4_2);
-    const real t_333yc = k1 * p[eps1];
-    const real t_77voe = t_6nwd2 * t_lcyz4;
-    const real t_rkxcf = sin_phi1 * t_333yc - cos_phi1 * t_77voe;
-    const real t_plqy5_2 = t_plqy5 + t_plqy5;
-    const real t_chz6j = th_1 * (p[I1] * t_plqy5_2);
-    const real t_5y6gd = cos_theta1 * t_chz6j;
-    const real t_rkxcf_2 = sin_phi1 * t_77voe + cos_phi1 * t_333yc;
-    const real t_skreg = t_5y6gd + sin_theta1 * t_rkxcf_2 + t_gousg * t_rkxcf;
-    const real t_5y6gd_2 = sin_theta1 * t_chz6j;
-    const real t_zwvdp = t_gousg_2 * t_rkxcf - (t_5y6gd_2 - cos_theta1 * t_rkxcf_2) - K_L32 * t_skreg;
-    const real t_wjlbq = p[l1] * t_333yc;
-    const real t_csjtr = q_1 * t_chz6j;
-    const real t_vxmji = t_w6lcf * t_rkxcf
-        - (t_wjlbq + t_csjtr - p[eps1])
-        + t_eoupv * t_skreg
-        - K_L43 * t_zwvdp;
-    const real t_2owbo = t_wjlbq - e1 * t_rkxcf_2;
+    const real t_hakeo_2 = cos_theta2 * t_uvqau_2;
+    const real t_4bmxt = x[wx] * t_hakeo - bob2_twice1 * t_hakeo_2 - x[wy] * t_uvqau_2 - bob2_twice2 * t_hakeo;
+    const real t_hakeo_3 = sin_theta2 * t_uvqau_2;
+    const real t_hakeo_4 = cos_theta2 * t_uvqau;
+    const real t_tw5as = x[wz] * t_uvqau_2 - bob2_twice1 * t_hakeo_3 + bob2_twice2 * t_hakeo_4 - x[wx] * t_hakeo_4;
+    const real t_rtozb = p[m2] * (x[wy] * t_4bmxt - bob2_v11 * t_uvqau_2 - x[wz] * t_tw5as);
+    const real t_juc2v = bob2_twice1 * t_uvqau + x[wy] * t_hakeo_4 - x[wz] * t_hakeo;
+    const real t_5n2hp = x[wz] * t_juc2v
+        - bob2_v21 * t_hakeo_2
+        - bob2_v11 * t_hakeo
+        - bob2_v22 * t_hakeo
+        - x[wx] * t_4bmxt;
+    const real t_dx3vx = p[m2] * t_5n2hp;
+    const real t_d5c7e = x[wx] * t_tw5as
+        + bob2_v21 * t_hakeo_3
+        - bob2_v11 * t_hakeo_4
+        - bob2_v22 * t_hakeo_4
+        - x[wy] * t_juc2v;
+    const real t_ilxnt = p[m2] * t_d5c7e;
+    const real t_fgvn2 = bob2_r1_x * t_rtozb
+        + bob2_Fx * t_uvqau
+        + (bob2_r1_y * t_dx3vx - bob2_Fy * t_hakeo_3)
+        + (bob2_r1_z * t_ilxnt - bob2_Fz * t_hakeo_2);
+    const real t_xau4q = p[m2] * t_uvqau;
+    const real t_x2ffi = t_xau4q * t_mxpm2;
+    const real t_6doat = bob2_S1tx * t_fgvn2 + t_xyjt2 * t_x2ffi - t_rtozb;
+    const real t_gdxxl = bob2_g1_x * t_x2ffi + bob2_S1tx * t_xau4q;
+    const real t_tc6cu = p[m2] * t_hakeo_2;
+    const real t_tpqyi = t_tc6cu * t_mxpm2;
+    const real t_hcc3k = bob2_r_y * t_ilxnt + bob2_Fz * t_hakeo - (bob2_r_z * t_dx3vx + bob2_Fy * t_hakeo_4);
+    const real t_tc6cu_2 = p[m2] * t_hakeo;
+    const real t_pjhy4 = t_nww6q * ((sin_phi2 + sin_phi2) * cos_phi2);
+    const real t_otfml = t_tc6cu_2 * t_ymfue - t_i7psf * t_ymfue * t_pjhy4;
+    const real t_whvwg = bob2_S1tz * t_fgvn2
+        - t_xyjt2 * t_tpqyi
+        - t_ilxnt
+        + (t_i7psf * t_hcc3k + bob2_Q2 * t_otfml);
+    const real t_tc6cu_3 = p[m2] * t_hakeo_3;
+    const real t_tpqyi_2 = t_tc6cu_3 * t_mxpm2;
+    const real t_tc6cu_4 = p[m2] * t_hakeo_4;
+    const real t_u2fmg = t_tc6cu_4 * t_ymfue - bob2_S2ty * t_ymfue * t_pjhy4;
+    const real t_h6hty = bob2_S1ty * t_fgvn2
+        - t_xyjt2 * t_tpqyi_2
+        - t_dx3vx
+        - (bob2_S2ty * t_hcc3k + bob2_Q2 * t_u2fmg);
+    const real t_gdxxl_2 = bob2_S1ty * t_xau4q - bob2_g1_x * t_tpqyi_2;
+    const real t_r6avn = bob2_r_z * t_gdxxl_2 + t_s4byp * t_hakeo_4;
+    const real t_gdxxl_3 = bob2_S1tz * t_xau4q - bob2_g1_x * t_tpqyi;
+    const real t_r6avn_2 = bob2_r_y * t_gdxxl_3 + t_s4byp_2 * t_hakeo;
+    const real t_mwxoz = bob2_S1rx * t_xau4q;
+    const real t_kvglz = t_r6avn - (t_r6avn_2 + t_mwxoz);
+    const real t_v3yvq = t_kvglz * t_6dtnj + t_bintu_3 * t_gdxxl;
+    const real t_hkky7 = bob2_g2_y * t_otfml + t_i7psf * t_tc6cu_4 + (bob2_g1_y * t_tpqyi + bob2_S1tz * t_tc6cu_3);
+    const real t_i77ir = bob2_S1rx * t_tc6cu_3;
+    const real t_qedpc = bob2_g1_y * t_tpqyi_2 + bob2_S1ty * t_tc6cu_3 - (bob2_g2_y * t_u2fmg + bob2_S2ty * t_tc6cu_4);
+    const real t_dc7lt = bob2_r_y * t_hkky7
+        + bob2_Myz * t_hakeo
+        + t_i77ir
+        - (bob2_r_z * t_qedpc + bob2_Myy * t_hakeo_4);
+    const real t_yujux = t_dc7lt + (lhub_alphaxhub_ax * t_gdxxl_2 + t_lhd4o * t_v3yvq);
+    const real t_gizzd = t_gdxxl_2 * t_6dtnj + t_jza4m * t_gdxxl;
+    const real t_i5vxj = t_qedpc - (t_skn5h * t_gdxxl_2 + t_lhd4o * t_gizzd);
+    const real t_34xg6 = t_yujux * t_6dtnj_2 - t_bintu_4 * t_i5vxj;
+    const real t_tkzjt = t_h6hty + (yhub_ax * t_gizzd + t_skn5h * t_6doat);
+    const real t_ck3wm = bob2_g1_z * t_tpqyi + bob2_S1tz * t_tc6cu - (t_zludf * t_otfml + t_i7psf * t_tc6cu_2);
+    const real t_i77ir_2 = bob2_S1rx * t_tc6cu;
+    const real t_zqnrn = bob2_r_y * t_ck3wm
+        + bob2_Mzz * t_hakeo
+        + t_i77ir_2
+        - (bob2_r_z * t_hkky7 + bob2_Myz * t_hakeo_4);
+    const real t_gizzd_2 = t_gdxxl_3 * t_6dtnj + t_jza4m_2 * t_gdxxl;
+    const real t_p2vva = t_hkky7 - (t_skn5h_2 * t_gdxxl_2 + t_lhd4o * t_gizzd_2);
+    const real t_saw4t = t_zqnrn
+        + (lhub_alphaxhub_ax * t_gdxxl_3 + t_lhd4o_2 * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_p2vva + khub_azhub_ay1 * t_34xg6);
+    const real t_6xzzo = t_p2vva * t_6dtnj_2 - t_bintu_6 * t_i5vxj;
+    const real t_ruy6n = t_ck3wm
+        - (t_skn5h_2 * t_gdxxl_3 + t_lhd4o_2 * t_gizzd_2)
+        - (lhub_azhub_ay * t_p2vva + khub_azhub_ay1 * t_6xzzo);
+    const real t_3c5jx = t_saw4t * t_6dtnj_3 - t_bintu_5 * t_ruy6n;
+    const real t_yyiil = t_whvwg
+        + (yhub_ax * t_gizzd_2 + t_skn5h_2 * t_6doat)
+        - (yhub_ay * t_6xzzo + lhub_azhub_ay * t_tkzjt);
+    const real t_apcyr = bob2_r_y * t_whvwg
+        + bob2_fz * t_hakeo
+        + bob2_S1rx * t_fgvn2
+        - (bob2_r_z * t_h6hty + bob2_fy * t_hakeo_4)
+        - (yhub_ax * t_v3yvq + lhub_alphaxhub_ax * t_6doat)
+        - (yhub_ay * t_34xg6 + lhub_alphaxhub_ay * t_tkzjt)
+        - (yhub_az * t_3c5jx + lhub_alphaxhub_az * t_yyiil);
+    const real t_fi7vr = bob2_r_y * t_zqnrn
+        + bob2_Nxz * t_hakeo
+        - (t_gxq2p_3 * t_hakeo - bob2_r_y * t_i77ir_2)
+        + (t_gxq2p_2 * t_hakeo_4 - bob2_r_z * t_i77ir)
+        - (bob2_r_z * t_dc7lt + bob2_Nxy * t_hakeo_4)
+        - (lhub_alphaxhub_ax * t_kvglz + hub_K41 * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_yujux + khub_alphaxhub_ay1 * t_34xg6)
+        - (lhub_alphaxhub_az * t_saw4t + khub_alphaxhub_az2 * t_3c5jx);
+    const real t_6csm5 = bob2_r_z * t_gdxxl_3 + t_s4byp_2 * t_hakeo_4 + (bob2_r_x * t_ck3wm + bob2_Mzz * t_uvqau_2);
+    const real t_cwpy5 = bob2_r_x * t_hkky7 + bob2_Myz * t_uvqau_2;
+    const real t_63aef = t_r6avn + t_cwpy5;
+    const real t_abdh5 = bob2_Mxx * t_hakeo_4 - bob2_r_z * t_gdxxl + (bob2_r_x * t_gdxxl_3 + t_s4byp_2 * t_uvqau_2);
+    const real t_6sxhy = t_abdh5 * t_6dtnj + t_bintu_7 * t_gdxxl;
+    const real t_4lgjh = lhub_alphayhub_ax * t_gdxxl_2 + t_lhd4o * t_6sxhy - t_63aef;
+    const real t_el2za = t_4lgjh * t_6dtnj_2 - t_bintu_8 * t_i5vxj;
+    const real t_lfgrk = lhub_alphayhub_ax * t_gdxxl_3
+        + t_lhd4o_2 * t_6sxhy
+        - t_6csm5
+        - (lhub_alphayhub_ay * t_p2vva + khub_azhub_ay1 * t_el2za);
+    const real t_xkkmh = t_lfgrk * t_6dtnj_3 - t_bintu_9 * t_ruy6n;
+    const real t_3acqu = t_gxq2p_3 * t_uvqau_2
+        - bob2_r_x * t_i77ir_2
+        - (bob2_r_z * t_mwxoz + t_gxq2p * t_hakeo_4 + (bob2_r_y * t_6csm5 + t_wudhu * t_hakeo))
+        + (bob2_r_z * t_63aef + t_wudhu_2 * t_hakeo_4)
+        - (lhub_alphayhub_ax * t_kvglz + hub_K41 * t_6sxhy)
+        - (lhub_alphayhub_ay * t_yujux + khub_alphaxhub_ay1 * t_el2za)
+        - (lhub_alphayhub_az * t_saw4t + khub_alphaxhub_az2 * t_xkkmh);
+    const real t_eaaas = t_3acqu * t_6dtnj_4 - t_bintu_10 * t_fi7vr;
+    const real t_zk4kb = bob2_r_z * t_6doat
+        + bob2_fx * t_hakeo_4
+        - (bob2_r_x * t_whvwg + bob2_fz * t_uvqau_2)
+        - (yhub_alphax * t_eaaas + lhub_alphayhub_alphax * t_apcyr)
+        - (yhub_ax * t_6sxhy + lhub_alphayhub_ax * t_6doat)
+        - (yhub_ay * t_el2za + lhub_alphayhub_ay * t_tkzjt)
+        - (yhub_az * t_xkkmh + lhub_alphayhub_az * t_yyiil);
+    const real t_vpuu3 = bob2_r_z * t_abdh5
+        + bob2_Nyx * t_hakeo_4
+        + (bob2_r_x * t_6csm5 + t_wudhu * t_uvqau_2)
+        - (lhub_alphayhub_ax * t_abdh5 + hub_K51 * t_6sxhy)
+        - (lhub_alphayhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_el2za)
+        - (lhub_alphayhub_az * t_lfgrk + khub_alphayhub_az2 * t_xkkmh)
+        - (lhub_alphayhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_eaaas);
+    const real t_f7x2s = bob2_S2rz * t_ymfue * t_pjhy4;
+    const real t_absy6 = t_cwpy5 + (bob2_S2rz * t_tc6cu_2 - t_zludf * t_f7x2s) + t_r6avn_2;
+    const real t_kivv2 = bob2_S2rz * t_tc6cu_4 - bob2_g2_y * t_f7x2s;
+    const real t_akdyj = bob2_r_x * t_qedpc
+        + bob2_Myy * t_uvqau_2
+        - t_kivv2
+        + (bob2_r_y * t_gdxxl_2 + t_s4byp * t_hakeo);
+    const real t_abdh5_2 = bob2_r_x * t_gdxxl_2 + t_s4byp * t_uvqau_2 + (bob2_Mxx * t_hakeo - bob2_r_y * t_gdxxl);
+    const real t_cfksr = t_abdh5_2 * t_6dtnj + t_aphi5 * t_gdxxl;
+    const real t_2u2xo = t_akdyj - (t_d5zcj * t_gdxxl_2 + t_lhd4o * t_cfksr);
+    const real t_u3vw5 = t_2u2xo * t_6dtnj_2 - t_bintu_11 * t_i5vxj;
+    const real t_m447y = t_absy6
+        - (t_d5zcj * t_gdxxl_3 + t_lhd4o_2 * t_cfksr)
+        - (lhub_alphazhub_ay * t_p2vva + khub_azhub_ay1 * t_u3vw5);
+    const real t_e6v3q = t_m447y * t_6dtnj_3 - t_bintu_12 * t_ruy6n;
+    const real t_w44wv = bob2_r_y * t_absy6
+        + bob2_Nzz * t_hakeo
+        - (t_gxq2p_2 * t_uvqau_2 - bob2_r_x * t_i77ir)
+        + (bob2_r_y * t_mwxoz + t_gxq2p * t_hakeo)
+        - (bob2_r_z * t_akdyj + bob2_Nzy * t_hakeo_4)
+        + (t_d5zcj * t_kvglz + hub_K41 * t_cfksr)
+        - (lhub_alphazhub_ay * t_yujux + khub_alphaxhub_ay1 * t_u3vw5)
+        - (lhub_alphazhub_az * t_saw4t + khub_alphaxhub_az2 * t_e6v3q);
+    const real t_3vt2x = t_w44wv * t_6dtnj_4 - t_bintu_13 * t_fi7vr;
+    const real t_qc4tp = t_d5zcj * t_abdh5
+        + hub_K51 * t_cfksr
+        - (bob2_r_z * t_abdh5_2 + t_ykkjc * t_hakeo_4 + (bob2_r_x * t_absy6 + bob2_Nzz * t_uvqau_2))
+        - (lhub_alphazhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_u3vw5)
+        - (lhub_alphazhub_az * t_lfgrk + khub_alphayhub_az2 * t_e6v3q)
+        - (lhub_alphazhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_3vt2x);
+    const real t_7ncv3 = t_qc4tp * t_6dtnj_5 - t_bintu_14 * t_vpuu3;
+    const real t_4ucw4 = bob2_r_x * t_h6hty
+        + bob2_fy * t_uvqau_2
+        - (bob2_S2rz * t_hcc3k - bob2_Q2 * t_f7x2s)
+        - (bob2_r_y * t_6doat + bob2_fx * t_hakeo)
+        - (yhub_alphax * t_3vt2x + lhub_alphazhub_alphax * t_apcyr)
+        - (yhub_alphay * t_7ncv3 + lhub_alphazhub_alphay * t_zk4kb)
+        + (yhub_ax * t_cfksr + t_d5zcj * t_6doat)
+        - (yhub_ay * t_u3vw5 + lhub_alphazhub_ay * t_tkzjt)
+        - (yhub_az * t_e6v3q + lhub_alphazhub_az * t_yyiil);
+    const real t_cmtng = bob2_r_x * t_akdyj
+        + bob2_Nzy * t_uvqau_2
+        - (bob2_r_x * t_kivv2 + t_s4byp_3 * t_uvqau_2)
+        + (bob2_r_y * t_abdh5_2 + t_ykkjc * t_hakeo)
+        + p[I2] * t_f7x2s
+        - (t_d5zcj * t_abdh5_2 + t_bjkdc * t_cfksr)
+        - (lhub_alphazhub_ay * t_2u2xo + khub_alphazhub_ay1 * t_u3vw5)
+        - (lhub_alphazhub_az * t_m447y + khub_alphazhub_az2 * t_e6v3q)
+        - (lhub_alphazhub_alphax * t_w44wv + khub_alphazhub_alphax3 * t_3vt2x)
+        - (lhub_alphazhub_alphay * t_qc4tp + khub_alphazhub_alphay4 * t_7ncv3);
+    const real t_cvrqz = t_4ucw4 * t_6dtnj_6 - t_bintu_15 * t_cmtng;
+    const real t_3zjrh = t_zk4kb * t_6dtnj_5 - t_6gzii * t_vpuu3 - (lhub_alphazhub_alphay * t_cvrqz + hub_alphaz * t_7ncv3);
+    const real t_xo7bi = t_apcyr * t_6dtnj_4
+        - t_qkbrl * t_fi7vr
+        - (lhub_alphayhub_alphax * t_3zjrh + hub_alphay * t_eaaas)
+        - (lhub_alphazhub_alphax * t_cvrqz + hub_alphaz * t_3vt2x);
+    const real t_gxvie = t_yyiil * t_6dtnj_3
+        - t_qkxsr * t_ruy6n
+        - (lhub_alphaxhub_az * t_xo7bi + hub_alphax * t_3c5jx)
+        - (lhub_alphayhub_az * t_3zjrh + hub_alphay * t_xkkmh)
+        - (lhub_alphazhub_az * t_cvrqz + hub_alphaz * t_e6v3q);
+    const real t_skros = t_tkzjt * t_6dtnj_2
+        - t_temm3_2 * t_i5vxj
+        - (lhub_alphaxhub_ay * t_xo7bi + hub_alphax * t_34xg6)
+        - (lhub_alphayhub_ay * t_3zjrh + hub_alphay * t_el2za)
+        - (lhub_alphazhub_ay * t_cvrqz + hub_alphaz * t_u3vw5)
+        - (lhub_azhub_ay * t_gxvie + hub_az * t_6xzzo);
+    const real t_2h54h = t_6doat * t_6dtnj
+        + t_temm3 * t_gdxxl
+        - (lhub_alphaxhub_ax * t_xo7bi + hub_alphax * t_v3yvq)
+        - (lhub_alphayhub_ax * t_3zjrh + hub_alphay * t_6sxhy)
+        + (t_d5zcj * t_cvrqz + hub_alphaz * t_cfksr)
+        + (t_skn5h * t_skros + hub_ay * t_gizzd)
+        + (t_skn5h_2 * t_gxvie + hub_az * t_gizzd_2);
+    const real t_dziuo = t_j5f44_4 - bob2_twice1 * bob2_r1_y - bob2_twice2 * bob2_r_z;
+    const real t_dziuo_2 = bob2_twice1 * bob2_r1_z - bob2_twice2 * bob2_r_y + t_j5f44_3;
+    const real t_snsd6 = p[m2] * (x[wy] * t_dziuo - x[wz] * t_dziuo_2);
+    const real t_ze7uv = bob2_v21 * bob2_r1_y
+        + x[wz] * t_ipz3m_2
+        + bob2_v11 * bob2_r_z
+        + bob2_v22 * bob2_r_z
+        + x[wx] * t_dziuo;
+    const real t_lfebj = p[m2] * t_ze7uv;
+    const real t_wd4uz = x[wx] * t_dziuo_2
+        - bob2_v21 * bob2_r1_z
+        + bob2_v11 * bob2_r_y
+        + bob2_v22 * bob2_r_y
+        + x[wy] * t_ipz3m_2;
+    const real t_bo4fn = p[m2] * t_wd4uz;
+    const real t_tfrtk = bob2_r1_x * t_snsd6
+        + (bob2_Fy * bob2_r1_z - bob2_r1_y * t_lfebj)
+        + (bob2_r1_z * t_bo4fn - bob2_Fz * bob2_r1_y);
+    const real t_no3qu = bob2_S1tx * t_tfrtk - t_snsd6;
+    const real t_zludf_2 = p[m2] * bob2_r1_y;
+    const real t_uxdew = t_zludf_2 * t_mxpm2;
+    const real t_me6ue = bob2_r_y * t_bo4fn + bob2_Fz * bob2_r_z + (bob2_r_z * t_lfebj + bob2_Fy * bob2_r_y);
+    const real t_zludf_3 = p[m2] * bob2_r_z;
+    const real t_i7psf_2 = t_zludf_3 * t_ymfue;
+    const real t_hrjzn = bob2_S1tz * t_tfrtk
+        - t_xyjt2 * t_uxdew
+        - t_bo4fn
+        + (t_i7psf * t_me6ue + bob2_Q2 * t_i7psf_2);
+    const real t_zludf_4 = p[m2] * bob2_r1_z;
+    const real t_uxdew_2 = t_zludf_4 * t_mxpm2;
+    const real t_zludf_5 = p[m2] * bob2_r_y;
+    const real t_i7psf_3 = t_zludf_5 * t_ymfue;
+    const real t_uawwz = bob2_S1ty * t_tfrtk
+        + t_xyjt2 * t_uxdew_2
+        + t_lfebj
+        - (bob2_S2ty * t_me6ue - bob2_Q2 * t_i7psf_3);
+    const real t_wm5zt = bob2_g1_x * t_uxdew_2;
+    const real t_kuduc = bob2_r_z * t_wm5zt - t_6j24m_3;
+    const real t_wm5zt_2 = bob2_g1_x * t_uxdew;
+    const real t_kuduc_2 = t_6j24m_4 - bob2_r_y * t_wm5zt_2;
+    const real t_nbmlu = t_kuduc - t_kuduc_2;
+    const real t_ox35p_2 = t_nbmlu * t_6dtnj;
+    const real t_saiyb = bob2_g2_y * t_i7psf_2 - t_i7psf * t_zludf_5 - (bob2_S1tz * t_zludf_4 - bob2_g1_y * t_uxdew);
+    const real t_3rc6e = bob2_S1rx * t_zludf_4;
+    const real t_xw4iu = bob2_g2_y * t_i7psf_3 + bob2_S2ty * t_zludf_5 - (bob2_g1_y * t_uxdew_2 + bob2_S1ty * t_zludf_4);
+    const real t_ooavl = bob2_r_y * t_saiyb + t_gvuud_2 - t_3rc6e - (bob2_r_z * t_xw4iu - bob2_Myy * bob2_r_y);
+    const real t_uflje = t_ooavl + (lhub_alphaxhub_ax * t_wm5zt + t_lhd4o * t_ox35p_2);
+    const real t_suyzo = t_wm5zt * t_6dtnj;
+    const real t_6annt = t_xw4iu - (t_skn5h * t_wm5zt + t_lhd4o * t_suyzo);
+    const real t_qfexh = t_uflje * t_6dtnj_2 - t_bintu_4 * t_6annt;
+    const real t_42cgi = t_uawwz + (yhub_ax * t_suyzo + t_skn5h * t_no3qu);
+    const real t_whsnm = bob2_g1_z * t_uxdew + bob2_S1tz * t_zludf_2 - (t_zludf * t_i7psf_2 + t_i7psf * t_zludf_3);
+    const real t_3rc6e_2 = bob2_S1rx * t_zludf_2;
+    const real t_lpm7d = bob2_r_y * t_whsnm + bob2_Mzz * bob2_r_z + t_3rc6e_2 - (bob2_r_z * t_saiyb - t_gvuud);
+    const real t_suyzo_2 = t_wm5zt_2 * t_6dtnj;
+    const real t_wxyp5 = t_saiyb - (t_skn5h_2 * t_wm5zt - t_lhd4o * t_suyzo_2);
+    const real t_pdvac = t_lpm7d
+        + (t_lhd4o_2 * t_ox35p_2 - lhub_alphaxhub_ax * t_wm5zt_2)
+        - (lhub_alphaxhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qfexh);
+    const real t_ysnri = t_wxyp5 * t_6dtnj_2 - t_bintu_6 * t_6annt;
+    const real t_oh4nk = t_whsnm
+        + (t_skn5h_2 * t_wm5zt_2 + t_lhd4o_2 * t_suyzo_2)
+        - (lhub_azhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ysnri);
+    const real t_nafop = t_pdvac * t_6dtnj_3 - t_bintu_5 * t_oh4nk;
+    const real t_t2nxt = t_hrjzn
+        + (t_skn5h_2 * t_no3qu - yhub_ax * t_suyzo_2)
+        - (yhub_ay * t_ysnri + lhub_azhub_ay * t_42cgi);
+    const real t_bfi6o = bob2_r_y * t_hrjzn
+        + bob2_fz * bob2_r_z
+        + bob2_S1rx * t_tfrtk
+        - (bob2_r_z * t_uawwz - bob2_fy * bob2_r_y)
+        - (yhub_ax * t_ox35p_2 + lhub_alphaxhub_ax * t_no3qu)
+        - (yhub_ay * t_qfexh + lhub_alphaxhub_ay * t_42cgi)
+        - (yhub_az * t_nafop + lhub_alphaxhub_az * t_t2nxt);
+    const real t_cgkeu = bob2_r_y * t_lpm7d
+        + bob2_Nxz * bob2_r_z
+        - (t_gxq2p_3 * bob2_r_z - bob2_r_y * t_3rc6e_2)
+        + (bob2_r_z * t_3rc6e - t_gxq2p_2 * bob2_r_y)
+        - (bob2_r_z * t_ooavl - bob2_Nxy * bob2_r_y)
+        - (lhub_alphaxhub_ax * t_nbmlu + hub_K41 * t_ox35p_2)
+        - (lhub_alphaxhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qfexh)
+        - (lhub_alphaxhub_az * t_pdvac + khub_alphaxhub_az2 * t_nafop);
+    const real t_qlqcu = bob2_r_x * t_saiyb;
+    const real t_xu6l2 = t_kuduc + t_qlqcu;
+    const real t_zy3y4 = bob2_r_x * t_whsnm - (bob2_r_z * t_wm5zt_2 + t_6j24m_2);
+    const real t_d5os3 = t_4rrc5_2 + bob2_r_x * t_wm5zt_2;
+    const real t_6oizr = t_d5os3 * t_6dtnj;
+    const real t_bunjj = lhub_alphayhub_ax * t_wm5zt - t_lhd4o * t_6oizr - t_xu6l2;
+    const real t_qozvd = t_bunjj * t_6dtnj_2 - t_bintu_8 * t_6annt;
+    const real t_eepmq = t_zy3y4
+        + (lhub_alphayhub_ax * t_wm5zt_2 + t_lhd4o_2 * t_6oizr)
+        + (lhub_alphayhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qozvd);
+    const real t_3lumm = t_eepmq * t_6dtnj_3 + t_bintu_9 * t_oh4nk;
+    const real t_alpsg = bob2_r_z * t_xu6l2
+        - t_wudhu_2 * bob2_r_y
+        - (bob2_r_y * t_zy3y4 + t_wudhu * bob2_r_z - t_te2vp_2 + bob2_r_x * t_3rc6e_2)
+        - (lhub_alphayhub_ax * t_nbmlu - hub_K41 * t_6oizr)
+        - (lhub_alphayhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qozvd)
+        - (lhub_alphayhub_az * t_pdvac - khub_alphaxhub_az2 * t_3lumm);
+    const real t_yupfa = t_alpsg * t_6dtnj_4 - t_bintu_10 * t_cgkeu;
+    const real t_ckjz6 = bob2_r_z * t_no3qu
+        - t_leuxo_4
+        - bob2_r_x * t_hrjzn
+        - (yhub_alphax * t_yupfa + lhub_alphayhub_alphax * t_bfi6o)
+        - (lhub_alphayhub_ax * t_no3qu - yhub_ax * t_6oizr)
+        - (yhub_ay * t_qozvd + lhub_alphayhub_ay * t_42cgi)
+        - (lhub_alphayhub_az * t_t2nxt - yhub_az * t_3lumm);
+    const real t_i2kbg = bob2_r_x * t_zy3y4
+        - (bob2_r_z * t_d5os3 + bob2_Nyx * bob2_r_y)
+        + (lhub_alphayhub_ax * t_d5os3 + hub_K51 * t_6oizr)
+        - (lhub_alphayhub_ay * t_bunjj + khub_alphayhub_ay1 * t_qozvd)
+        + (lhub_alphayhub_az * t_eepmq + khub_alphayhub_az2 * t_3lumm)
+        - (lhub_alphayhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_yupfa);
+    const real t_oc4wr = t_qlqcu + bob2_S2rz * t_zludf_3 + t_kuduc_2;
+    const real t_fytdw = bob2_S2rz * t_zludf_5;
+    const real t_bhtma = bob2_r_x * t_xw4iu + t_fytdw + (bob2_r_y * t_wm5zt + t_6j24m);
+    const real t_d5os3_2 = bob2_r_x * t_wm5zt + t_4rrc5;
+    const real t_6oizr_2 = t_d5os3_2 * t_6dtnj;
+    const real t_jx5kp = t_bhtma - (t_d5zcj * t_wm5zt + t_lhd4o * t_6oizr_2);
+    const real t_ribfq = t_jx5kp * t_6dtnj_2 - t_bintu_11 * t_6annt;
+    const real t_mm2og = t_oc4wr
+        - (t_lhd4o_2 * t_6oizr_2 - t_d5zcj * t_wm5zt_2)
+        - (lhub_alphazhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ribfq);
+    const real t_5k7jt = t_mm2og * t_6dtnj_3 - t_bintu_12 * t_oh4nk;
+    const real t_nkjie = bob2_r_y * t_oc4wr
+        + bob2_Nzz * bob2_r_z
+        - bob2_r_x * t_3rc6e
+        + t_te2vp
+        - (bob2_r_z * t_bhtma - bob2_Nzy * bob2_r_y)
+        + (t_d5zcj * t_nbmlu + hub_K41 * t_6oizr_2)
+        - (lhub_alphazhub_ay * t_uflje + khub_alphaxhub_ay1 * t_ribfq)
+        - (lhub_alphazhub_az * t_pdvac + khub_alphaxhub_az2 * t_5k7jt);
+    const real t_nh5wn = t_nkjie * t_6dtnj_4 - t_bintu_13 * t_cgkeu;
+    const real t_tmojn = hub_K51 * t_6oizr_2
+        - t_d5zcj * t_d5os3
+        - (bob2_r_z * t_d5os3_2 - t_dejsd + bob2_r_x * t_oc4wr)
+        - (lhub_alphazhub_ay * t_bunjj + khub_alphayhub_ay1 * t_ribfq)
+        - (khub_alphayhub_az2 * t_5k7jt - lhub_alphazhub_az * t_eepmq)
+        - (lhub_alphazhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_nh5wn);
+    const real t_7qtyr = t_tmojn * t_6dtnj_5 - t_bintu_14 * t_i2kbg;
+    const real t_r6nfg = bob2_r_x * t_uawwz
+        - bob2_S2rz * t_me6ue
+        - (bob2_r_y * t_no3qu + t_leuxo_2)
+        - (yhub_alphax * t_nh5wn + lhub_alphazhub_alphax * t_bfi6o)
+        - (yhub_alphay * t_7qtyr + lhub_alphazhub_alphay * t_ckjz6)
+        + (yhub_ax * t_6oizr_2 + t_d5zcj * t_no3qu)
+        - (yhub_ay * t_ribfq + lhub_alphazhub_ay * t_42cgi)
+        - (yhub_az * t_5k7jt + lhub_alphazhub_az * t_t2nxt);
+    const real t_n23cm = bob2_r_x * t_fytdw
+        + bob2_r_x * t_bhtma
+        + (bob2_r_y * t_d5os3_2 + t_dejsd_2)
+        - (t_d5zcj * t_d5os3_2 + t_bjkdc * t_6oizr_2)
+        - (lhub_alphazhub_ay * t_jx5kp + khub_alphazhub_ay1 * t_ribfq)
+        - (lhub_alphazhub_az * t_mm2og + khub_alphazhub_az2 * t_5k7jt)
+        - (lhub_alphazhub_alphax * t_nkjie + khub_alphazhub_alphax3 * t_nh5wn)
+        - (lhub_alphazhub_alphay * t_tmojn + khub_alphazhub_alphay4 * t_7qtyr);
+    const real t_hxpub = t_r6nfg * t_6dtnj_6 - t_bintu_15 * t_n23cm;
+    const real t_bbymk = t_ckjz6 * t_6dtnj_5 - t_6gzii * t_i2kbg - (lhub_alphazhub_alphay * t_hxpub + hub_alphaz * t_7qtyr);
+    const real t_3jbe5 = t_bfi6o * t_6dtnj_4
+        - t_qkbrl * t_cgkeu
+        - (lhub_alphayhub_alphax * t_bbymk + hub_alphay * t_yupfa)
+        - (lhub_alphazhub_alphax * t_hxpub + hub_alphaz * t_nh5wn);
+    const real t_ugkgx = t_t2nxt * t_6dtnj_3
+        - t_qkxsr * t_oh4nk
+        - (lhub_alphaxhub_az * t_3jbe5 + hub_alphax * t_nafop)
+        - (lhub_alphayhub_az * t_bbymk - hub_alphay * t_3lumm)
+        - (lhub_alphazhub_az * t_hxpub + hub_alphaz * t_5k7jt);
+    const real t_xjwts = t_42cgi * t_6dtnj_2
+        - t_temm3_2 * t_6annt
+        - (lhub_alphaxhub_ay * t_3jbe5 + hub_alphax * t_qfexh)
+        - (lhub_alphayhub_ay * t_bbymk + hub_alphay * t_qozvd)
+        - (lhub_alphazhub_ay * t_hxpub + hub_alphaz * t_ribfq)
+        - (lhub_azhub_ay * t_ugkgx + hub_az * t_ysnri);
+    const real t_qekvt = t_no3qu * t_6dtnj
+        - (lhub_alphaxhub_ax * t_3jbe5 + hub_alphax * t_ox35p_2)
+        - (lhub_alphayhub_ax * t_bbymk - hub_alphay * t_6oizr)
+        + (t_d5zcj * t_hxpub + hub_alphaz * t_6oizr_2)
+        + (t_skn5h * t_xjwts + hub_ay * t_suyzo)
+        + (t_skn5h_2 * t_ugkgx - hub_az * t_suyzo_2);
+    const real t_2qjkk = bob1_r1_z + bob1_r1_z;
+    const real t_2qjkk_2 = bob1_r1_y + bob1_r1_y;
+    const real t_ca3ps = p[m1] * (bob1_r11_x * bob1_twice1 + x[wy] * t_2qjkk - x[wz] * t_2qjkk_2);
+    const real t_zc3wv = bob1_r1_x + bob1_r1_x;
+    const real t_yclr4 = p[m1] * (bob1_r1_z * bob1_twice2 + x[wz] * t_zc3wv - bob1_r_y * bob1_twice1 - x[wx] * t_2qjkk);
+    const real t_7q7m7 = p[m1] * (x[wx] * t_2qjkk_2 - bob1_r1_y * bob1_twice2 - bob1_r_z * bob1_twice1 - x[wy] * t_zc3wv);
+    const real t_h5vih = p[eps1] + bob1_r1_x * t_ca3ps + bob1_r1_y * t_yclr4 + bob1_r1_z * t_7q7m7;
+    const real t_eba7b = bob1_S1tx * t_h5vih - t_ca3ps;
+    const real t_lb4of = bob1_r_y * t_7q7m7 - bob1_r_z * t_yclr4;
+    const real t_35ujj = bob1_S1tz * t_h5vih - t_7q7m7 + t_rlquh * t_lb4of;
+    const real t_w63ch = bob1_S1ty * t_h5vih - t_yclr4 - bob1_S2ty * t_lb4of;
+    const real t_2zqkp = t_w63ch + t_skn5h * t_eba7b;
+    const real t_wq6hu = t_35ujj + t_skn5h_2 * t_eba7b - lhub_azhub_ay * t_2zqkp;
+    const real t_e6h2u = bob1_r_y * t_35ujj
+        + bob1_S1rx * t_h5vih
+        - bob1_r_z * t_w63ch
+        - lhub_alphaxhub_ax * t_eba7b
+        - lhub_alphaxhub_ay * t_2zqkp
+        - lhub_alphaxhub_az * t_wq6hu;
+    const real t_muelo = bob1_r_z * t_eba7b
+        - bob1_r_x * t_35ujj
+        - x[wz] * p[I1]
+        - lhub_alphayhub_alphax * t_e6h2u
+        - lhub_alphayhub_ax * t_eba7b
+        - lhub_alphayhub_ay * t_2zqkp
+        - lhub_alphayhub_az * t_wq6hu;
     const real t_cs5mc = x[wy] * p[I1];
-    const real t_sar7t = t_thnvm * t_rkxcf
-        - (sin_theta1 * t_2owbo + t_csjtr - t_cs5mc - g_1 * t_5y6gd)
-        - K_L52 * t_skreg
-        - K_L53 * t_zwvdp
-        - K_L54 * t_vxmji;
-    const real t_mv3gs = t_thnvm_2 * t_rkxcf
-        - (cos_theta1 * t_2owbo + g_1 * t_5y6gd_2 - x[wz] * p[I1])
-        + t_o5wmi * t_skreg
-        - K_L63 * t_zwvdp
-        - K_L64 * t_vxmji
-        - K_L65 * t_sar7t;
-    const real t_ay7fc = t_mv3gs * t_6dtnj_6;
-    const real t_4kdmy = t_sar7t * t_6dtnj_5 - K_L65 * t_ay7fc;
-    const real t_awufa = t_vxmji * t_6dtnj_4 - K_L54 * t_4kdmy - K_L64 * t_ay7fc;
-    const real t_endag = t_zwvdp * t_6dtnj_3 - K_L43 * t_awufa - K_L53 * t_4kdmy - K_L63 * t_ay7fc;
-    const real t_vo72x = t_skreg * t_6dtnj_2
-        - K_L32 * t_endag
-        + t_eoupv * t_awufa
-        - K_L52 * t_4kdmy
-        + t_o5wmi * t_ay7fc;
-    const real t_c2ujo = t_rkxcf * t_6dtnj
-        + t_gousg * t_vo72x
-        + t_gousg_2 * t_endag
-        + t_w6lcf * t_awufa
-        + t_thnvm * t_4kdmy
-        + t_thnvm_2 * t_ay7fc;
-    const real t_7l5ed_2 = Wt1 - t_m6nad;
-    const real t_g4lmd_2 = B_1 * t_7l5ed_2;
-    const real t_lmque_2 = sin_phi1 * t_g4lmd_2 + t_7ucg7;
-    const real t_f4fy3 = t_ux5vm - t_ownis;
-    const real t_eaygj = th_1 * (p[I1] * t_f4fy3 - q_1 * p[eps1]);
-    const real t_mqkrp = cos_theta1 * t_eaygj;
-    const real t_lmque_3 = t_7ucg7_2 - cos_phi1 * t_g4lmd_2;
-    const real t_3pfrh = t_gousg * t_lmque_2 - (t_mqkrp + sin_theta1 * t_lmque_3);
-    const real t_mqkrp_2 = sin_theta1 * t_eaygj;
-    const real t_xw6lt = t_gousg_2 * t_lmque_2 - (cos_theta1 * t_lmque_3 - t_mqkrp_2) - K_L32 * t_3pfrh;
-    const real t_ozehl_2 = p[l1] * t_g4lmd_2;
-    const real t_x6koo = q_1 * t_eaygj;
-    const real t_z2g6w = t_w6lcf * t_lmque_2
-        - (t_ozehl_2 - t_x6koo + t_cs5mc)
-        + t_eoupv * t_3pfrh
-        - K_L43 * t_xw6lt;
-    const real t_rtcuq_2 = t_ozehl_2 + e1 * t_lmque_3;
-    const real t_djkdn = t_thnvm * t_lmque_2
-        - (sin_theta1 * t_rtcuq_2 - (t_x6koo + p[eps1]) + g_1 * t_mqkrp)
-        - K_L52 * t_3pfrh
-        - K_L53 * t_xw6lt
-        - K_L54 * t_z2g6w;
-    const real t_ci5xs = t_thnvm_2 * t_lmque_2
-        - (cos_theta1 * t_rtcuq_2 + x[wx] * p[I1] - g_1 * t_mqkrp_2)
-        + t_o5wmi * t_3pfrh
-        - K_L63 * t_xw6lt
-        - K_L64 * t_z2g6w
-        - K_L65 * t_djkdn;
-    const real t_iwjj7 = t_ci5xs * t_6dtnj_6;
-    const real t_yjwrt = t_djkdn * t_6dtnj_5 - K_L65 * t_iwjj7;
-    const real t_5offm = t_z2g6w * t_6dtnj_4 - K_L54 * t_yjwrt - K_L64 * t_iwjj7;
-    const real t_izzse = t_xw6lt * t_6dtnj_3 - K_L43 * t_5offm - K_L53 * t_yjwrt - K_L63 * t_iwjj7;
-    const real t_xrrik = t_3pfrh * t_6dtnj_2
-        - K_L32 * t_izzse
-        + t_eoupv * t_5offm
-        - K_L52 * t_yjwrt
-        + t_o5wmi * t_iwjj7;
-    const real t_4yntu = t_lmque_2 * t_6dtnj
-        + t_gousg * t_xrrik
-        + t_gousg_2 * t_izzse
-        + t_w6lcf * t_5offm
-        + t_thnvm * t_yjwrt
-        + t_thnvm_2 * t_iwjj7;
-    const real t_wktgs = k2 * p[eps2];
-    const real t_cy757 = t_popww * t_jsckv;
-    const real t_lejiq = sin_phi2 * t_wktgs - cos_phi2 * t_cy757;
-    const real t_a3tjf_2 = t_a3tjf + t_a3tjf;
-    const real t_scpzb = th_2 * (p[I2] * t_a3tjf_2);
-    const real t_ffhve = cos_theta2 * t_scpzb;
-    const real t_lejiq_2 = sin_phi2 * t_cy757 + cos_phi2 * t_wktgs;
-    const real t_6n55s = t_ffhve + sin_theta2 * t_lejiq_2 + t_gousg * t_lejiq;
-    const real t_ffhve_2 = sin_theta2 * t_scpzb;
-    const real t_clpgo = t_gousg_2 * t_lejiq - (t_ffhve_2 - cos_theta2 * t_lejiq_2) - K_L32 * t_6n55s;
-    const real t_4vejj = q_2 * t_scpzb;
-    const real t_q5tus = p[l2] * t_wktgs;
-    const real t_wrrkw = t_w6lcf * t_lejiq
-        - (t_4vejj + t_q5tus - p[eps2])
-        + t_eoupv * t_6n55s
-        - K_L43 * t_clpgo;
-    const real t_fe4gz = t_q5tus - e2 * t_lejiq_2;
+    const real t_gx7rs = bob1_r_x * t_w63ch
+        + t_cs5mc
+        - bob1_S2rz * t_lb4of
+        - bob1_r_y * t_eba7b
+        - lhub_alphazhub_alphax * t_e6h2u
+        - lhub_alphazhub_alphay * t_muelo
+        + t_d5zcj * t_eba7b
+        - lhub_alphazhub_ay * t_2zqkp
+        - lhub_alphazhub_az * t_wq6hu;
+    const real t_7xbwo = t_gx7rs * t_6dtnj_6;
+    const real t_jt35a = t_muelo * t_6dtnj_5 - lhub_alphazhub_alphay * t_7xbwo;
+    const real t_4hani = t_e6h2u * t_6dtnj_4 - lhub_alphayhub_alphax * t_jt35a - lhub_alphazhub_alphax * t_7xbwo;
+    const real t_hhqs2 = t_wq6hu * t_6dtnj_3 - lhub_alphaxhub_az * t_4hani - lhub_alphayhub_az * t_jt35a - lhub_alphazhub_az * t_7xbwo;
+    const real t_vtb7o = t_2zqkp * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_4hani
+        - lhub_alphayhub_ay * t_jt35a
+        - lhub_alphazhub_ay * t_7xbwo
+        - lhub_azhub_ay * t_hhqs2;
+    const real t_uvjbw = t_eba7b * t_6dtnj
+        - lhub_alphaxhub_ax * t_4hani
+        - lhub_alphayhub_ax * t_jt35a
+        + t_d5zcj * t_7xbwo
+        + t_skn5h * t_vtb7o
+        + t_skn5h_2 * t_hhqs2;
+    const real t_2qjkk_3 = bob1_r_y + bob1_r_y;
+    const real t_we4rl = p[m1] * (t_x2cfd_2 - t_thr2m_2 + x[wx] * t_2qjkk_3);
+    const real t_2qjkk_4 = bob1_r_z + bob1_r_z;
+    const real t_yez77_2 = p[m1] * (x[wy] * t_2qjkk_3 + x[wz] * t_2qjkk_4);
+    const real t_we4rl_2 = p[m1] * (x[wx] * t_2qjkk_4 - t_x2cfd - t_thr2m);
+    const real t_5krsz = bob1_r1_y * t_we4rl - bob1_r1_x * t_yez77_2 + bob1_r1_z * t_we4rl_2;
+    const real t_jms6v = bob1_S1tx * t_5krsz + t_yez77_2;
+    const real t_ewtmc = bob1_r_y * t_we4rl_2 - p[eps1] - bob1_r_z * t_we4rl;
+    const real t_joyva = bob1_S1tz * t_5krsz - t_we4rl_2 + t_rlquh * t_ewtmc;
+    const real t_mrlrk = bob1_S1ty * t_5krsz - t_we4rl - bob1_S2ty * t_ewtmc;
+    const real t_td4xu = t_mrlrk + t_skn5h * t_jms6v;
+    const real t_ukkqw = t_joyva + t_skn5h_2 * t_jms6v - lhub_azhub_ay * t_td4xu;
+    const real t_f77v3 = bob1_r_y * t_joyva
+        + bob1_S1rx * t_5krsz
+        - bob1_r_z * t_mrlrk
+        - t_cs5mc
+        - lhub_alphaxhub_ax * t_jms6v
+        - lhub_alphaxhub_ay * t_td4xu
+        - lhub_alphaxhub_az * t_ukkqw;
+    const real t_ko7ph = bob1_r_z * t_jms6v
+        + x[wx] * p[I1]
+        - bob1_r_x * t_joyva
+        - lhub_alphayhub_alphax * t_f77v3
+        - lhub_alphayhub_ax * t_jms6v
+        - lhub_alphayhub_ay * t_td4xu
+        - lhub_alphayhub_az * t_ukkqw;
+    const real t_sxrzk = bob1_r_x * t_mrlrk
+        - bob1_S2rz * t_ewtmc
+        - bob1_r_y * t_jms6v
+        - lhub_alphazhub_alphax * t_f77v3
+        - lhub_alphazhub_alphay * t_ko7ph
+        + t_d5zcj * t_jms6v
+        - lhub_alphazhub_ay * t_td4xu
+        - lhub_alphazhub_az * t_ukkqw;
+    const real t_gog4o = t_sxrzk * t_6dtnj_6;
+    const real t_s65ff = t_ko7ph * t_6dtnj_5 - lhub_alphazhub_alphay * t_gog4o;
+    const real t_avng3 = t_f77v3 * t_6dtnj_4 - lhub_alphayhub_alphax * t_s65ff - lhub_alphazhub_alphax * t_gog4o;
+    const real t_yyypk = t_ukkqw * t_6dtnj_3 - lhub_alphaxhub_az * t_avng3 - lhub_alphayhub_az * t_s65ff - lhub_alphazhub_az * t_gog4o;
+    const real t_zaapr = t_td4xu * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_avng3
+        - lhub_alphayhub_ay * t_s65ff
+        - lhub_alphazhub_ay * t_gog4o
+        - lhub_azhub_ay * t_yyypk;
+    const real t_xl7xw = t_jms6v * t_6dtnj
+        - lhub_alphaxhub_ax * t_avng3
+        - lhub_alphayhub_ax * t_s65ff
+        + t_d5zcj * t_gog4o
+        + t_skn5h * t_zaapr
+        + t_skn5h_2 * t_yyypk;
+    const real t_2qjkk_5 = bob2_r1_z + bob2_r1_z;
+    const real t_2qjkk_6 = bob2_r1_y + bob2_r1_y;
+    const real t_cz2ns = p[m2] * (bob2_r11_x * bob2_twice1 + x[wy] * t_2qjkk_5 - x[wz] * t_2qjkk_6);
+    const real t_ilp7k = bob2_r1_x + bob2_r1_x;
+    const real t_sfl3v = p[m2] * (bob2_r1_z * bob2_twice2 + x[wz] * t_ilp7k - bob2_r_y * bob2_twice1 - x[wx] * t_2qjkk_5);
+    const real t_kzwh3 = p[m2] * (x[wx] * t_2qjkk_6 - bob2_r1_y * bob2_twice2 - bob2_r_z * bob2_twice1 - x[wy] * t_ilp7k);
+    const real t_kvxhz = p[eps2] + bob2_r1_x * t_cz2ns + bob2_r1_y * t_sfl3v + bob2_r1_z * t_kzwh3;
+    const real t_3j2ql = bob2_S1tx * t_kvxhz - t_cz2ns;
+    const real t_cg6ow = bob2_r_y * t_kzwh3 - bob2_r_z * t_sfl3v;
+    const real t_r7mx7 = bob2_S1tz * t_kvxhz - t_kzwh3 + t_i7psf * t_cg6ow;
+    const real t_rrlf4 = bob2_S1ty * t_kvxhz - t_sfl3v - bob2_S2ty * t_cg6ow;
+    const real t_7z6zt = t_rrlf4 + t_skn5h * t_3j2ql;
+    const real t_3qot4 = t_r7mx7 + t_skn5h_2 * t_3j2ql - lhub_azhub_ay * t_7z6zt;
+    const real t_b5v34 = bob2_r_y * t_r7mx7
+        + bob2_S1rx * t_kvxhz
+        - bob2_r_z * t_rrlf4
+        - lhub_alphaxhub_ax * t_3j2ql
+        - lhub_alphaxhub_ay * t_7z6zt
+        - lhub_alphaxhub_az * t_3qot4;
+    const real t_szbds = bob2_r_z * t_3j2ql
+        - bob2_r_x * t_r7mx7
+        - x[wz] * p[I2]
+        - lhub_alphayhub_alphax * t_b5v34
+        - lhub_alphayhub_ax * t_3j2ql
+        - lhub_alphayhub_ay * t_7z6zt
+        - lhub_alphayhub_az * t_3qot4;
     const real t_ak22y = x[wy] * p[I2];
-    const real t_waes2 = t_thnvm * t_lejiq
-        - (t_4vejj + sin_theta2 * t_fe4gz - t_ak22y - g_2 * t_ffhve)
-        - K_L52 * t_6n55s
-        - K_L53 * t_clpgo
-        - K_L54 * t_wrrkw;
-    const real t_36qod = t_thnvm_2 * t_lejiq
-        - (cos_theta2 * t_fe4gz + g_2 * t_ffhve_2 - x[wz] * p[I2])
-        + t_o5wmi * t_6n55s
-        - K_L63 * t_clpgo
-        - K_L64 * t_wrrkw
-        - K_L65 * t_waes2;
-    const real t_nrgcn = t_36qod * t_6dtnj_6;
-    const real t_vffct = t_waes2 * t_6dtnj_5 - K_L65 * t_nrgcn;
-    const real t_2drwm = t_wrrkw * t_6dtnj_4 - K_L54 * t_vffct - K_L64 * t_nrgcn;
-    const real t_viclo = t_clpgo * t_6dtnj_3 - K_L43 * t_2drwm - K_L53 * t_vffct - K_L63 * t_nrgcn;
-    const real t_yycfj = t_6n55s * t_6dtnj_2
-        - K_L32 * t_viclo
-        + t_eoupv * t_2drwm
-        - K_L52 * t_vffct
-        + t_o5wmi * t_nrgcn;
-    const real t_mvawd = t_lejiq * t_6dtnj
-        + t_gousg * t_yycfj
-        + t_gousg_2 * t_viclo
-        + t_w6lcf * t_2drwm
-        + t_thnvm * t_vffct
-        + t_thnvm_2 * t_nrgcn;
-    const real t_2heqs_2 = Wt2 - t_4glor;
-    const real t_no7he_2 = B_2 * t_2heqs_2;
-    const real t_rtokx_2 = sin_phi2 * t_no7he_2 + t_uxnqa;
-    const real t_lwcrd = t_n2a3s - t_cmacw;
-    const real t_p7h4z = th_2 * (p[I2] * t_lwcrd - q_2 * p[eps2]);
-    const real t_xdvnw = cos_theta2 * t_p7h4z;
-    const real t_rtokx_3 = t_uxnqa_2 - cos_phi2 * t_no7he_2;
-    const real t_od2mp = t_gousg * t_rtokx_2 - (t_xdvnw + sin_theta2 * t_rtokx_3);
-    const real t_xdvnw_2 = sin_theta2 * t_p7h4z;
-    const real t_ntotm = t_gousg_2 * t_rtokx_2 - (cos_theta2 * t_rtokx_3 - t_xdvnw_2) - K_L32 * t_od2mp;
-    const real t_6b3j2_2 = p[l2] * t_no7he_2;
-    const real t_kejh4 = q_2 * t_p7h4z;
-    const real t_auiny = t_w6lcf * t_rtokx_2
-        - (t_6b3j2_2 - t_kejh4 + t_ak22y)
-        + t_eoupv * t_od2mp
-        - K_L43 * t_ntotm;
-    const real t_pddzf_2 = t_6b3j2_2 + e2 * t_rtokx_3;
-    const real t_gtaps = t_thnvm * t_rtokx_2
-        - (sin_theta2 * t_pddzf_2 - (t_kejh4 + p[eps2]) + g_2 * t_xdvnw)
-        - K_L52 * t_od2mp
-        - K_L53 * t_ntotm
-        - K_L54 * t_auiny;
-    const real t_4zzms = t_thnvm_2 * t_rtokx_2
-        - (cos_theta2 * t_pddzf_2 + x[wx] * p[I2] - g_2 * t_xdvnw_2)
-        + t_o5wmi * t_od2mp
-        - K_L63 * t_ntotm
-        - K_L64 * t_auiny
-        - K_L65 * t_gtaps;
-    const real t_di3xg = t_4zzms * t_6dtnj_6;
-    const real t_tdv6s = t_gtaps * t_6dtnj_5 - K_L65 * t_di3xg;
-    const real t_bldpr = t_auiny * t_6dtnj_4 - K_L54 * t_tdv6s - K_L64 * t_di3xg;
-    const real t_z32tr = t_ntotm * t_6dtnj_3 - K_L43 * t_bldpr - K_L53 * t_tdv6s - K_L63 * t_di3xg;
-    const real t_lz45f = t_od2mp * t_6dtnj_2
-        - K_L32 * t_z32tr
-        + t_eoupv * t_bldpr
-        - K_L52 * t_tdv6s
-        + t_o5wmi * t_di3xg;
-    const real t_hizht = t_rtokx_2 * t_6dtnj
-        + t_gousg * t_lz45f
-        + t_gousg_2 * t_z32tr
-        + t_w6lcf * t_bldpr
-        + t_thnvm * t_tdv6s
-        + t_thnvm_2 * t_di3xg;
-    const real t_bracl = t_dtjyx - x[wy];
-    const real t_547sr = t_qquhy - x[wx];
-    const real t_hfcet = sin_theta1 * t_dtjyx + cos_theta1 * t_poebv;
-    const real t_sq7pc = t_hfcet + t_7l5ed;
-    const real t_5ecv5 = cos_phi1 * (e1 * t_hfcet + sin_theta1 * t_4uruq + cos_theta1 * t_fto3h)
-        + sin_phi1 * t_5thgk;
-    const real t_oxh3x = sin_theta1 * t_qquhy + cos_theta1 * t_3oeyp;
-    const real t_hcdea = t_oxh3x + t_jlhz4;
-    const real t_t5gfx = cos_phi1 * (e1 * t_oxh3x + sin_theta1 * t_rg3c5 + cos_theta1 * t_4f33v)
-        + sin_phi1 * (t_f3ox4 - t_vns3w);
-    const real t_hfcet_2 = sin_theta1 * t_aog3f + cos_theta1 * t_33kza;
-    const real t_hcdea_2 = t_hfcet_2 + t_jlhz4_2;
-    const real t_horu6 = cos_phi1 * (e1 * t_hfcet_2 + sin_theta1 * t_6swwx + cos_theta1 * t_2owzs)
-        + sin_phi1 * (t_o3fms - t_prue4);
-    const real t_hrjjl = sin_theta1 * t_lft7p + cos_theta1 * t_lqn3n;
-    const real t_nitdg = t_hrjjl + t_vfk7p;
-    const real t_f2pcf_13 = X_x2 * sin_theta1;
-    const real t_f2pcf_14 = X_x3 * cos_theta1;
-    const real t_tvw3b = cos_phi1 * (e1 * t_hrjjl + sin_theta1 * t_s3knn + cos_theta1 * t_p6rjk)
-        - (G_t1 * e1 + t_f2pcf_13 + t_f2pcf_14) * sin_phi1
-        + ((X_x1 - t_aqrn5) * cos_phi1 + sin_phi1 * t_nzub4);
-    const real t_f2pcf_15 = X_x5 * cos_theta1;
-    const real t_f2pcf_16 = X_x6 * sin_theta1;
-    const real t_qe3ta = sin_theta1 * t_ekzor + t_f2pcf_15 + (cos_theta1 * t_nglnq - t_f2pcf_16);
-    const real t_wgrow = t_qe3ta + t_nqgju;
-    const real t_f2pcf_17 = X_x2 * cos_theta1;
-    const real t_f2pcf_18 = X_x3 * sin_theta1;
-    const real t_x5ibj = cos_phi1 * (e1 * t_qe3ta + (sin_theta1 * t_mpeef + t_f2pcf_17) + (cos_theta1 * t_moilf - t_f2pcf_18));
-    const real t_rc47z = sin_theta1 * t_qglxt + cos_theta1 * t_vwmuz;
-    const real t_mftpr = cos_phi1 * (e1 * t_rc47z + sin_theta1 * t_q3jvz + cos_theta1 * t_cqi2s)
-        + sin_phi1 * t_n52hv;
-    const real t_wipqw = sin_theta1 * t_ab6m2 + cos_theta1 * t_dcvgt;
-    const real t_z4e5b = cos_phi1 * (e1 * t_wipqw + sin_theta1 * t_aixc2 + cos_theta1 * t_b3jpw)
-        + sin_phi1 * t_qxt7o;
-    const real t_x2kxu = sin_theta1 * t_4kdmy + cos_theta1 * t_ay7fc;
-    const real t_5uadv = cos_phi1 * (e1 * t_x2kxu + sin_theta1 * t_vo72x + cos_theta1 * t_endag)
-        + sin_phi1 * t_c2ujo;
-    const real t_yv4im = sin_theta1 * t_yjwrt + cos_theta1 * t_iwjj7;
-    const real t_sq7pc_2 = t_yv4im + t_7l5ed_2;
-    const real t_gdot2 = cos_phi1 * (e1 * t_yv4im + sin_theta1 * t_xrrik + cos_theta1 * t_izzse)
-        + sin_phi1 * t_4yntu;
-    const real t_l5dly = sin_theta1 * t_vffct + cos_theta1 * t_nrgcn;
-    const real t_gstpd = cos_phi1 * (e1 * t_l5dly + sin_theta1 * t_yycfj + cos_theta1 * t_viclo)
-        + sin_phi1 * t_mvawd;
-    const real t_nppoe = sin_theta1 * t_tdv6s + cos_theta1 * t_di3xg;
-    const real t_i6xpg = cos_phi1 * (e1 * t_nppoe + sin_theta1 * t_lz45f + cos_theta1 * t_z32tr)
-        + sin_phi1 * t_hizht;
-    const real t_ewuev = t_b2dl7 + t_dtjyx;
-    const real t_geqjg = t_oqkav
-        + cos_theta1 * t_4uruq
-        + g_1 * (cos_theta1 * t_dtjyx - sin_theta1 * t_poebv)
-        - q_1 * t_ewuev
-        - sin_theta1 * t_fto3h;
-    const real t_afofn = t_picgh + t_qquhy;
-    const real t_t7267 = t_wifst
-        + cos_theta1 * t_rg3c5
-        + g_1 * (cos_theta1 * t_qquhy - sin_theta1 * t_3oeyp)
-        - q_1 * t_afofn
-        - sin_theta1 * t_4f33v;
-    const real t_i4vyy = t_hclb6 + t_aog3f;
-    const real t_hirnt = t_aewla
-        + cos_theta1 * t_6swwx
-        + g_1 * (cos_theta1 * t_aog3f - sin_theta1 * t_33kza)
-        - q_1 * t_i4vyy
-        - sin_theta1 * t_2owzs;
-    const real t_fdt76 = t_f2pcf_15 - t_f2pcf_16;
-    const real t_hig3c_7 = X_x4 + X_x5;
-    const real t_pksrm = zeta1 + t_f2pcf_17 + g_1 * t_fdt76 - t_hig3c_7 * q_1 - t_f2pcf_18;
-    const real t_sxjnt = t_5t23e + t_lft7p;
-    const real t_7q6yc = t_x7xth
-        + cos_theta1 * t_s3knn
-        + (t_fdt76 * t_rcy73_2 + g_1 * (cos_theta1 * t_lft7p - sin_theta1 * t_lqn3n))
-        - (q_1 * t_sxjnt + t_hig3c_7 * t_rcy73)
-        - sin_theta1 * t_p6rjk;
-    const real t_ibe72 = K(1.0) / p[m1];
-    const real t_3kcc6 = th_1 * (t_pksrm * t_rcy73 + q_1 * t_7q6yc)
-        - (loss_theta1 * t_ibe72 + q_1 * t_pksrm) * t_ffhbv;
-    const real t_rqtkw = t_jkjwu + t_ekzor;
-    const real t_f6phm = t_a3yjd
-        + (cos_theta1 * t_mpeef - t_f2pcf_13)
-        + g_1 * (cos_theta1 * t_ekzor - t_f2pcf_7 - (sin_theta1 * t_nglnq + t_f2pcf_8))
-        - q_1 * t_rqtkw
-        - (sin_theta1 * t_moilf + t_f2pcf_14);
-    const real t_jktyu = t_432ch + t_qglxt;
-    const real t_tscsp = cos_theta1 * t_q3jvz
-        + g_1 * (cos_theta1 * t_qglxt - sin_theta1 * t_vwmuz)
-        - q_1 * t_jktyu
-        - sin_theta1 * t_cqi2s;
-    const real t_y5c33 = t_ly3kq + t_ab6m2;
-    const real t_f52vq = cos_theta1 * t_aixc2
-        + g_1 * (cos_theta1 * t_ab6m2 - sin_theta1 * t_dcvgt)
-        - q_1 * t_y5c33
-        - sin_theta1 * t_b3jpw;
-    const real t_mivx3 = t_awufa + t_4kdmy;
-    const real t_x45bp = cos_theta1 * t_vo72x
-        - t_plqy5_2
-        + g_1 * (cos_theta1 * t_4kdmy - sin_theta1 * t_ay7fc)
-        - q_1 * t_mivx3
-        - sin_theta1 * t_endag;
-    const real t_2wz7o = t_5offm + t_yjwrt;
-    const real t_tu6bo = t_f4fy3
-        + cos_theta1 * t_xrrik
-        + g_1 * (cos_theta1 * t_yjwrt - sin_theta1 * t_iwjj7)
-        - q_1 * t_2wz7o
-        - sin_theta1 * t_izzse;
-    const real t_dnwck = t_2drwm + t_vffct;
-    const real t_4ezyh = cos_theta1 * t_yycfj
-        + g_1 * (cos_theta1 * t_vffct - sin_theta1 * t_nrgcn)
-        - q_1 * t_dnwck
-        - sin_theta1 * t_viclo;
-    const real t_jfu2r = t_bldpr + t_tdv6s;
-    const real t_rgyqn = cos_theta1 * t_lz45f
-        + g_1 * (cos_theta1 * t_tdv6s - sin_theta1 * t_di3xg)
-        - q_1 * t_jfu2r
-        - sin_theta1 * t_z32tr;
-    const real t_fx4xv = sin_theta2 * t_dtjyx + cos_theta2 * t_poebv;
-    const real t_rfzxx = t_fx4xv + t_2heqs;
-    const real t_c2dkr = cos_phi2 * (e2 * t_fx4xv + sin_theta2 * t_4uruq + cos_theta2 * t_fto3h)
-        + sin_phi2 * t_5thgk;
-    const real t_mvjbk = sin_theta2 * t_qquhy + cos_theta2 * t_3oeyp;
-    const real t_tjidj = t_mvjbk + t_j4oea;
-    const real t_axpvb = cos_phi2 * (e2 * t_mvjbk + sin_theta2 * t_rg3c5 + cos_theta2 * t_4f33v)
-        + sin_phi2 * (t_f3ox4 - t_7mfdv);
-    const real t_fx4xv_2 = sin_theta2 * t_aog3f + cos_theta2 * t_33kza;
-    const real t_tjidj_2 = t_fx4xv_2 + t_j4oea_2;
-    const real t_awnxz = cos_phi2 * (e2 * t_fx4xv_2 + sin_theta2 * t_6swwx + cos_theta2 * t_2owzs)
-        + sin_phi2 * (t_o3fms - t_g3uxy);
-    const real t_d26fh = sin_theta2 * t_lft7p + cos_theta2 * t_lqn3n;
-    const real t_taamt = cos_phi2 * (e2 * t_d26fh + sin_theta2 * t_s3knn + cos_theta2 * t_p6rjk)
-        + sin_phi2 * t_nzub4;
-    const real t_n2kyx = sin_theta2 * t_ekzor + cos_theta2 * t_nglnq;
-    const real t_vna5r = cos_phi2 * (e2 * t_n2kyx + sin_theta2 * t_mpeef + cos_theta2 * t_moilf)
-        + sin_phi2 * t_5xto2;
-    const real t_jpocc = sin_theta2 * t_qglxt + cos_theta2 * t_vwmuz;
-    const real t_cz5k6 = t_jpocc + t_ill2e;
-    const real t_u5rk4_13 = X_x2 * sin_theta2;
-    const real t_u5rk4_14 = X_x3 * cos_theta2;
-    const real t_z25fn = cos_phi2 * (e2 * t_jpocc + sin_theta2 * t_q3jvz + cos_theta2 * t_cqi2s)
-        - (G_t2 * e2 + t_u5rk4_13 + t_u5rk4_14) * sin_phi2
-        + ((X_x1 - t_3hay7) * cos_phi2 + sin_phi2 * t_n52hv);
-    const real t_u5rk4_15 = X_x5 * cos_theta2;
-    const real t_u5rk4_16 = X_x6 * sin_theta2;
-    const real t_6fpbg = sin_theta2 * t_ab6m2 + t_u5rk4_15 + (cos_theta2 * t_dcvgt - t_u5rk4_16);
-    const real t_nbojl = t_6fpbg + t_b76zd;
-    const real t_u5rk4_17 = X_x2 * cos_theta2;
-    const real t_u5rk4_18 = X_x3 * sin_theta2;
-    const real t_x5yzz = cos_phi2 * (e2 * t_6fpbg + (sin_theta2 * t_aixc2 + t_u5rk4_17) + (cos_theta2 * t_b3jpw - t_u5rk4_18));
-    const real t_vdidk = sin_theta2 * t_4kdmy + cos_theta2 * t_ay7fc;
-    const real t_brbxo = cos_phi2 * (e2 * t_vdidk + sin_theta2 * t_vo72x + cos_theta2 * t_endag)
-        + sin_phi2 * t_c2ujo;
-    const real t_47a67 = sin_theta2 * t_yjwrt + cos_theta2 * t_iwjj7;
-    const real t_sl6vv = cos_phi2 * (e2 * t_47a67 + sin_theta2 * t_xrrik + cos_theta2 * t_izzse)
-        + sin_phi2 * t_4yntu;
-    const real t_m4gcp = sin_theta2 * t_vffct + cos_theta2 * t_nrgcn;
-    const real t_ifvim = cos_phi2 * (e2 * t_m4gcp + sin_theta2 * t_yycfj + cos_theta2 * t_viclo)
-        + sin_phi2 * t_mvawd;
-    const real t_fv4oc = sin_theta2 * t_tdv6s + cos_theta2 * t_di3xg;
-    const real t_rfzxx_2 = t_fv4oc + t_2heqs_2;
-    const real t_wp2f3 = cos_phi2 * (e2 * t_fv4oc + sin_theta2 * t_lz45f + cos_theta2 * t_z32tr)
-        + sin_phi2 * t_hizht;
-    const real t_6stj7 = t_6icf5
-        + cos_theta2 * t_4uruq
-        + g_2 * (cos_theta2 * t_dtjyx - sin_theta2 * t_poebv)
-        - q_2 * t_ewuev
-        - sin_theta2 * t_fto3h;
-    const real t_uawll = t_memuv
-        + cos_theta2 * t_rg3c5
-        + g_2 * (cos_theta2 * t_qquhy - sin_theta2 * t_3oeyp)
-        - q_2 * t_afofn
-        - sin_theta2 * t_4f33v;
-    const real t_hge32 = t_solvx
-        + cos_theta2 * t_6swwx
-        + g_2 * (cos_theta2 * t_aog3f - sin_theta2 * t_33kza)
-        - q_2 * t_i4vyy
-        - sin_theta2 * t_2owzs;
-    const real t_qs6bw = cos_theta2 * t_s3knn
-        + g_2 * (cos_theta2 * t_lft7p - sin_theta2 * t_lqn3n)
-        - q_2 * t_sxjnt
-        - sin_theta2 * t_p6rjk;
-    const real t_o2c7q = cos_theta2 * t_mpeef
-        + g_2 * (cos_theta2 * t_ekzor - sin_theta2 * t_nglnq)
-        - q_2 * t_rqtkw
-        - sin_theta2 * t_moilf;
-    const real t_dnnxk = t_u5rk4_15 - t_u5rk4_16;
-    const real t_zj7x3 = zeta2 + t_u5rk4_17 + g_2 * t_dnnxk - t_hig3c_7 * q_2 - t_u5rk4_18;
-    const real t_wuxiq = t_n6vkn
-        + cos_theta2 * t_q3jvz
-        + (t_dnnxk * t_uvqau_2 + g_2 * (cos_theta2 * t_qglxt - sin_theta2 * t_vwmuz))
-        - (q_2 * t_jktyu + t_hig3c_7 * t_uvqau)
-        - sin_theta2 * t_cqi2s;
-    const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_koats = th_2 * (t_zj7x3 * t_uvqau + q_2 * t_wuxiq)
-        - (loss_theta2 * t_r7vy7 + q_2 * t_zj7x3) * t_ruxfo;
-    const real t_g52ww = t_jrazf
-        + (cos_theta2 * t_aixc2 - t_u5rk4_13)
-        + g_2 * (cos_theta2 * t_ab6m2 - t_u5rk4_7 - (sin_theta2 * t_dcvgt + t_u5rk4_8))
-        - q_2 * t_y5c33
-        - (sin_theta2 * t_b3jpw + t_u5rk4_14);
-    const real t_urwfu = cos_theta2 * t_vo72x
-        + g_2 * (cos_theta2 * t_4kdmy - sin_theta2 * t_ay7fc)
-        - q_2 * t_mivx3
-        - sin_theta2 * t_endag;
-    const real t_kldq7 = cos_theta2 * t_xrrik
-        + g_2 * (cos_theta2 * t_yjwrt - sin_theta2 * t_iwjj7)
-        - q_2 * t_2wz7o
-        - sin_theta2 * t_izzse;
-    const real t_yzj7i = cos_theta2 * t_yycfj
-        - t_a3tjf_2
-        + g_2 * (cos_theta2 * t_vffct - sin_theta2 * t_nrgcn)
-        - q_2 * t_dnwck
-        - sin_theta2 * t_viclo;
-    const real t_irbqh = t_lwcrd
-        + cos_theta2 * t_lz45f
-        + g_2 * (cos_theta2 * t_tdv6s - sin_theta2 * t_di3xg)
-        - q_2 * t_jfu2r
-        - sin_theta2 * t_z32tr;
+    const real t_laoim = bob2_r_x * t_rrlf4
+        + t_ak22y
+        - bob2_S2rz * t_cg6ow
+        - bob2_r_y * t_3j2ql
+        - lhub_alphazhub_alphax * t_b5v34
+        - lhub_alphazhub_alphay * t_szbds
+        + t_d5zcj * t_3j2ql
+        - lhub_alphazhub_ay * t_7z6zt
+        - lhub_alphazhub_az * t_3qot4;
+    const real t_wcxp7 = t_laoim * t_6dtnj_6;
+    const real t_h24ac = t_szbds * t_6dtnj_5 - lhub_alphazhub_alphay * t_wcxp7;
+    const real t_cm44d = t_b5v34 * t_6dtnj_4 - lhub_alphayhub_alphax * t_h24ac - lhub_alphazhub_alphax * t_wcxp7;
+    const real t_hzazv = t_3qot4 * t_6dtnj_3 - lhub_alphaxhub_az * t_cm44d - lhub_alphayhub_az * t_h24ac - lhub_alphazhub_az * t_wcxp7;
+    const real t_vzv6w = t_7z6zt * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_cm44d
+        - lhub_alphayhub_ay * t_h24ac
+        - lhub_alphazhub_ay * t_wcxp7
+        - lhub_azhub_ay * t_hzazv;
+    const real t_wgxto = t_3j2ql * t_6dtnj
+        - lhub_alphaxhub_ax * t_cm44d
+        - lhub_alphayhub_ax * t_h24ac
+        + t_d5zcj * t_wcxp7
+        + t_skn5h * t_vzv6w
+        + t_skn5h_2 * t_hzazv;
+    const real t_2qjkk_7 = bob2_r_y + bob2_r_y;
+    const real t_iyv7p = p[m2] * (t_vagdy_2 - t_bhjcf_2 + x[wx] * t_2qjkk_7);
+    const real t_2qjkk_8 = bob2_r_z + bob2_r_z;
+    const real t_rcik7_2 = p[m2] * (x[wy] * t_2qjkk_7 + x[wz] * t_2qjkk_8);
+    const real t_iyv7p_2 = p[m2] * (x[wx] * t_2qjkk_8 - t_vagdy - t_bhjcf);
+    const real t_g5gof = bob2_r1_y * t_iyv7p - bob2_r1_x * t_rcik7_2 + bob2_r1_z * t_iyv7p_2;
+    const real t_rv5gh = bob2_S1tx * t_g5gof + t_rcik7_2;
+    const real t_qqql3 = bob2_r_y * t_iyv7p_2 - p[eps2] - bob2_r_z * t_iyv7p;
+    const real t_btqoe = bob2_S1tz * t_g5gof - t_iyv7p_2 + t_i7psf * t_qqql3;
+    const real t_rdnbg = bob2_S1ty * t_g5gof - t_iyv7p - bob2_S2ty * t_qqql3;
+    const real t_tvbtt = t_rdnbg + t_skn5h * t_rv5gh;
+    const real t_l2twa = t_btqoe + t_skn5h_2 * t_rv5gh - lhub_azhub_ay * t_tvbtt;
+    const real t_y3wxz = bob2_r_y * t_btqoe
+        + bob2_S1rx * t_g5gof
+        - bob2_r_z * t_rdnbg
+        - t_ak22y
+        - lhub_alphaxhub_ax * t_rv5gh
+        - lhub_alphaxhub_ay * t_tvbtt
+        - lhub_alphaxhub_az * t_l2twa;
+    const real t_db3zf = bob2_r_z * t_rv5gh
+        + x[wx] * p[I2]
+        - bob2_r_x * t_btqoe
+        - lhub_alphayhub_alphax * t_y3wxz
+        - lhub_alphayhub_ax * t_rv5gh
+        - lhub_alphayhub_ay * t_tvbtt
+        - lhub_alphayhub_az * t_l2twa;
+    const real t_2qmv3 = bob2_r_x * t_rdnbg
+        - bob2_S2rz * t_qqql3
+        - bob2_r_y * t_rv5gh
+        - lhub_alphazhub_alphax * t_y3wxz
+        - lhub_alphazhub_alphay * t_db3zf
+        + t_d5zcj * t_rv5gh
+        - lhub_alphazhub_ay * t_tvbtt
+        - lhub_alphazhub_az * t_l2twa;
+    const real t_flcyb = t_2qmv3 * t_6dtnj_6;
+    const real t_jddzb = t_db3zf * t_6dtnj_5 - lhub_alphazhub_alphay * t_flcyb;
+    const real t_tnnit = t_y3wxz * t_6dtnj_4 - lhub_alphayhub_alphax * t_jddzb - lhub_alphazhub_alphax * t_flcyb;
+    const real t_xatyk = t_l2twa * t_6dtnj_3 - lhub_alphaxhub_az * t_tnnit - lhub_alphayhub_az * t_jddzb - lhub_alphazhub_az * t_flcyb;
+    const real t_zoaax = t_tvbtt * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_tnnit
+        - lhub_alphayhub_ay * t_jddzb
+        - lhub_alphazhub_ay * t_flcyb
+        - lhub_azhub_ay * t_xatyk;
+    const real t_4qxfd = t_rv5gh * t_6dtnj
+        - lhub_alphaxhub_ax * t_tnnit
+        - lhub_alphayhub_ax * t_jddzb
+        + t_d5zcj * t_flcyb
+        + t_skn5h * t_zoaax
+        + t_skn5h_2 * t_xatyk;
+    const real t_npjee = t_jg7p4 + bob1_r_x * t_ccii2 - bob1_r_z * t_jkbeg;
+    const real t_u4llt = t_a3kmq + bob1_r_y * t_jkbeg - bob1_r_x * t_35pit;
+    const real t_73b67 = t_3su2d * t_vpzmf
+        + bob1_S1rx * t_jkbeg
+        + bob1_S1tx * (t_lets6 + bob1_r_z * t_35pit - bob1_r_y * t_ccii2)
+        + bob1_S1ty * t_npjee
+        + bob1_S1tz * t_u4llt;
+    const real t_2fsme = t_ekati + bob1_r_x * t_hsvjy - bob1_r_z * t_ow5nb;
+    const real t_llegm = t_mwxfq + bob1_r_y * t_ow5nb - bob1_r_x * t_uptv7;
+    const real t_3e6wu = t_yxocf * t_vpzmf
+        + bob1_S1rx * t_ow5nb
+        + bob1_S1tx * (t_zg5we + bob1_r_z * t_uptv7 - bob1_r_y * t_hsvjy)
+        + bob1_S1ty * t_2fsme
+        + bob1_S1tz * t_llegm;
+    const real t_bz6c5 = t_rgv5n + bob1_r_x * t_bl3qo - bob1_r_z * t_nrcvi;
+    const real t_6a3aj = t_bllhs + bob1_r_y * t_nrcvi - bob1_r_x * t_jljck;
+    const real t_blpai = t_webdt * t_vpzmf
+        + bob1_S1rx * t_nrcvi
+        + bob1_S1tx * (t_zjdzu + bob1_r_z * t_jljck - bob1_r_y * t_bl3qo)
+        + bob1_S1ty * t_bz6c5
+        + bob1_S1tz * t_6a3aj;
+    const real t_ldgjs = t_b76kz
+        + (hub_alphay * t_jzt2o_4 + bob1_r_z * t_xp72g)
+        - (hub_alphaz * t_jzt2o + bob1_r_y * t_6kskn);
+    const real t_6iur6 = t_muxjm
+        + (hub_alphaz * t_rcy73_2 + bob1_r_x * t_6kskn)
+        - (hub_alphax * t_jzt2o_4 + bob1_r_z * t_7zlmt);
+    const real t_lpxns = t_ozc77
+        + (hub_alphax * t_jzt2o + bob1_r_y * t_7zlmt)
+        - (hub_alphay * t_rcy73_2 + bob1_r_x * t_xp72g);
+    const real t_b5qej = t_4tdlf * t_vpzmf
+        + bob1_S1rx * t_7zlmt
+        + (bob1_aPx * t_2zlbn + bob1_S1tx * t_ldgjs)
+        + (bob1_S1ty * t_6iur6 - bob1_aPy * t_2xpmm_2)
+        + (bob1_S1tz * t_lpxns - bob1_aPz * t_2xpmm);
+    const real t_svheu = t_d6ktk
+        + (bob1_r_z * t_korrf - hub_alphay * bob1_r_y)
+        - (hub_alphaz * bob1_r_z + bob1_r_y * t_pzrhg);
+    const real t_q7g6v = t_kwtwg + bob1_r_x * t_pzrhg - (bob1_r_z * t_zo4a3 - hub_alphax * bob1_r_y);
+    const real t_5eed5 = t_nyj2p + (hub_alphax * bob1_r_z + bob1_r_y * t_zo4a3) - bob1_r_x * t_korrf;
+    const real t_5umn4 = t_5dj2j * t_vpzmf
+        + bob1_S1rx * t_zo4a3
+        + bob1_S1tx * t_svheu
+        + (bob1_aPy * t_rnu2p_2 + bob1_S1ty * t_q7g6v)
+        + (bob1_S1tz * t_5eed5 - bob1_aPz * t_rnu2p);
+    const real t_mfvx4 = t_skros + bob1_r_x * t_cvrqz - bob1_r_z * t_xo7bi;
+    const real t_hlrza = t_gxvie + bob1_r_y * t_xo7bi - bob1_r_x * t_3zjrh;
+    const real t_2m3t2 = bob1_S1rx * t_xo7bi
+        + bob1_S1tx * (t_2h54h + bob1_r_z * t_3zjrh - bob1_r_y * t_cvrqz)
+        + bob1_S1ty * t_mfvx4
+        + bob1_S1tz * t_hlrza;
+    const real t_dmawg = t_xjwts + bob1_r_x * t_hxpub - bob1_r_z * t_3jbe5;
+    const real t_r5srj = t_ugkgx + bob1_r_y * t_3jbe5 - bob1_r_x * t_bbymk;
+    const real t_76x7n = bob1_S1rx * t_3jbe5
+        + bob1_S1tx * (t_qekvt + bob1_r_z * t_bbymk - bob1_r_y * t_hxpub)
+        + bob1_S1ty * t_dmawg
+        + bob1_S1tz * t_r5srj;
+    const real t_4a7in = t_vtb7o + bob1_r_x * t_7xbwo - bob1_r_z * t_4hani;
+    const real t_osoip = t_hhqs2 + bob1_r_y * t_4hani - bob1_r_x * t_jt35a;
+    const real t_j7v2d = t_h5vih * t_vpzmf
+        + bob1_S1rx * t_4hani
+        + bob1_S1tx * (t_uvjbw + bob1_r_z * t_jt35a - bob1_r_y * t_7xbwo)
+        + bob1_S1ty * t_4a7in
+        + bob1_S1tz * t_osoip;
+    const real t_qxiom = t_zaapr + bob1_r_x * t_gog4o - bob1_r_z * t_avng3;
+    const real t_l5tfu = t_yyypk + bob1_r_y * t_avng3 - bob1_r_x * t_s65ff;
+    const real t_hj76k = t_5krsz * t_vpzmf
+        + bob1_S1rx * t_avng3
+        + bob1_S1tx * (t_xl7xw + bob1_r_z * t_s65ff - bob1_r_y * t_gog4o)
+        + bob1_S1ty * t_qxiom
+        + bob1_S1tz * t_l5tfu;
+    const real t_q32kk = t_vzv6w + bob1_r_x * t_wcxp7 - bob1_r_z * t_cm44d;
+    const real t_r2cam = t_hzazv + bob1_r_y * t_cm44d - bob1_r_x * t_h24ac;
+    const real t_rllkg = bob1_S1rx * t_cm44d
+        + bob1_S1tx * (t_wgxto + bob1_r_z * t_h24ac - bob1_r_y * t_wcxp7)
+        + bob1_S1ty * t_q32kk
+        + bob1_S1tz * t_r2cam;
+    const real t_gev4s = t_zoaax + bob1_r_x * t_flcyb - bob1_r_z * t_tnnit;
+    const real t_4mze6 = t_xatyk + bob1_r_y * t_tnnit - bob1_r_x * t_jddzb;
+    const real t_bttuw = bob1_S1rx * t_tnnit
+        + bob1_S1tx * (t_4qxfd + bob1_r_z * t_jddzb - bob1_r_y * t_flcyb)
+        + bob1_S1ty * t_gev4s
+        + bob1_S1tz * t_4mze6;
+    const real t_kwt7x = t_jg7p4 + bob2_r_x * t_ccii2 - bob2_r_z * t_jkbeg;
+    const real t_m3toz = t_a3kmq + bob2_r_y * t_jkbeg - bob2_r_x * t_35pit;
+    const real t_jxjes = t_fnng3 * t_mxpm2
+        + bob2_S1rx * t_jkbeg
+        + bob2_S1tx * (t_lets6 + bob2_r_z * t_35pit - bob2_r_y * t_ccii2)
+        + bob2_S1ty * t_kwt7x
+        + bob2_S1tz * t_m3toz;
+    const real t_e2txa = t_ekati + bob2_r_x * t_hsvjy - bob2_r_z * t_ow5nb;
+    const real t_fgokt = t_mwxfq + bob2_r_y * t_ow5nb - bob2_r_x * t_uptv7;
+    const real t_s4cuh = t_b5be3 * t_mxpm2
+        + bob2_S1rx * t_ow5nb
+        + bob2_S1tx * (t_zg5we + bob2_r_z * t_uptv7 - bob2_r_y * t_hsvjy)
+        + bob2_S1ty * t_e2txa
+        + bob2_S1tz * t_fgokt;
+    const real t_qa7gz = t_rgv5n + bob2_r_x * t_bl3qo - bob2_r_z * t_nrcvi;
+    const real t_dulj6 = t_bllhs + bob2_r_y * t_nrcvi - bob2_r_x * t_jljck;
+    const real t_aalep = t_j74uq * t_mxpm2
+        + bob2_S1rx * t_nrcvi
+        + bob2_S1tx * (t_zjdzu + bob2_r_z * t_jljck - bob2_r_y * t_bl3qo)
+        + bob2_S1ty * t_qa7gz
+        + bob2_S1tz * t_dulj6;
+    const real t_6lq7j = t_muxjm + bob2_r_x * t_6kskn - bob2_r_z * t_7zlmt;
+    const real t_amdo7 = t_ozc77 + bob2_r_y * t_7zlmt - bob2_r_x * t_xp72g;
+    const real t_3rm6y = bob2_S1rx * t_7zlmt
+        + bob2_S1tx * (t_b76kz + bob2_r_z * t_xp72g - bob2_r_y * t_6kskn)
+        + bob2_S1ty * t_6lq7j
+        + bob2_S1tz * t_amdo7;
+    const real t_siqwh = t_kwtwg + bob2_r_x * t_pzrhg - bob2_r_z * t_zo4a3;
+    const real t_7awfv = t_nyj2p + bob2_r_y * t_zo4a3 - bob2_r_x * t_korrf;
+    const real t_r2lhi = bob2_S1rx * t_zo4a3
+        + bob2_S1tx * (t_d6ktk + bob2_r_z * t_korrf - bob2_r_y * t_pzrhg)
+        + bob2_S1ty * t_siqwh
+        + bob2_S1tz * t_7awfv;
+    const real t_7lgle = t_2h54h
+        + (hub_alphay * t_hakeo_4 + bob2_r_z * t_3zjrh)
+        - (hub_alphaz * t_hakeo + bob2_r_y * t_cvrqz);
+    const real t_jeqhj = t_skros
+        + (hub_alphaz * t_uvqau_2 + bob2_r_x * t_cvrqz)
+        - (hub_alphax * t_hakeo_4 + bob2_r_z * t_xo7bi);
+    const real t_sos6g = t_gxvie
+        + (hub_alphax * t_hakeo + bob2_r_y * t_xo7bi)
+        - (hub_alphay * t_uvqau_2 + bob2_r_x * t_3zjrh);
+    const real t_rxl36 = t_fgvn2 * t_mxpm2
+        + bob2_S1rx * t_xo7bi
+        + (bob2_aPx * t_x2ffi + bob2_S1tx * t_7lgle)
+        + (bob2_S1ty * t_jeqhj - bob2_aPy * t_tpqyi_2)
+        + (bob2_S1tz * t_sos6g - bob2_aPz * t_tpqyi);
+    const real t_fa6mz = t_qekvt
+        + (bob2_r_z * t_bbymk - hub_alphay * bob2_r_y)
+        - (hub_alphaz * bob2_r_z + bob2_r_y * t_hxpub);
+    const real t_piom5 = t_xjwts + bob2_r_x * t_hxpub - (bob2_r_z * t_3jbe5 - hub_alphax * bob2_r_y);
+    const real t_kdrwm = t_ugkgx + (hub_alphax * bob2_r_z + bob2_r_y * t_3jbe5) - bob2_r_x * t_bbymk;
+    const real t_4wvsx = t_tfrtk * t_mxpm2
+        + bob2_S1rx * t_3jbe5
+        + bob2_S1tx * t_fa6mz
+        + (bob2_aPy * t_uxdew_2 + bob2_S1ty * t_piom5)
+        + (bob2_S1tz * t_kdrwm - bob2_aPz * t_uxdew);
+    const real t_cwec6 = t_vtb7o + bob2_r_x * t_7xbwo - bob2_r_z * t_4hani;
+    const real t_myqg5 = t_hhqs2 + bob2_r_y * t_4hani - bob2_r_x * t_jt35a;
+    const real t_and7e = bob2_S1rx * t_4hani
+        + bob2_S1tx * (t_uvjbw + bob2_r_z * t_jt35a - bob2_r_y * t_7xbwo)
+        + bob2_S1ty * t_cwec6
+        + bob2_S1tz * t_myqg5;
+    const real t_2eork = t_zaapr + bob2_r_x * t_gog4o - bob2_r_z * t_avng3;
+    const real t_eykad = t_yyypk + bob2_r_y * t_avng3 - bob2_r_x * t_s65ff;
+    const real t_i65lx = bob2_S1rx * t_avng3
+        + bob2_S1tx * (t_xl7xw + bob2_r_z * t_s65ff - bob2_r_y * t_gog4o)
+        + bob2_S1ty * t_2eork
+        + bob2_S1tz * t_eykad;
+    const real t_43afe = t_vzv6w + bob2_r_x * t_wcxp7 - bob2_r_z * t_cm44d;
+    const real t_ir62g = t_hzazv + bob2_r_y * t_cm44d - bob2_r_x * t_h24ac;
+    const real t_nar7h = t_kvxhz * t_mxpm2
+        + bob2_S1rx * t_cm44d
+        + bob2_S1tx * (t_wgxto + bob2_r_z * t_h24ac - bob2_r_y * t_wcxp7)
+        + bob2_S1ty * t_43afe
+        + bob2_S1tz * t_ir62g;
+    const real t_p3mpx = t_zoaax + bob2_r_x * t_flcyb - bob2_r_z * t_tnnit;
+    const real t_ep7g6 = t_xatyk + bob2_r_y * t_tnnit - bob2_r_x * t_jddzb;
+    const real t_oavtu = t_g5gof * t_mxpm2
+        + bob2_S1rx * t_tnnit
+        + bob2_S1tx * (t_4qxfd + bob2_r_z * t_jddzb - bob2_r_y * t_flcyb)
+        + bob2_S1ty * t_p3mpx
+        + bob2_S1tz * t_ep7g6;
     J[0] = SPLAT(K(0.0));
     J[1] = x[wz];
     J[2] = -x[wy];
-    J[3] = t_5thgk;
-    J[4] = t_f3ox4 + x_C * t_wussy - x[vz];
-    J[5] = t_o3fms + x_C * t_pzkfy + x[vy];
+    J[3] = t_lets6;
+    J[4] = t_zg5we - x[vz];
+    J[5] = x[vy] + t_zjdzu;
     J[6] = SPLAT(K(0.0));
     J[7] = SPLAT(K(0.0));
     J[8] = SPLAT(K(0.0));
-    J[9] = t_nzub4;
-    J[10] = t_5xto2;
-    J[11] = t_n52hv;
-    J[12] = t_qxt7o;
-    J[13] = t_c2ujo;
-    J[14] = t_4yntu;
-    J[15] = t_mvawd;
-    J[16] = t_hizht;
+    J[9] = t_b76kz;
+    J[10] = t_d6ktk;
+    J[11] = t_2h54h;
+    J[12] = t_qekvt;
+    J[13] = t_uvjbw;
+    J[14] = t_xl7xw;
+    J[15] = t_wgxto;
+    J[16] = t_4qxfd;
     J[17] = -x[wz];
     J[18] = SPLAT(K(0.0));
     J[19] = x[wx];
-    J[20] = t_4uruq - x_C * t_dtjyx + x[vz];
-    J[21] = t_rg3c5 - x_C * t_qquhy;
-    J[22] = t_6swwx - x_C * t_aog3f - x[vx];
+    J[20] = x[vz] + t_jg7p4;
+    J[21] = t_ekati;
+    J[22] = t_rgv5n - x[vx];
     J[23] = SPLAT(K(0.0));
     J[24] = SPLAT(K(0.0));
     J[25] = SPLAT(K(0.0));
-    J[26] = t_s3knn - x_C * t_lft7p;
-    J[27] = t_mpeef - x_C * t_ekzor;
-    J[28] = t_q3jvz - x_C * t_qglxt;
-    J[29] = t_aixc2 - x_C * t_ab6m2;
-    J[30] = t_vo72x - x_C * t_4kdmy;
-    J[31] = t_xrrik - x_C * t_yjwrt;
-    J[32] = t_yycfj - x_C * t_vffct;
-    J[33] = t_lz45f - x_C * t_tdv6s;
+    J[26] = t_muxjm;
+    J[27] = t_kwtwg;
+    J[28] = t_skros;
+    J[29] = t_xjwts;
+    J[30] = t_vtb7o;
+    J[31] = t_zaapr;
+    J[32] = t_vzv6w;
+    J[33] = t_zoaax;
     J[34] = x[wy];
     J[35] = -x[wx];
     J[36] = SPLAT(K(0.0));
-    J[37] = t_fto3h - x_C * t_poebv - x[vy];
-    J[38] = t_4f33v - x_C * t_3oeyp + x[vx];
-    J[39] = t_2owzs - x_C * t_33kza;
+    J[37] = t_a3kmq - x[vy];
+    J[38] = x[vx] + t_mwxfq;
+    J[39] = t_bllhs;
     J[40] = SPLAT(K(0.0));
     J[41] = SPLAT(K(0.0));
     J[42] = SPLAT(K(0.0));
-    J[43] = t_p6rjk - x_C * t_lqn3n;
-    J[44] = t_moilf - x_C * t_nglnq;
-    J[45] = t_cqi2s - x_C * t_vwmuz;
-    J[46] = t_b3jpw - x_C * t_dcvgt;
-    J[47] = t_endag - x_C * t_ay7fc;
-    J[48] = t_izzse - x_C * t_iwjj7;
-    J[49] = t_viclo - x_C * t_nrgcn;
-    J[50] = t_z32tr - x_C * t_di3xg;
+    J[43] = t_ozc77;
+    J[44] = t_nyj2p;
+    J[45] = t_gxvie;
+    J[46] = t_ugkgx;
+    J[47] = t_hhqs2;
+    J[48] = t_yyypk;
+    J[49] = t_hzazv;
+    J[50] = t_xatyk;
     J[51] = SPLAT(K(0.0));
     J[52] = SPLAT(K(0.0));
     J[53] = SPLAT(K(0.0));
-    J[54] = t_b2dl7;
-    J[55] = t_picgh;
-    J[56] = t_hclb6;
+    J[54] = t_jkbeg;
+    J[55] = t_ow5nb;
+    J[56] = t_nrcvi;
     J[57] = SPLAT(K(0.0));
     J[58] = SPLAT(K(0.0));
     J[59] = SPLAT(K(0.0));
-    J[60] = t_5t23e;
-    J[61] = t_jkjwu;
-    J[62] = t_432ch;
-    J[63] = t_ly3kq;
-    J[64] = t_awufa;
-    J[65] = t_5offm;
-    J[66] = t_2drwm;
-    J[67] = t_bldpr;
+    J[60] = t_7zlmt;
+    J[61] = t_zo4a3;
+    J[62] = t_xo7bi;
+    J[63] = t_3jbe5;
+    J[64] = t_4hani;
+    J[65] = t_avng3;
+    J[66] = t_cm44d;
+    J[67] = t_tnnit;
     J[68] = SPLAT(K(0.0));
     J[69] = SPLAT(K(0.0));
     J[70] = SPLAT(K(0.0));
-    J[71] = x[wz] - t_poebv;
-    J[72] = -t_3oeyp;
-    J[73] = x[wx] - t_33kza;
+    J[71] = t_35pit;
+    J[72] = t_uptv7;
+    J[73] = t_jljck;
     J[74] = SPLAT(K(0.0));
     J[75] = SPLAT(K(0.0));
     J[76] = SPLAT(K(0.0));
-    J[77] = -t_lqn3n;
-    J[78] = -t_nglnq;
-    J[79] = -t_vwmuz;
-    J[80] = -t_dcvgt;
-    J[81] = -t_ay7fc;
-    J[82] = -t_iwjj7;
-    J[83] = -t_nrgcn;
-    J[84] = -t_di3xg;
+    J[77] = t_xp72g;
+    J[78] = t_korrf;
+    J[79] = t_3zjrh;
+    J[80] = t_bbymk;
+    J[81] = t_jt35a;
+    J[82] = t_s65ff;
+    J[83] = t_h24ac;
+    J[84] = t_jddzb;
     J[85] = SPLAT(K(0.0));
     J[86] = SPLAT(K(0.0));
     J[87] = SPLAT(K(0.0));
-    J[88] = t_bracl;
-    J[89] = t_547sr;
-    J[90] = t_aog3f;
+    J[88] = t_ccii2;
+    J[89] = t_hsvjy;
+    J[90] = t_bl3qo;
     J[91] = SPLAT(K(0.0));
     J[92] = SPLAT(K(0.0));
     J[93] = SPLAT(K(0.0));
-    J[94] = t_lft7p;
-    J[95] = t_ekzor;
-    J[96] = t_qglxt;
-    J[97] = t_ab6m2;
-    J[98] = t_4kdmy;
-    J[99] = t_yjwrt;
-    J[100] = t_vffct;
-    J[101] = t_tdv6s;
+    J[94] = t_6kskn;
+    J[95] = t_pzrhg;
+    J[96] = t_cvrqz;
+    J[97] = t_hxpub;
+    J[98] = t_7xbwo;
+    J[99] = t_gog4o;
+    J[100] = t_wcxp7;
+    J[101] = t_flcyb;
     J[102] = SPLAT(K(0.0));
     J[103] = SPLAT(K(0.0));
     J[104] = SPLAT(K(0.0));
@@ -1836,78 +2005,88 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[221] = SPLAT(K(0.0));
     J[222] = SPLAT(K(0.0));
     J[223] = SPLAT(K(0.0));
-    J[224] = t_sq7pc - p[I1] * (t_sq7pc + t_b2dl7) * t_gbl6n - k1 * t_5ecv5;
-    J[225] = t_hcdea - p[I1] * (t_hcdea + t_picgh) * t_gbl6n - k1 * t_t5gfx;
-    J[226] = t_hcdea_2 - p[I1] * (t_hcdea_2 + t_hclb6) * t_gbl6n - k1 * t_horu6;
+    J[224] = -t_73b67;
+    J[225] = -t_3e6wu;
+    J[226] = -t_blpai;
     J[227] = SPLAT(K(0.0));
     J[228] = SPLAT(K(0.0));
     J[229] = SPLAT(K(0.0));
-    J[230] = t_nitdg - p[I1] * (t_nitdg + t_5t23e) * t_gbl6n - k1 * t_tvw3b;
-    J[231] = t_wgrow
-        - p[I1] * (t_wgrow + t_jkjwu) * t_gbl6n
-        - k1 * (t_x5ibj + sin_phi1 * t_5xto2);
-    J[232] = t_rc47z - p[I1] * (t_rc47z + t_432ch) * t_gbl6n - k1 * t_mftpr;
-    J[233] = t_wipqw - p[I1] * (t_wipqw + t_ly3kq) * t_gbl6n - k1 * t_z4e5b;
-    J[234] = t_x2kxu - (p[eps1] + p[I1] * (t_x2kxu + t_awufa)) * t_gbl6n - k1 * t_5uadv;
-    J[235] = t_sq7pc_2 - p[I1] * (t_sq7pc_2 + t_5offm) * t_gbl6n - k1 * t_gdot2;
-    J[236] = t_l5dly - p[I1] * (t_l5dly + t_2drwm) * t_gbl6n - k1 * t_gstpd;
-    J[237] = t_nppoe - p[I1] * (t_nppoe + t_bldpr) * t_gbl6n - k1 * t_i6xpg;
+    J[230] = -t_b5qej;
+    J[231] = -t_5umn4;
+    J[232] = -t_2m3t2;
+    J[233] = -t_76x7n;
+    J[234] = -t_j7v2d;
+    J[235] = -t_hj76k;
+    J[236] = -t_rllkg;
+    J[237] = -t_bttuw;
     J[238] = SPLAT(K(0.0));
     J[239] = SPLAT(K(0.0));
     J[240] = SPLAT(K(0.0));
-    J[241] = -(t_bracl + th_1 * (q_1 * t_geqjg));
-    J[242] = -(t_547sr + th_1 * (q_1 * t_t7267));
-    J[243] = -(t_aog3f + th_1 * (q_1 * t_hirnt));
+    J[241] = t_4jp7i * t_sjrjg - bob1_S2rz * t_ccii2 - bob1_S2ty * t_npjee + t_rlquh * t_u4llt;
+    J[242] = t_rlquh * t_llegm - (t_lijq2 * t_sjrjg + bob1_S2rz * t_hsvjy + bob1_S2ty * t_2fsme);
+    J[243] = t_47tuz * t_sjrjg - bob1_S2rz * t_bl3qo - bob1_S2ty * t_bz6c5 + t_rlquh * t_6a3aj;
     J[244] = SPLAT(K(0.0));
     J[245] = SPLAT(K(0.0));
     J[246] = SPLAT(K(0.0));
-    J[247] = -(t_lft7p + t_3kcc6);
-    J[248] = -(t_ekzor + th_1 * (q_1 * t_f6phm));
-    J[249] = -(t_qglxt + th_1 * (q_1 * t_tscsp));
-    J[250] = -(t_ab6m2 + th_1 * (q_1 * t_f52vq));
-    J[251] = -(t_4kdmy + th_1 * (q_1 * t_x45bp));
-    J[252] = -(t_yjwrt + th_1 * (p[eps1] * t_ibe72 + q_1 * t_tu6bo));
-    J[253] = -(t_vffct + th_1 * (q_1 * t_4ezyh));
-    J[254] = -(t_tdv6s + th_1 * (q_1 * t_rgyqn));
+    J[247] = t_vqvd7 * t_sjrjg
+        - bob1_q2 * t_sjrjg * t_5mzug
+        - (bob1_S2rz * t_6kskn - hub_alphaz * t_ymd76)
+        - (bob1_aPy * t_6f3nu + bob1_S2ty * t_6iur6)
+        + (bob1_aPz * t_gkayr + t_rlquh * t_lpxns);
+    J[248] = t_psumj * t_sjrjg
+        - bob1_S2rz * t_pzrhg
+        - (bob1_S2ty * t_q7g6v - bob1_aPy * t_rlquh_3)
+        + (bob1_aPz * t_rlquh_2 + t_rlquh * t_5eed5);
+    J[249] = t_rlquh * t_hlrza - (bob1_S2rz * t_cvrqz + bob1_S2ty * t_mfvx4);
+    J[250] = t_rlquh * t_r5srj - (bob1_S2rz * t_hxpub + bob1_S2ty * t_dmawg);
+    J[251] = t_lb4of * t_sjrjg - bob1_S2rz * t_7xbwo - bob1_S2ty * t_4a7in + t_rlquh * t_osoip;
+    J[252] = t_ewtmc * t_sjrjg - bob1_S2rz * t_gog4o - bob1_S2ty * t_qxiom + t_rlquh * t_l5tfu;
+    J[253] = t_rlquh * t_r2cam - (bob1_S2rz * t_wcxp7 + bob1_S2ty * t_q32kk);
+    J[254] = t_rlquh * t_4mze6 - (bob1_S2rz * t_flcyb + bob1_S2ty * t_gev4s);
     J[255] = SPLAT(K(0.0));
     J[256] = SPLAT(K(0.0));
     J[257] = SPLAT(K(0.0));
-    J[258] = t_rfzxx - p[I2] * (t_rfzxx + t_b2dl7) * t_jx6g7 - k2 * t_c2dkr;
-    J[259] = t_tjidj - p[I2] * (t_tjidj + t_picgh) * t_jx6g7 - k2 * t_axpvb;
-    J[260] = t_tjidj_2 - p[I2] * (t_tjidj_2 + t_hclb6) * t_jx6g7 - k2 * t_awnxz;
+    J[258] = -t_jxjes;
+    J[259] = -t_s4cuh;
+    J[260] = -t_aalep;
     J[261] = SPLAT(K(0.0));
     J[262] = SPLAT(K(0.0));
     J[263] = SPLAT(K(0.0));
-    J[264] = t_d26fh - p[I2] * (t_d26fh + t_5t23e) * t_jx6g7 - k2 * t_taamt;
-    J[265] = t_n2kyx - p[I2] * (t_n2kyx + t_jkjwu) * t_jx6g7 - k2 * t_vna5r;
-    J[266] = t_cz5k6 - p[I2] * (t_cz5k6 + t_432ch) * t_jx6g7 - k2 * t_z25fn;
-    J[267] = t_nbojl
-        - p[I2] * (t_nbojl + t_ly3kq) * t_jx6g7
-        - k2 * (t_x5yzz + sin_phi2 * t_qxt7o);
-    J[268] = t_vdidk - p[I2] * (t_vdidk + t_awufa) * t_jx6g7 - k2 * t_brbxo;
-    J[269] = t_47a67 - p[I2] * (t_47a67 + t_5offm) * t_jx6g7 - k2 * t_sl6vv;
-    J[270] = t_m4gcp - (p[eps2] + p[I2] * (t_m4gcp + t_2drwm)) * t_jx6g7 - k2 * t_ifvim;
-    J[271] = t_rfzxx_2 - p[I2] * (t_rfzxx_2 + t_bldpr) * t_jx6g7 - k2 * t_wp2f3;
+    J[264] = -t_3rm6y;
+    J[265] = -t_r2lhi;
+    J[266] = -t_rxl36;
+    J[267] = -t_4wvsx;
+    J[268] = -t_and7e;
+    J[269] = -t_i65lx;
+    J[270] = -t_nar7h;
+    J[271] = -t_oavtu;
     J[272] = SPLAT(K(0.0));
     J[273] = SPLAT(K(0.0));
     J[274] = SPLAT(K(0.0));
-    J[275] = -(t_bracl + th_2 * (q_2 * t_6stj7));
-    J[276] = -(t_547sr + th_2 * (q_2 * t_uawll));
-    J[277] = -(t_aog3f + th_2 * (q_2 * t_hge32));
+    J[275] = t_uyiyn * t_ymfue - bob2_S2rz * t_ccii2 - bob2_S2ty * t_kwt7x + t_i7psf * t_m3toz;
+    J[276] = t_i7psf * t_fgokt - (t_zvvta * t_ymfue + bob2_S2rz * t_hsvjy + bob2_S2ty * t_e2txa);
+    J[277] = t_oxwib * t_ymfue - bob2_S2rz * t_bl3qo - bob2_S2ty * t_qa7gz + t_i7psf * t_dulj6;
     J[278] = SPLAT(K(0.0));
     J[279] = SPLAT(K(0.0));
     J[280] = SPLAT(K(0.0));
-    J[281] = -(t_lft7p + th_2 * (q_2 * t_qs6bw));
-    J[282] = -(t_ekzor + th_2 * (q_2 * t_o2c7q));
-    J[283] = -(t_qglxt + t_koats);
-    J[284] = -(t_ab6m2 + th_2 * (q_2 * t_g52ww));
-    J[285] = -(t_4kdmy + th_2 * (q_2 * t_urwfu));
-    J[286] = -(t_yjwrt + th_2 * (q_2 * t_kldq7));
-    J[287] = -(t_vffct + th_2 * (q_2 * t_yzj7i));
-    J[288] = -(t_tdv6s + th_2 * (p[eps2] * t_r7vy7 + q_2 * t_irbqh));
+    J[281] = t_i7psf * t_amdo7 - (bob2_S2rz * t_6kskn + bob2_S2ty * t_6lq7j);
+    J[282] = t_i7psf * t_7awfv - (bob2_S2rz * t_pzrhg + bob2_S2ty * t_siqwh);
+    J[283] = t_hcc3k * t_ymfue
+        - bob2_q2 * t_ymfue * t_pjhy4
+        - (bob2_S2rz * t_cvrqz - hub_alphaz * t_f7x2s)
+        - (bob2_aPy * t_u2fmg + bob2_S2ty * t_jeqhj)
+        + (bob2_aPz * t_otfml + t_i7psf * t_sos6g);
+    J[284] = t_me6ue * t_ymfue
+        - bob2_S2rz * t_hxpub
+        - (bob2_S2ty * t_piom5 - bob2_aPy * t_i7psf_3)
+        + (bob2_aPz * t_i7psf_2 + t_i7psf * t_kdrwm);
+    J[285] = t_i7psf * t_myqg5 - (bob2_S2rz * t_7xbwo + bob2_S2ty * t_cwec6);
+    J[286] = t_i7psf * t_eykad - (bob2_S2rz * t_gog4o + bob2_S2ty * t_2eork);
+    J[287] = t_cg6ow * t_ymfue - bob2_S2rz * t_wcxp7 - bob2_S2ty * t_43afe + t_i7psf * t_ir62g;
+    J[288] = t_qqql3 * t_ymfue - bob2_S2rz * t_flcyb - bob2_S2ty * t_p3mpx + t_i7psf * t_ep7g6;
 }
 
-/* Jacobian of rhs with respect to u, row by row; 879 operations. */
+/* Jacobian of rhs with respect to u, row by row; 832 operations. */
 void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
 {
     enum { phi1 = SLOSH_X_PHI1, theta1 = SLOSH_X_THETA1, phi2 = SLOSH_X_PHI2 };
@@ -1926,379 +2105,387 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real mv1 = p[l1] * p[m1] * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real mv2 = p[l2] * p[m2] * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real J_C2 = p[I0] + p[J_y] + (p[I1] + p[I2]) + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = p[F] * sin_delta2;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_s62lc = t_6iku5 * t_6dtnj;
-    const real t_6vega = K52 - t_f2nhc * t_s62lc;
-    const real K_L52 = t_6vega * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_hig3c_5 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_5 * t_6dtnj;
-    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
-    const real t_vpdgs = t_ly572 * t_6dtnj_2;
-    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_ichgo * t_6dtnj_3;
-    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
-    const real K_L53 = t_jmicp * t_6dtnj_3;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
-    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
-    const real t_bk7yo = t_avyqv * t_6dtnj_2;
-    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
-    const real K_L63 = t_2dahu * t_6dtnj_3;
-    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_5 * t_w6lcf;
-    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_5 * t_s62lc;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_otpfz * t_6dtnj_4;
-    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_5 * t_s62lc_2;
-    const real K_L64 = t_aolgd * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_6vega * K_L52
-        - t_jmicp * K_L53
-        - t_otpfz * K_L54
-        - t_6iku5 * t_s62lc;
-    const real t_hdeaq = K65
-        + t_6vega * t_bk7yo
-        - t_jmicp * K_L63
-        - t_otpfz * K_L64
-        - t_6iku5 * t_s62lc_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_hdeaq * t_6dtnj_5;
-    const real K_D6 = K66
-        - t_avyqv * t_bk7yo
-        - t_2dahu * K_L63
-        - t_aolgd * K_L64
-        - t_hdeaq * K_L65
-        - t_6iku5_2 * t_s62lc_2;
-    const real t_6dtnj_6 = K(1.0) / K_D6;
-    const real t_gcnkg = (K_L65 * K_L54 - K_L64) * t_6dtnj_6;
-    const real t_iavt3 = K_L54 * t_6dtnj_5 + K_L65 * t_gcnkg;
-    const real t_fp5fy = t_6dtnj_4 + K_L54 * t_iavt3 - K_L64 * t_gcnkg;
-    const real t_lppxo = K_L53 * t_iavt3 - K_L43 * t_fp5fy - K_L63 * t_gcnkg;
-    const real t_idz7j = t_vpdgs * t_fp5fy - K_L32 * t_lppxo + K_L52 * t_iavt3 + t_bk7yo * t_gcnkg;
-    const real t_73qnp = t_gousg * t_idz7j
-        + t_gousg_2 * t_lppxo
-        + t_w6lcf * t_fp5fy
-        - t_s62lc * t_iavt3
-        + t_s62lc_2 * t_gcnkg;
-    const real t_bintu = K_L65 * t_6dtnj_6;
-    const real t_4sbjs = K_L64 * t_6dtnj_6 - K_L54 * t_bintu;
-    const real t_ocu7b = K_L63 * t_6dtnj_6 - (K_L43 * t_4sbjs + K_L53 * t_bintu);
-    const real t_7ch2f = t_vpdgs * t_4sbjs - K_L32 * t_ocu7b - K_L52 * t_bintu - t_bk7yo * t_6dtnj_6;
-    const real t_dsnee = t_gousg * t_7ch2f
-        + t_gousg_2 * t_ocu7b
-        + t_w6lcf * t_4sbjs
-        + t_s62lc * t_bintu
-        - t_s62lc_2 * t_6dtnj_6;
-    const real t_nmaqm = t_6dtnj_5 + K_L65 * t_bintu;
-    const real t_4tcd4 = K_L64 * t_bintu - K_L54 * t_nmaqm;
-    const real t_bagmr = K_L63 * t_bintu - (K_L43 * t_4tcd4 + K_L53 * t_nmaqm);
-    const real t_c7n26 = t_vpdgs * t_4tcd4 - K_L32 * t_bagmr - K_L52 * t_nmaqm - t_bk7yo * t_bintu;
-    const real t_xtbzj = t_gousg * t_c7n26
-        + t_gousg_2 * t_bagmr
-        + t_w6lcf * t_4tcd4
-        + t_s62lc * t_nmaqm
-        - t_s62lc_2 * t_bintu;
-    const real t_bknng = p[b] + p[d] + x_C;
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd);
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p);
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real t_vh7r5_2 = t_yiqfo + t_yugsj;
+    const real t_wudhu_2 = t_6j24m + t_kmmnu;
+    const real hub_K54 = t_mwmzd_3 * bob1_r_x
+        - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p_3 * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_2 * bob1_r_x
+        - t_gxq2p_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real t_ak5u5 = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
+    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real ihub_alphax = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * ihub_alphax;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * ihub_alphax;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real ihub_alphay = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * ihub_alphay;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real ihub_alphaz = K(1.0) / khub_alphazhub_alphaz5;
+    const real t_ffo2b = (lhub_alphazhub_alphay * lhub_alphayhub_alphax - lhub_alphazhub_alphax) * ihub_alphaz;
+    const real t_7nzpm = lhub_alphayhub_alphax * ihub_alphay + lhub_alphazhub_alphay * t_ffo2b;
+    const real t_gxsyp = ihub_alphax + lhub_alphayhub_alphax * t_7nzpm - lhub_alphazhub_alphax * t_ffo2b;
+    const real t_lrkim = lhub_alphayhub_az * t_7nzpm - lhub_alphaxhub_az * t_gxsyp - lhub_alphazhub_az * t_ffo2b;
+    const real t_n2bvn = lhub_alphayhub_ay * t_7nzpm - lhub_alphaxhub_ay * t_gxsyp - lhub_alphazhub_ay * t_ffo2b - lhub_azhub_ay * t_lrkim;
+    const real t_w3csv = lhub_alphayhub_ax * t_7nzpm
+        - lhub_alphaxhub_ax * t_gxsyp
+        + t_ak5u5 * t_ffo2b
+        + t_skn5h * t_n2bvn
+        + t_skn5h_2 * t_lrkim;
+    const real t_leuxo = lhub_alphazhub_alphay * ihub_alphaz;
+    const real t_fzobt = ihub_alphay + lhub_alphazhub_alphay * t_leuxo;
+    const real t_t3bwg = lhub_alphazhub_alphax * t_leuxo - lhub_alphayhub_alphax * t_fzobt;
+    const real t_a6tmu = lhub_alphazhub_az * t_leuxo - (lhub_alphaxhub_az * t_t3bwg + lhub_alphayhub_az * t_fzobt);
+    const real t_uu4fj = lhub_alphazhub_ay * t_leuxo - (lhub_alphaxhub_ay * t_t3bwg + lhub_alphayhub_ay * t_fzobt) - lhub_azhub_ay * t_a6tmu;
+    const real t_vppzh = t_skn5h * t_uu4fj
+        - (lhub_alphaxhub_ax * t_t3bwg + lhub_alphayhub_ax * t_fzobt + t_ak5u5 * t_leuxo)
+        + t_skn5h_2 * t_a6tmu;
+    const real t_q5xyr = lhub_alphayhub_alphax * t_leuxo - lhub_alphazhub_alphax * ihub_alphaz;
+    const real t_tbazx = lhub_alphayhub_az * t_leuxo - lhub_alphaxhub_az * t_q5xyr - lhub_alphazhub_az * ihub_alphaz;
+    const real t_z2aus = lhub_alphayhub_ay * t_leuxo - lhub_alphaxhub_ay * t_q5xyr - lhub_alphazhub_ay * ihub_alphaz - lhub_azhub_ay * t_tbazx;
+    const real t_2osij = lhub_alphayhub_ax * t_leuxo
+        - lhub_alphaxhub_ax * t_q5xyr
+        + t_ak5u5 * ihub_alphaz
+        + t_skn5h * t_z2aus
+        + t_skn5h_2 * t_tbazx;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real t_sfaq5 = t_gousg * t_gcu5g;
-    const real t_4qzq3 = K_L32 * t_sfaq5 - (t_gousg_2 * t_gcu5g + f_x);
-    const real t_h7pte = t_w6lcf * t_gcu5g + t_vpdgs * t_sfaq5 + K_L43 * t_4qzq3;
-    const real t_lw3uo = K_L52 * t_sfaq5 - t_s62lc * t_gcu5g - K_L53 * t_4qzq3 + K_L54 * t_h7pte;
-    const real t_xizxu = t_bknng * f_x
-        - t_s62lc_2 * t_gcu5g
-        - t_bk7yo * t_sfaq5
-        - K_L63 * t_4qzq3
-        + K_L64 * t_h7pte
-        - K_L65 * t_lw3uo;
-    const real t_ncgmo = t_xizxu * t_6dtnj_6;
-    const real t_tbm3s = t_lw3uo * t_6dtnj_5 - K_L65 * t_ncgmo;
-    const real t_bopyi = t_h7pte * t_6dtnj_4 + K_L54 * t_tbm3s + K_L64 * t_ncgmo;
-    const real t_luyzm = t_4qzq3 * t_6dtnj_3 + K_L43 * t_bopyi - K_L53 * t_tbm3s - K_L63 * t_ncgmo;
-    const real t_no6fn = t_bk7yo * t_ncgmo
-        - (t_sfaq5 * t_6dtnj_2 + K_L32 * t_luyzm + t_vpdgs * t_bopyi + K_L52 * t_tbm3s);
-    const real t_e2zp5 = t_gousg * t_no6fn
-        - t_gcu5g * t_6dtnj
-        + t_gousg_2 * t_luyzm
-        - t_w6lcf * t_bopyi
-        + t_s62lc * t_tbm3s
-        + t_s62lc_2 * t_ncgmo;
+    const real t_lx7ez = t_skn5h * t_gcu5g;
+    const real t_whsnl = lhub_azhub_ay * t_lx7ez - (f_x + t_skn5h_2 * t_gcu5g);
+    const real t_xg6rc = lhub_alphaxhub_ax * t_gcu5g + lhub_alphaxhub_ay * t_lx7ez - lhub_alphaxhub_az * t_whsnl;
+    const real t_yxxpc = p[b] + p[d];
+    const real t_twllc = lhub_alphayhub_ax * t_gcu5g
+        - (t_yxxpc * f_x + lhub_alphayhub_alphax * t_xg6rc)
+        + lhub_alphayhub_ay * t_lx7ez
+        - lhub_alphayhub_az * t_whsnl;
+    const real t_s4mmy = lhub_alphazhub_ay * t_lx7ez
+        - (lhub_alphazhub_alphax * t_xg6rc + lhub_alphazhub_alphay * t_twllc + t_ak5u5 * t_gcu5g)
+        - lhub_alphazhub_az * t_whsnl;
+    const real t_2edtq = t_s4mmy * ihub_alphaz;
+    const real t_zbpgr = t_twllc * ihub_alphay - lhub_alphazhub_alphay * t_2edtq;
+    const real t_cvlyv = t_xg6rc * ihub_alphax - lhub_alphayhub_alphax * t_zbpgr - lhub_alphazhub_alphax * t_2edtq;
+    const real t_sbmvi = t_whsnl * t_6dtnj_3 - lhub_alphaxhub_az * t_cvlyv - lhub_alphayhub_az * t_zbpgr - lhub_alphazhub_az * t_2edtq;
+    const real t_6sosq = t_lx7ez * t_6dtnj_2
+        + lhub_alphaxhub_ay * t_cvlyv
+        + lhub_alphayhub_ay * t_zbpgr
+        + lhub_alphazhub_ay * t_2edtq
+        + lhub_azhub_ay * t_sbmvi;
+    const real t_uax4x = t_ak5u5 * t_2edtq
+        - (t_gcu5g * t_6dtnj + lhub_alphaxhub_ax * t_cvlyv + lhub_alphayhub_ax * t_zbpgr)
+        - t_skn5h * t_6sosq
+        + t_skn5h_2 * t_sbmvi;
     const real t_ruxs4_2 = p[F] * cos_delta2;
     const real t_aylct = cos_delta1 * f_y;
-    const real t_rjpmq = t_ruxs4_2 - t_gousg * t_aylct;
+    const real t_qahzf = t_ruxs4_2 - t_skn5h * t_aylct;
     const real t_eeftw = sin_delta1 * f_y;
-    const real t_woovs = t_eeftw - t_gousg_2 * t_aylct - K_L32 * t_rjpmq;
-    const real t_5wo46 = t_vpdgs * t_rjpmq - t_w6lcf * t_aylct - K_L43 * t_woovs;
-    const real t_tv4gp = t_bknng * t_ruxs4_2
-        + t_s62lc * t_aylct
-        + K_L52 * t_rjpmq
-        + K_L53 * t_woovs
-        + K_L54 * t_5wo46;
-    const real t_2e75b = t_bk7yo * t_rjpmq
-        - (t_bknng * t_eeftw + t_s62lc_2 * t_aylct)
-        - K_L63 * t_woovs
-        - K_L64 * t_5wo46
-        + K_L65 * t_tv4gp;
-    const real t_xd5ah = t_2e75b * t_6dtnj_6;
-    const real t_5vybw = t_tv4gp * t_6dtnj_5 + K_L65 * t_xd5ah;
-    const real t_3tprx = t_5wo46 * t_6dtnj_4 + K_L54 * t_5vybw - K_L64 * t_xd5ah;
-    const real t_w2pir = t_woovs * t_6dtnj_3 - K_L43 * t_3tprx + K_L53 * t_5vybw - K_L63 * t_xd5ah;
-    const real t_gbg3b = t_rjpmq * t_6dtnj_2
-        - K_L32 * t_w2pir
-        + t_vpdgs * t_3tprx
-        + K_L52 * t_5vybw
-        + t_bk7yo * t_xd5ah;
-    const real t_rnkdm = t_gousg * t_gbg3b
-        - t_aylct * t_6dtnj
-        + t_gousg_2 * t_w2pir
-        + t_w6lcf * t_3tprx
-        - t_s62lc * t_5vybw
-        + t_s62lc_2 * t_xd5ah;
-    const real t_rvtxv = x_C * t_bintu;
-    const real t_6wcao = cos_theta1 * t_gcnkg - sin_theta1 * t_iavt3;
-    const real t_tgxmt = cos_phi1 * (e1 * t_6wcao + sin_theta1 * t_idz7j + cos_theta1 * t_lppxo)
-        + sin_phi1 * t_73qnp;
-    const real t_5hhuf = sin_theta1 * t_bintu;
-    const real t_32gay = t_5hhuf - cos_theta1 * t_6dtnj_6;
-    const real t_fyot7 = cos_phi1 * (e1 * t_32gay + sin_theta1 * t_7ch2f + cos_theta1 * t_ocu7b)
-        + sin_phi1 * t_dsnee;
-    const real t_5hhuf_2 = cos_theta1 * t_bintu;
-    const real t_3zy4v = sin_theta1 * t_nmaqm - t_5hhuf_2;
-    const real t_7qj36 = cos_phi1 * (e1 * t_3zy4v + sin_theta1 * t_c7n26 + cos_theta1 * t_bagmr)
-        + sin_phi1 * t_xtbzj;
-    const real t_cajuz = sin_theta1 * t_tbm3s + cos_theta1 * t_ncgmo;
-    const real t_yftip = cos_phi1 * (e1 * t_cajuz + sin_theta1 * t_no6fn + cos_theta1 * t_luyzm)
-        + sin_phi1 * t_e2zp5;
-    const real t_rsnvq = cos_theta1 * t_xd5ah - sin_theta1 * t_5vybw;
-    const real t_6u4tr = cos_phi1 * (e1 * t_rsnvq + sin_theta1 * t_gbg3b + cos_theta1 * t_w2pir)
-        + sin_phi1 * t_rnkdm;
-    const real t_szzk4 = t_fp5fy - t_iavt3;
-    const real t_qw377 = cos_theta1 * t_idz7j
-        - g_1 * (cos_theta1 * t_iavt3 + sin_theta1 * t_gcnkg)
-        - q_1 * t_szzk4
-        - sin_theta1 * t_lppxo;
-    const real t_gfwjx = t_4sbjs + t_bintu;
-    const real t_6mugf = cos_theta1 * t_7ch2f
-        + g_1 * (t_5hhuf_2 + sin_theta1 * t_6dtnj_6)
-        - q_1 * t_gfwjx
-        - sin_theta1 * t_ocu7b;
-    const real t_46rjf = t_4tcd4 + t_nmaqm;
-    const real t_kgecp = cos_theta1 * t_c7n26
-        + g_1 * (cos_theta1 * t_nmaqm + t_5hhuf)
-        - q_1 * t_46rjf
-        - sin_theta1 * t_bagmr;
-    const real t_r5p7p = t_tbm3s - t_bopyi;
-    const real t_tu4vi = cos_theta1 * t_no6fn
-        + g_1 * (cos_theta1 * t_tbm3s - sin_theta1 * t_ncgmo)
-        - q_1 * t_r5p7p
-        - sin_theta1 * t_luyzm;
-    const real t_encbw = t_3tprx - t_5vybw;
-    const real t_qzzdr = cos_theta1 * t_gbg3b
-        - g_1 * (cos_theta1 * t_5vybw + sin_theta1 * t_xd5ah)
-        - q_1 * t_encbw
-        - sin_theta1 * t_w2pir;
-    const real t_6kqmw = cos_theta2 * t_gcnkg - sin_theta2 * t_iavt3;
-    const real t_vuenf = cos_phi2 * (e2 * t_6kqmw + sin_theta2 * t_idz7j + cos_theta2 * t_lppxo)
-        + sin_phi2 * t_73qnp;
-    const real t_jrjez = sin_theta2 * t_bintu;
-    const real t_thbpa = t_jrjez - cos_theta2 * t_6dtnj_6;
-    const real t_w4vxb = cos_phi2 * (e2 * t_thbpa + sin_theta2 * t_7ch2f + cos_theta2 * t_ocu7b)
-        + sin_phi2 * t_dsnee;
-    const real t_jrjez_2 = cos_theta2 * t_bintu;
-    const real t_fxm7r = sin_theta2 * t_nmaqm - t_jrjez_2;
-    const real t_43ikd = cos_phi2 * (e2 * t_fxm7r + sin_theta2 * t_c7n26 + cos_theta2 * t_bagmr)
-        + sin_phi2 * t_xtbzj;
-    const real t_a3zj2 = sin_theta2 * t_tbm3s + cos_theta2 * t_ncgmo;
-    const real t_spxuc = cos_phi2 * (e2 * t_a3zj2 + sin_theta2 * t_no6fn + cos_theta2 * t_luyzm)
-        + sin_phi2 * t_e2zp5;
-    const real t_q7ph6 = cos_theta2 * t_xd5ah - sin_theta2 * t_5vybw;
-    const real t_lpy24 = cos_phi2 * (e2 * t_q7ph6 + sin_theta2 * t_gbg3b + cos_theta2 * t_w2pir)
-        + sin_phi2 * t_rnkdm;
-    const real t_3u26d = cos_theta2 * t_idz7j
-        - g_2 * (cos_theta2 * t_iavt3 + sin_theta2 * t_gcnkg)
-        - q_2 * t_szzk4
-        - sin_theta2 * t_lppxo;
-    const real t_sari6 = cos_theta2 * t_7ch2f
-        + g_2 * (t_jrjez_2 + sin_theta2 * t_6dtnj_6)
-        - q_2 * t_gfwjx
-        - sin_theta2 * t_ocu7b;
-    const real t_3aiop = cos_theta2 * t_c7n26
-        + g_2 * (cos_theta2 * t_nmaqm + t_jrjez)
-        - q_2 * t_46rjf
-        - sin_theta2 * t_bagmr;
-    const real t_7mvpr = cos_theta2 * t_no6fn
-        + g_2 * (cos_theta2 * t_tbm3s - sin_theta2 * t_ncgmo)
-        - q_2 * t_r5p7p
-        - sin_theta2 * t_luyzm;
-    const real t_2rc3g = cos_theta2 * t_gbg3b
-        - g_2 * (cos_theta2 * t_5vybw + sin_theta2 * t_xd5ah)
-        - q_2 * t_encbw
-        - sin_theta2 * t_w2pir;
-    J[0] = t_73qnp;
-    J[1] = t_dsnee;
-    J[2] = t_xtbzj;
-    J[3] = t_e2zp5;
-    J[4] = t_rnkdm;
-    J[5] = t_idz7j + x_C * t_iavt3;
-    J[6] = t_7ch2f - t_rvtxv;
-    J[7] = t_c7n26 - x_C * t_nmaqm;
-    J[8] = t_no6fn - x_C * t_tbm3s;
-    J[9] = t_gbg3b + x_C * t_5vybw;
-    J[10] = t_lppxo - x_C * t_gcnkg;
-    J[11] = t_ocu7b + x_C * t_6dtnj_6;
-    J[12] = t_bagmr + t_rvtxv;
-    J[13] = t_luyzm - x_C * t_ncgmo;
-    J[14] = t_w2pir - x_C * t_xd5ah;
-    J[15] = t_fp5fy;
-    J[16] = t_4sbjs;
-    J[17] = t_4tcd4;
-    J[18] = -t_bopyi;
-    J[19] = t_3tprx;
-    J[20] = -t_gcnkg;
-    J[21] = t_6dtnj_6;
-    J[22] = t_bintu;
-    J[23] = -t_ncgmo;
-    J[24] = -t_xd5ah;
-    J[25] = -t_iavt3;
-    J[26] = t_bintu;
-    J[27] = t_nmaqm;
-    J[28] = t_tbm3s;
-    J[29] = -t_5vybw;
+    const real t_5apao = t_eeftw - t_skn5h_2 * t_aylct - lhub_azhub_ay * t_qahzf;
+    const real t_apzap = lhub_alphaxhub_ax * t_aylct - lhub_alphaxhub_ay * t_qahzf - lhub_alphaxhub_az * t_5apao;
+    const real t_vmmc5 = t_yxxpc * t_eeftw
+        - lhub_alphayhub_alphax * t_apzap
+        + lhub_alphayhub_ax * t_aylct
+        - lhub_alphayhub_ay * t_qahzf
+        - lhub_alphayhub_az * t_5apao;
+    const real t_52cx4 = t_yxxpc * t_ruxs4_2
+        + lhub_alphazhub_alphax * t_apzap
+        + lhub_alphazhub_alphay * t_vmmc5
+        + t_ak5u5 * t_aylct
+        + lhub_alphazhub_ay * t_qahzf
+        + lhub_alphazhub_az * t_5apao;
+    const real t_wu57a = t_52cx4 * ihub_alphaz;
+    const real t_jh7o5 = t_vmmc5 * ihub_alphay + lhub_alphazhub_alphay * t_wu57a;
+    const real t_hwkzr = t_apzap * ihub_alphax - lhub_alphayhub_alphax * t_jh7o5 + lhub_alphazhub_alphax * t_wu57a;
+    const real t_h6e7w = t_5apao * t_6dtnj_3 - lhub_alphaxhub_az * t_hwkzr - lhub_alphayhub_az * t_jh7o5 + lhub_alphazhub_az * t_wu57a;
+    const real t_iymub = t_qahzf * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_hwkzr
+        - lhub_alphayhub_ay * t_jh7o5
+        + lhub_alphazhub_ay * t_wu57a
+        - lhub_azhub_ay * t_h6e7w;
+    const real t_kjkof = t_skn5h * t_iymub
+        - (t_aylct * t_6dtnj + lhub_alphaxhub_ax * t_hwkzr + lhub_alphayhub_ax * t_jh7o5 + t_ak5u5 * t_wu57a)
+        + t_skn5h_2 * t_h6e7w;
+    const real t_leuxo_2 = -t_leuxo;
+    const real t_2h5ic = t_n2bvn + bob1_r_x * t_ffo2b - bob1_r_z * t_gxsyp;
+    const real t_2e36u = t_lrkim + bob1_r_y * t_gxsyp + bob1_r_x * t_7nzpm;
+    const real t_gxde6 = bob1_S1rx * t_gxsyp
+        + bob1_S1tx * (t_w3csv - bob1_r_z * t_7nzpm - bob1_r_y * t_ffo2b)
+        + bob1_S1ty * t_2h5ic
+        + bob1_S1tz * t_2e36u;
+    const real t_xjlwc = bob1_r_x * t_leuxo;
+    const real t_bjven = t_uu4fj - t_xjlwc - bob1_r_z * t_t3bwg;
+    const real t_e5ohh = t_a6tmu + bob1_r_y * t_t3bwg - bob1_r_x * t_fzobt;
+    const real t_bapbl = bob1_S1rx * t_t3bwg
+        + bob1_S1tx * (t_vppzh + bob1_r_z * t_fzobt + bob1_r_y * t_leuxo)
+        + bob1_S1ty * t_bjven
+        + bob1_S1tz * t_e5ohh;
+    const real t_qzjqf = t_z2aus + bob1_r_x * ihub_alphaz - bob1_r_z * t_q5xyr;
+    const real t_aiqx2 = t_tbazx + bob1_r_y * t_q5xyr + t_xjlwc;
+    const real t_oorai = bob1_S1rx * t_q5xyr
+        + bob1_S1tx * (t_2osij - bob1_r_z * t_leuxo - bob1_r_y * ihub_alphaz)
+        + bob1_S1ty * t_qzjqf
+        + bob1_S1tz * t_aiqx2;
+    const real t_j2a4d = bob1_r_x * t_2edtq - t_6sosq - bob1_r_z * t_cvlyv;
+    const real t_vgxkn = t_sbmvi + bob1_r_y * t_cvlyv - bob1_r_x * t_zbpgr;
+    const real t_xdp4e = bob1_S1rx * t_cvlyv
+        + bob1_S1tx * (t_uax4x + bob1_r_z * t_zbpgr - bob1_r_y * t_2edtq)
+        + bob1_S1ty * t_j2a4d
+        + bob1_S1tz * t_vgxkn;
+    const real t_5imrx = t_iymub - bob1_r_x * t_wu57a - bob1_r_z * t_hwkzr;
+    const real t_ngv4u = t_h6e7w + bob1_r_y * t_hwkzr - bob1_r_x * t_jh7o5;
+    const real t_z64te = bob1_S1rx * t_hwkzr
+        + bob1_S1tx * (t_kjkof + bob1_r_z * t_jh7o5 + bob1_r_y * t_wu57a)
+        + bob1_S1ty * t_5imrx
+        + bob1_S1tz * t_ngv4u;
+    const real t_splu4 = t_n2bvn + bob2_r_x * t_ffo2b - bob2_r_z * t_gxsyp;
+    const real t_ubzjn = t_lrkim + bob2_r_y * t_gxsyp + bob2_r_x * t_7nzpm;
+    const real t_4hkyp = bob2_S1rx * t_gxsyp
+        + bob2_S1tx * (t_w3csv - bob2_r_z * t_7nzpm - bob2_r_y * t_ffo2b)
+        + bob2_S1ty * t_splu4
+        + bob2_S1tz * t_ubzjn;
+    const real t_atdd4 = bob2_r_x * t_leuxo;
+    const real t_m7csg = t_uu4fj - t_atdd4 - bob2_r_z * t_t3bwg;
+    const real t_kpsnd = t_a6tmu + bob2_r_y * t_t3bwg - bob2_r_x * t_fzobt;
+    const real t_a4pl3 = bob2_S1rx * t_t3bwg
+        + bob2_S1tx * (t_vppzh + bob2_r_z * t_fzobt + bob2_r_y * t_leuxo)
+        + bob2_S1ty * t_m7csg
+        + bob2_S1tz * t_kpsnd;
+    const real t_k6gfn = t_z2aus + bob2_r_x * ihub_alphaz - bob2_r_z * t_q5xyr;
+    const real t_ad2sa = t_tbazx + bob2_r_y * t_q5xyr + t_atdd4;
+    const real t_ero3p = bob2_S1rx * t_q5xyr
+        + bob2_S1tx * (t_2osij - bob2_r_z * t_leuxo - bob2_r_y * ihub_alphaz)
+        + bob2_S1ty * t_k6gfn
+        + bob2_S1tz * t_ad2sa;
+    const real t_f26e7 = bob2_r_x * t_2edtq - t_6sosq - bob2_r_z * t_cvlyv;
+    const real t_77yql = t_sbmvi + bob2_r_y * t_cvlyv - bob2_r_x * t_zbpgr;
+    const real t_hxjse = bob2_S1rx * t_cvlyv
+        + bob2_S1tx * (t_uax4x + bob2_r_z * t_zbpgr - bob2_r_y * t_2edtq)
+        + bob2_S1ty * t_f26e7
+        + bob2_S1tz * t_77yql;
+    const real t_u5lxx = t_iymub - bob2_r_x * t_wu57a - bob2_r_z * t_hwkzr;
+    const real t_cv4od = t_h6e7w + bob2_r_y * t_hwkzr - bob2_r_x * t_jh7o5;
+    const real t_pnqz7 = bob2_S1rx * t_hwkzr
+        + bob2_S1tx * (t_kjkof + bob2_r_z * t_jh7o5 + bob2_r_y * t_wu57a)
+        + bob2_S1ty * t_u5lxx
+        + bob2_S1tz * t_cv4od;
+    J[0] = t_w3csv;
+    J[1] = t_vppzh;
+    J[2] = t_2osij;
+    J[3] = t_uax4x;
+    J[4] = t_kjkof;
+    J[5] = t_n2bvn;
+    J[6] = t_uu4fj;
+    J[7] = t_z2aus;
+    J[8] = -t_6sosq;
+    J[9] = t_iymub;
+    J[10] = t_lrkim;
+    J[11] = t_a6tmu;
+    J[12] = t_tbazx;
+    J[13] = t_sbmvi;
+    J[14] = t_h6e7w;
+    J[15] = t_gxsyp;
+    J[16] = t_t3bwg;
+    J[17] = t_q5xyr;
+    J[18] = t_cvlyv;
+    J[19] = t_hwkzr;
+    J[20] = -t_7nzpm;
+    J[21] = t_fzobt;
+    J[22] = t_leuxo_2;
+    J[23] = t_zbpgr;
+    J[24] = t_jh7o5;
+    J[25] = t_ffo2b;
+    J[26] = t_leuxo_2;
+    J[27] = ihub_alphaz;
+    J[28] = t_2edtq;
+    J[29] = -t_wu57a;
     J[30] = SPLAT(K(0.0));
     J[31] = SPLAT(K(0.0));
     J[32] = SPLAT(K(0.0));
@@ -2334,29 +2521,29 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     J[62] = SPLAT(K(0.0));
     J[63] = SPLAT(K(0.0));
     J[64] = SPLAT(K(0.0));
-    J[65] = t_6wcao - p[I1] * (t_6wcao + t_fp5fy) * t_gbl6n - k1 * t_tgxmt;
-    J[66] = t_32gay - p[I1] * (t_32gay + t_4sbjs) * t_gbl6n - k1 * t_fyot7;
-    J[67] = t_3zy4v - p[I1] * (t_3zy4v + t_4tcd4) * t_gbl6n - k1 * t_7qj36;
-    J[68] = t_cajuz - p[I1] * (t_cajuz - t_bopyi) * t_gbl6n - k1 * t_yftip;
-    J[69] = t_rsnvq - p[I1] * (t_rsnvq + t_3tprx) * t_gbl6n - k1 * t_6u4tr;
-    J[70] = -(th_1 * (q_1 * t_qw377) - t_iavt3);
-    J[71] = -(t_bintu + th_1 * (q_1 * t_6mugf));
-    J[72] = -(t_nmaqm + th_1 * (q_1 * t_kgecp));
-    J[73] = -(t_tbm3s + th_1 * (q_1 * t_tu4vi));
-    J[74] = -(th_1 * (q_1 * t_qzzdr) - t_5vybw);
-    J[75] = t_6kqmw - p[I2] * (t_6kqmw + t_fp5fy) * t_jx6g7 - k2 * t_vuenf;
-    J[76] = t_thbpa - p[I2] * (t_thbpa + t_4sbjs) * t_jx6g7 - k2 * t_w4vxb;
-    J[77] = t_fxm7r - p[I2] * (t_fxm7r + t_4tcd4) * t_jx6g7 - k2 * t_43ikd;
-    J[78] = t_a3zj2 - p[I2] * (t_a3zj2 - t_bopyi) * t_jx6g7 - k2 * t_spxuc;
-    J[79] = t_q7ph6 - p[I2] * (t_q7ph6 + t_3tprx) * t_jx6g7 - k2 * t_lpy24;
-    J[80] = -(th_2 * (q_2 * t_3u26d) - t_iavt3);
-    J[81] = -(t_bintu + th_2 * (q_2 * t_sari6));
-    J[82] = -(t_nmaqm + th_2 * (q_2 * t_3aiop));
-    J[83] = -(t_tbm3s + th_2 * (q_2 * t_7mvpr));
-    J[84] = -(th_2 * (q_2 * t_2rc3g) - t_5vybw);
+    J[65] = -t_gxde6;
+    J[66] = -t_bapbl;
+    J[67] = -t_oorai;
+    J[68] = -t_xdp4e;
+    J[69] = -t_z64te;
+    J[70] = t_rlquh * t_2e36u - (bob1_S2rz * t_ffo2b + bob1_S2ty * t_2h5ic);
+    J[71] = bob1_S2rz * t_leuxo - bob1_S2ty * t_bjven + t_rlquh * t_e5ohh;
+    J[72] = t_rlquh * t_aiqx2 - (bob1_S2rz * ihub_alphaz + bob1_S2ty * t_qzjqf);
+    J[73] = t_rlquh * t_vgxkn - (bob1_S2rz * t_2edtq + bob1_S2ty * t_j2a4d);
+    J[74] = bob1_S2rz * t_wu57a - bob1_S2ty * t_5imrx + t_rlquh * t_ngv4u;
+    J[75] = -t_4hkyp;
+    J[76] = -t_a4pl3;
+    J[77] = -t_ero3p;
+    J[78] = -t_hxjse;
+    J[79] = -t_pnqz7;
+    J[80] = t_i7psf * t_ubzjn - (bob2_S2rz * t_ffo2b + bob2_S2ty * t_splu4);
+    J[81] = bob2_S2rz * t_leuxo - bob2_S2ty * t_m7csg + t_i7psf * t_kpsnd;
+    J[82] = t_i7psf * t_ad2sa - (bob2_S2rz * ihub_alphaz + bob2_S2ty * t_k6gfn);
+    J[83] = t_i7psf * t_77yql - (bob2_S2rz * t_2edtq + bob2_S2ty * t_f26e7);
+    J[84] = bob2_S2rz * t_wu57a - bob2_S2ty * t_u5lxx + t_i7psf * t_cv4od;
 }
 
-/* change of rhs along a change of x and u; 1769 operations. */
+/* change of rhs along a change of x and u; 2025 operations. */
 void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -2386,707 +2573,813 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_d2zbw;
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real t_ownis = Wn1 * lc_1;
-    const real t_plqy5 = chi1 * p[l1];
-    const real t_l5lry = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
-    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_djlym;
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_ri6qi;
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real t_cmacw = Wn2 * lc_2;
-    const real t_a3tjf = chi2 * p[l2];
-    const real t_dkl52 = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
-    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_c6wyu;
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
-        + t_leuxo_2
-        + t_hig3c
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real t_6nfyn = t_sfymc * x[wy];
-    const real n4 = t_mjqai
-        - t_hig3c_5
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_6nfyn * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real t_g7pzr = J_C1 + (p[J_z] - p[J_y]);
-    const real n5 = t_lsqzr * sin_theta1
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
-        + t_rbrf6 * sin_theta2
-        - W12 * t_g7pzr
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real t_urwo6 = J_C1 + t_is5lg + t_sfymc;
-    const real n6 = t_lsqzr * cos_theta1
-        + t_rbrf6 * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * t_urwo6
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_upifj = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_upifj * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2;
-    const real t_s62lc = t_6iku5 * t_6dtnj;
-    const real t_6vega = K52 - t_f2nhc * t_s62lc;
-    const real K_L52 = t_6vega * t_6dtnj_2;
-    const real K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
-    const real t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf;
-    const real t_vpdgs = t_ly572 * t_6dtnj_2;
-    const real t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_ichgo * t_6dtnj_3;
-    const real t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc;
-    const real K_L53 = t_jmicp * t_6dtnj_3;
-    const real t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2;
-    const real t_s62lc_2 = t_6iku5_2 * t_6dtnj;
-    const real t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2;
-    const real t_bk7yo = t_avyqv * t_6dtnj_2;
-    const real t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2;
-    const real K_L63 = t_2dahu * t_6dtnj_3;
-    const real K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf;
-    const real t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_otpfz * t_6dtnj_4;
-    const real t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2;
-    const real K_L64 = t_aolgd * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_6vega * K_L52
-        - t_jmicp * K_L53
-        - t_otpfz * K_L54
-        - t_6iku5 * t_s62lc;
-    const real t_hdeaq = K65
-        + t_6vega * t_bk7yo
-        - t_jmicp * K_L63
-        - t_otpfz * K_L64
-        - t_6iku5 * t_s62lc_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_hdeaq * t_6dtnj_5;
-    const real K_D6 = K66
-        - t_avyqv * t_bk7yo
-        - t_2dahu * K_L63
-        - t_aolgd * K_L64
-        - t_hdeaq * K_L65
-        - t_6iku5_2 * t_s62lc_2;
-    const real b1 = f_x
-        + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
-    const real b2 = f_y - n2;
-    const real b4 = u[Mx] - n4;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_bknng;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_q2 = bob1_Q2 * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd);
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_q2 = bob2_Q2 * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p);
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real t_vh7r5_2 = t_yiqfo + t_yugsj;
+    const real t_wudhu_2 = t_6j24m + t_kmmnu;
+    const real hub_K54 = t_mwmzd_3 * bob1_r_x
+        - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p_3 * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_2 * bob1_r_x
+        - t_gxq2p_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_mwmzd * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_gxq2p * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ezb77 * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_ykkjc * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real t_ak5u5 = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
+    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
-    const real X_y2 = b2 + t_gousg * b1;
-    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_s62lc * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_s62lc_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real t_6dtnj_6 = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_6dtnj_6;
-    const real t_bintu = X_y5 * t_6dtnj_5;
-    const real X_x5 = t_bintu - K_L65 * X_x6;
-    const real t_bintu_2 = X_y4 * t_6dtnj_4;
-    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_ztwwp = X_y3 * t_6dtnj_3;
-    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_bintu_3 = X_y2 * t_6dtnj_2;
-    const real X_x2 = t_bintu_3
-        - K_L32 * X_x3
-        + t_vpdgs * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real t_bintu_4 = b1 * t_6dtnj;
-    const real X_x1 = t_bintu_4
-        + t_gousg * X_x2
-        + t_gousg_2 * X_x3
-        + t_w6lcf * X_x4
-        + t_s62lc * X_x5
-        + t_s62lc_2 * X_x6;
-    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
-    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
-    const real t_t7e4r = along_x[along_wx] - along_x[along_theta1_dot];
-    const real t_caymt = sin_phi1 * along_x[along_phi1];
+    const real yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
+    const real yhub_alphax = u[Mx] + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real t_yxxpc = p[b] + p[d];
+    const real yhub_alphay = u[My]
+        + hub_b5
+        - t_gcu5g * t_yxxpc
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real yhub_alphaz = u[Mz]
+        + hub_b6
+        - f_y * t_yxxpc
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_ak5u5 * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real t_6dtnj_6 = K(1.0) / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz * t_6dtnj_6;
+    const real t_ysosa = yhub_alphay * t_6dtnj_5;
+    const real hub_alphay = t_ysosa - hub_alphaz * lhub_alphazhub_alphay;
+    const real t_gjjfk = yhub_alphax * t_6dtnj_4;
+    const real hub_alphax = t_gjjfk - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real t_ztwwp = yhub_az * t_6dtnj_3;
+    const real hub_az = t_ztwwp - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real t_bintu = yhub_ay * t_6dtnj_2;
+    const real hub_ay = t_bintu
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real t_bintu_2 = yhub_ax * t_6dtnj;
+    const real hub_ax = t_bintu_2
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_ak5u5
+        + hub_ay * t_skn5h
+        + hub_az * t_skn5h_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real t_ogtkl = bob1_twice1 * along_x[along_phi1_dot];
+    const real t_ifbin = p[l1] * (sin_phi1 * along_x[along_phi1]);
+    const real t_jootr = along_x[along_phi1_dot] + along_x[along_phi1_dot];
     const real t_cfvjs = sin_theta1 * along_x[along_theta1];
+    const real t_a7v2b = cos_theta1 * t_ifbin + bob1_r11_x * t_cfvjs;
+    const real t_caymt = cos_phi1 * along_x[along_phi1];
+    const real t_lf5wu = p[l1] * t_caymt;
     const real t_cfvjs_2 = cos_theta1 * along_x[along_theta1];
-    const real t_gvj6n = cos_theta1 * along_x[along_wz] - x[wz] * t_cfvjs + (x[wy] * t_cfvjs_2 + sin_theta1 * along_x[along_wy]);
-    const real t_caymt_2 = cos_phi1 * along_x[along_phi1];
-    const real t_c5xbf = cos_phi1 * t_t7e4r - w_x1 * t_caymt - (sin_phi1 * t_gvj6n + Wt1 * t_caymt_2);
-    const real t_c5xbf_2 = cos_phi1 * t_gvj6n - Wt1 * t_caymt + (w_x1 * t_caymt_2 + sin_phi1 * t_t7e4r);
-    const real t_jvyzn = t_fyz6s * t_c5xbf + chi1 * t_c5xbf_2 - (w_x1 * t_gvj6n + Wt1 * t_t7e4r);
-    const real t_zmble = p[eps1] * along_x[along_phi1_dot];
-    const real t_rh7uc = B_1 * t_jvyzn + k1 * t_zmble;
-    const real t_b67qm = along_x[along_wx] - along_x[along_theta2_dot];
-    const real t_acpzf = sin_phi2 * along_x[along_phi2];
+    const real t_wm5sz = sin_theta1 * t_lf5wu + bob1_r1_x * t_cfvjs_2;
+    const real t_atqa5 = along_x[along_theta1_dot] + along_x[along_theta1_dot];
+    const real t_fkqs4 = bob1_r1_z * t_jootr
+        - bob1_twice1 * t_a7v2b
+        + (x[wx] * t_wm5sz + bob1_r_y * along_x[along_wx])
+        - (x[wy] * t_ifbin + bob1_r_x * along_x[along_wy])
+        - (bob1_twice2 * t_wm5sz + bob1_r_y * t_atqa5);
+    const real t_a7v2b_2 = bob1_r11_x * t_cfvjs_2 - sin_theta1 * t_ifbin;
+    const real t_wm5sz_2 = cos_theta1 * t_lf5wu - bob1_r1_x * t_cfvjs;
+    const real t_qd7t6 = bob1_twice1 * t_a7v2b_2
+        + bob1_r1_y * t_jootr
+        + (x[wz] * t_ifbin + bob1_r_x * along_x[along_wz])
+        + (bob1_twice2 * t_wm5sz_2 + bob1_r_z * t_atqa5)
+        - (x[wx] * t_wm5sz_2 + bob1_r_z * along_x[along_wx]);
+    const real t_vy5nt = bob1_r11_x * t_ogtkl
+        - bob1_v11 * t_ifbin
+        + (x[wy] * t_fkqs4 + bob1_u_z * along_x[along_wy])
+        - (x[wz] * t_qd7t6 + bob1_u_y * along_x[along_wz]);
+    const real t_52zfs = p[m1] * t_vy5nt;
+    const real t_6ady4 = x[theta1_dot] * t_jootr + bob1_twice1 * along_x[along_theta1_dot];
+    const real t_ipzeu = bob1_twice1 * t_lf5wu
+        + bob1_r1_x * t_jootr
+        + (x[wy] * t_wm5sz_2 + bob1_r_z * along_x[along_wy])
+        - (x[wz] * t_wm5sz + bob1_r_y * along_x[along_wz]);
+    const real t_sci43 = bob1_twice2 * along_x[along_theta1_dot];
+    const real t_bnysc = bob1_r1_z * t_6ady4
+        - bob1_v21 * t_a7v2b
+        + (x[wz] * t_ipzeu + bob1_u_x * along_x[along_wz])
+        - (bob1_v11 * t_wm5sz + bob1_r_y * t_ogtkl)
+        - (bob1_v22 * t_wm5sz + bob1_r_y * t_sci43)
+        - (x[wx] * t_fkqs4 + bob1_u_z * along_x[along_wx]);
+    const real t_pnfl3 = p[m1] * t_bnysc;
+    const real t_fkkcv = x[wx] * t_qd7t6
+        + bob1_u_y * along_x[along_wx]
+        - (bob1_v21 * t_a7v2b_2 + bob1_r1_y * t_6ady4)
+        - (bob1_v11 * t_wm5sz_2 + bob1_r_z * t_ogtkl)
+        - (bob1_v22 * t_wm5sz_2 + bob1_r_z * t_sci43)
+        - (x[wy] * t_ipzeu + bob1_u_x * along_x[along_wy]);
+    const real t_ke5eu = p[m1] * t_fkkcv;
+    const real t_pcrga = p[eps1] * along_x[along_phi1_dot]
+        + (bob1_r1_x * t_52zfs + bob1_Fx * t_lf5wu)
+        + (bob1_r1_y * t_pnfl3 + bob1_Fy * t_a7v2b_2)
+        + (bob1_r1_z * t_ke5eu - bob1_Fz * t_a7v2b);
+    const real t_thg73 = p[m1] * t_lf5wu;
+    const real t_lm24u = t_thg73 * t_vpzmf;
+    const real t_uvcul = bob1_S1tx * t_pcrga + t_txuch * t_lm24u - t_52zfs;
+    const real t_axwcv = bob2_twice1 * along_x[along_phi2_dot];
+    const real t_fwubq = p[l2] * (sin_phi2 * along_x[along_phi2]);
+    const real t_r7fvk = along_x[along_phi2_dot] + along_x[along_phi2_dot];
     const real t_3nsm2 = sin_theta2 * along_x[along_theta2];
+    const real t_g34i2 = cos_theta2 * t_fwubq + bob2_r11_x * t_3nsm2;
+    const real t_acpzf = cos_phi2 * along_x[along_phi2];
+    const real t_kfqtb = p[l2] * t_acpzf;
     const real t_3nsm2_2 = cos_theta2 * along_x[along_theta2];
-    const real t_ki4dj = cos_theta2 * along_x[along_wz] - x[wz] * t_3nsm2 + (x[wy] * t_3nsm2_2 + sin_theta2 * along_x[along_wy]);
-    const real t_acpzf_2 = cos_phi2 * along_x[along_phi2];
-    const real t_h6szz = cos_phi2 * t_b67qm - w_x2 * t_acpzf - (sin_phi2 * t_ki4dj + Wt2 * t_acpzf_2);
-    const real t_h6szz_2 = cos_phi2 * t_ki4dj - Wt2 * t_acpzf + (w_x2 * t_acpzf_2 + sin_phi2 * t_b67qm);
-    const real t_3oi7g = t_2t7vh * t_h6szz + chi2 * t_h6szz_2 - (w_x2 * t_ki4dj + Wt2 * t_b67qm);
-    const real t_trbl5 = p[eps2] * along_x[along_phi2_dot];
-    const real t_dbexp = B_2 * t_3oi7g + k2 * t_trbl5;
-    const real t_ph2zw = (x[wy] + x[wy]) * along_x[along_wy] + (x[wz] + x[wz]) * along_x[along_wz];
-    const real t_ipqst = e1 * t_ph2zw;
-    const real t_gvj6n_2 = cos_theta1 * along_x[along_wy] - x[wy] * t_cfvjs - (x[wz] * t_cfvjs_2 + sin_theta1 * along_x[along_wz]);
-    const real t_brznr = t_gvj6n_2 + along_x[along_phi1_dot];
-    const real t_h3brn = mv1 * (cos_phi1 * t_ipqst - t_aqrn5 * t_caymt)
-        - t_6nwd2 * ((t_fyz6s + t_fyz6s) * t_c5xbf_2 + (p1 + p1) * t_brznr);
-    const real t_tvere = e2 * t_ph2zw;
-    const real t_ki4dj_2 = cos_theta2 * along_x[along_wy] - x[wy] * t_3nsm2 - (x[wz] * t_3nsm2_2 + sin_theta2 * along_x[along_wz]);
-    const real t_xhxds = t_ki4dj_2 + along_x[along_phi2_dot];
-    const real t_3qzez = mv2 * (cos_phi2 * t_tvere - t_3hay7 * t_acpzf)
-        - t_popww * ((t_2t7vh + t_2t7vh) * t_h6szz_2 + (p2 + p2) * t_xhxds);
+    const real t_cvwjt = sin_theta2 * t_kfqtb + bob2_r1_x * t_3nsm2_2;
+    const real t_ghn5t = along_x[along_theta2_dot] + along_x[along_theta2_dot];
+    const real t_ijb4z = bob2_r1_z * t_r7fvk
+        - bob2_twice1 * t_g34i2
+        + (x[wx] * t_cvwjt + bob2_r_y * along_x[along_wx])
+        - (x[wy] * t_fwubq + bob2_r_x * along_x[along_wy])
+        - (bob2_twice2 * t_cvwjt + bob2_r_y * t_ghn5t);
+    const real t_g34i2_2 = bob2_r11_x * t_3nsm2_2 - sin_theta2 * t_fwubq;
+    const real t_cvwjt_2 = cos_theta2 * t_kfqtb - bob2_r1_x * t_3nsm2;
+    const real t_womoz = bob2_twice1 * t_g34i2_2
+        + bob2_r1_y * t_r7fvk
+        + (x[wz] * t_fwubq + bob2_r_x * along_x[along_wz])
+        + (bob2_twice2 * t_cvwjt_2 + bob2_r_z * t_ghn5t)
+        - (x[wx] * t_cvwjt_2 + bob2_r_z * along_x[along_wx]);
+    const real t_hofqj = bob2_r11_x * t_axwcv
+        - bob2_v11 * t_fwubq
+        + (x[wy] * t_ijb4z + bob2_u_z * along_x[along_wy])
+        - (x[wz] * t_womoz + bob2_u_y * along_x[along_wz]);
+    const real t_yjgjz = p[m2] * t_hofqj;
+    const real t_u6ri6 = x[theta2_dot] * t_r7fvk + bob2_twice1 * along_x[along_theta2_dot];
+    const real t_jieuz = bob2_twice1 * t_kfqtb
+        + bob2_r1_x * t_r7fvk
+        + (x[wy] * t_cvwjt_2 + bob2_r_z * along_x[along_wy])
+        - (x[wz] * t_cvwjt + bob2_r_y * along_x[along_wz]);
+    const real t_gppvt = bob2_twice2 * along_x[along_theta2_dot];
+    const real t_zsz36 = bob2_r1_z * t_u6ri6
+        - bob2_v21 * t_g34i2
+        + (x[wz] * t_jieuz + bob2_u_x * along_x[along_wz])
+        - (bob2_v11 * t_cvwjt + bob2_r_y * t_axwcv)
+        - (bob2_v22 * t_cvwjt + bob2_r_y * t_gppvt)
+        - (x[wx] * t_ijb4z + bob2_u_z * along_x[along_wx]);
+    const real t_shjvh = p[m2] * t_zsz36;
+    const real t_ls5di = x[wx] * t_womoz
+        + bob2_u_y * along_x[along_wx]
+        - (bob2_v21 * t_g34i2_2 + bob2_r1_y * t_u6ri6)
+        - (bob2_v11 * t_cvwjt_2 + bob2_r_z * t_axwcv)
+        - (bob2_v22 * t_cvwjt_2 + bob2_r_z * t_gppvt)
+        - (x[wy] * t_jieuz + bob2_u_x * along_x[along_wy]);
+    const real t_c6qdh = p[m2] * t_ls5di;
+    const real t_jlsk2 = p[eps2] * along_x[along_phi2_dot]
+        + (bob2_r1_x * t_yjgjz + bob2_Fx * t_kfqtb)
+        + (bob2_r1_y * t_shjvh + bob2_Fy * t_g34i2_2)
+        + (bob2_r1_z * t_c6qdh - bob2_Fz * t_g34i2);
+    const real t_5o25s = p[m2] * t_kfqtb;
+    const real t_a4u3e = t_5o25s * t_mxpm2;
+    const real t_fwht4 = bob2_S1tx * t_jlsk2 + t_xyjt2 * t_a4u3e - t_yjgjz;
+    const real t_imenb = t_cub74 * along_x[along_wz];
+    const real t_4cv4o = t_cub74 * along_x[along_wy];
     const real t_wybx3 = p[F] * (sin_delta2 * along_u[along_delta2]);
-    const real t_mrjrx = sin_phi1 * t_rh7uc
-        + t_pc5rt * t_caymt_2
-        + (sin_phi2 * t_dbexp + t_63ozv * t_acpzf_2)
-        + (cos_phi1 * t_h3brn - tension1 * t_caymt)
-        + (cos_phi2 * t_3qzez - tension2 * t_acpzf)
+    const real t_2y5yi = t_uvcul
+        + t_fwht4
+        - (x[wz] * t_imenb + t_uw5f5 * along_x[along_wz])
+        - (x[wy] * t_4cv4o + stream_z * along_x[along_wy])
         - (cos_delta1 * t_wybx3 + t_ruxs4 * (sin_delta1 * along_u[along_delta1]));
-    const real t_a6n2y = mv1 * t_caymt_2;
-    const real t_4adkh = sin_phi1 * t_a6n2y + As_1 * t_caymt_2;
-    const real t_jgxpx = mv2 * t_acpzf_2;
-    const real t_ipkuk = sin_phi2 * t_jgxpx + As_2 * t_acpzf_2;
-    const real t_njjnc = t_4adkh + t_ipkuk;
-    const real t_4adkh_2 = cos_phi1 * t_a6n2y - As_1 * t_caymt;
-    const real t_ipkuk_2 = cos_phi2 * t_jgxpx - As_2 * t_acpzf;
-    const real t_6zhlz = sin_theta1 * t_4adkh_2 + Asc_1 * t_cfvjs_2 + (sin_theta2 * t_ipkuk_2 + Asc_2 * t_3nsm2_2);
-    const real t_3vbu4 = t_6zhlz * t_6dtnj + t_gousg * t_6dtnj * t_njjnc;
+    const real t_k5pnk = bob1_g1_x * t_lm24u + bob1_S1tx * t_thg73;
+    const real t_rkefu = bob2_g1_x * t_a4u3e + bob2_S1tx * t_5o25s;
+    const real t_en4ai = t_k5pnk + t_rkefu;
+    const real t_wbmja = p[m1] * t_a7v2b;
+    const real t_m7cyo = t_wbmja * t_vpzmf;
+    const real t_ofb4i = bob1_r_y * t_ke5eu
+        + bob1_Fz * t_wm5sz
+        - p[eps1] * along_x[along_theta1_dot]
+        - (bob1_r_z * t_pnfl3 + bob1_Fy * t_wm5sz_2);
+    const real t_u5dbt = p[m1] * t_wm5sz;
+    const real t_lo4s7 = t_wbepk * ((sin_phi1 + sin_phi1) * t_caymt);
+    const real t_2gm53 = t_u5dbt * t_sjrjg - t_rlquh * t_sjrjg * t_lo4s7;
+    const real t_dxta4 = bob1_S1tz * t_pcrga
+        - t_txuch * t_m7cyo
+        - t_ke5eu
+        + (t_rlquh * t_ofb4i + bob1_Q2 * t_2gm53);
+    const real t_3zmby = p[m2] * t_g34i2;
+    const real t_5bvgr = t_3zmby * t_mxpm2;
+    const real t_tbamz = bob2_r_y * t_c6qdh
+        + bob2_Fz * t_cvwjt
+        - p[eps2] * along_x[along_theta2_dot]
+        - (bob2_r_z * t_shjvh + bob2_Fy * t_cvwjt_2);
+    const real t_gf427 = p[m2] * t_cvwjt;
+    const real t_pgbia = t_nww6q * ((sin_phi2 + sin_phi2) * t_acpzf);
+    const real t_kjus3 = t_gf427 * t_ymfue - t_i7psf * t_ymfue * t_pgbia;
+    const real t_4cux5 = bob2_S1tz * t_jlsk2
+        - t_xyjt2 * t_5bvgr
+        - t_c6qdh
+        + (t_i7psf * t_tbamz + bob2_Q2 * t_kjus3);
+    const real t_lr567 = total_Jyy * along_x[along_wy];
+    const real t_wbmja_2 = p[m1] * t_a7v2b_2;
+    const real t_m7cyo_2 = t_wbmja_2 * t_vpzmf;
+    const real t_u5dbt_2 = p[m1] * t_wm5sz_2;
+    const real t_2zjfz = t_u5dbt_2 * t_sjrjg - bob1_S2ty * t_sjrjg * t_lo4s7;
+    const real t_yotdm = bob1_S1ty * t_pcrga
+        + t_txuch * t_m7cyo_2
+        - t_pnfl3
+        - (bob1_S2ty * t_ofb4i + bob1_Q2 * t_2zjfz);
+    const real t_3zmby_2 = p[m2] * t_g34i2_2;
+    const real t_5bvgr_2 = t_3zmby_2 * t_mxpm2;
+    const real t_gf427_2 = p[m2] * t_cvwjt_2;
+    const real t_zbw3a = t_gf427_2 * t_ymfue - bob2_S2ty * t_ymfue * t_pgbia;
+    const real t_ozpqp = bob2_S1ty * t_jlsk2
+        + t_xyjt2 * t_5bvgr_2
+        - t_shjvh
+        - (bob2_S2ty * t_tbamz + bob2_Q2 * t_zbw3a);
+    const real t_vzxvc = p[I1] * along_x[along_theta1_dot] + p[I2] * along_x[along_theta2_dot] + total_Jzz * along_x[along_wz];
+    const real t_jbcsd = bob1_r_y * t_dxta4
+        + bob1_fz * t_wm5sz
+        + (bob2_r_y * t_4cux5 + bob2_fz * t_cvwjt)
+        + (x[wz] * t_lr567 + total_Hy * along_x[along_wz])
+        + bob1_S1rx * t_pcrga
+        - (bob1_r_z * t_yotdm + bob1_fy * t_wm5sz_2)
+        + bob2_S1rx * t_jlsk2
+        - (bob2_r_z * t_ozpqp + bob2_fy * t_cvwjt_2)
+        - (x[wy] * t_vzxvc + total_Hz * along_x[along_wy]);
+    const real t_xhrku = bob1_g1_x * t_m7cyo_2 + bob1_S1ty * t_thg73;
+    const real t_hc2k6 = bob1_r_z * t_xhrku + t_dugie * t_wm5sz_2;
+    const real t_xhrku_2 = bob1_S1tz * t_thg73 - bob1_g1_x * t_m7cyo;
+    const real t_hc2k6_2 = bob1_r_y * t_xhrku_2 + t_dugie_2 * t_wm5sz;
+    const real t_giiow = bob1_S1rx * t_thg73;
+    const real t_6nc4f = bob2_g1_x * t_5bvgr_2 + bob2_S1ty * t_5o25s;
+    const real t_tav7w = bob2_r_z * t_6nc4f + t_s4byp * t_cvwjt_2;
+    const real t_6nc4f_2 = bob2_S1tz * t_5o25s - bob2_g1_x * t_5bvgr;
+    const real t_tav7w_2 = bob2_r_y * t_6nc4f_2 + t_s4byp_2 * t_cvwjt;
+    const real t_kvttc = bob2_S1rx * t_5o25s;
+    const real t_rxdee = t_hc2k6 - (t_hc2k6_2 + t_giiow) + (t_tav7w - (t_tav7w_2 + t_kvttc));
+    const real t_q2wxs = t_rxdee * t_6dtnj + lhub_alphaxhub_ax * t_6dtnj * t_en4ai;
+    const real t_5fwcx = bob1_g2_y * t_2gm53 + t_rlquh * t_u5dbt_2 - (bob1_S1tz * t_wbmja_2 - bob1_g1_y * t_m7cyo);
+    const real t_jhjzk = bob1_S1rx * t_wbmja_2;
+    const real t_vvg2u = bob1_g1_y * t_m7cyo_2 + bob1_S1ty * t_wbmja_2 + (bob1_g2_y * t_2zjfz + bob1_S2ty * t_u5dbt_2);
+    const real t_tyqf6 = bob1_r_y * t_5fwcx
+        + bob1_Myz * t_wm5sz
+        - t_jhjzk
+        - (bob1_Myy * t_wm5sz_2 - bob1_r_z * t_vvg2u);
+    const real t_eu3mw = bob2_g2_y * t_kjus3 + t_i7psf * t_gf427_2 - (bob2_S1tz * t_3zmby_2 - bob2_g1_y * t_5bvgr);
+    const real t_47xr3 = bob2_S1rx * t_3zmby_2;
+    const real t_q4jmm = bob2_g1_y * t_5bvgr_2 + bob2_S1ty * t_3zmby_2 + (bob2_g2_y * t_zbw3a + bob2_S2ty * t_gf427_2);
+    const real t_u65ou = bob2_r_y * t_eu3mw
+        + bob2_Myz * t_cvwjt
+        - t_47xr3
+        - (bob2_Myy * t_cvwjt_2 - bob2_r_z * t_q4jmm);
+    const real t_en4ai_2 = t_xhrku + t_6nc4f;
+    const real t_x53rd = t_tyqf6 + t_u65ou + (lhub_alphaxhub_ax * t_en4ai_2 + t_lhd4o * t_q2wxs);
+    const real t_pgqbx = t_en4ai_2 * t_6dtnj + t_skn5h * t_6dtnj * t_en4ai;
+    const real t_2o6cx = t_vvg2u + t_q4jmm + (t_skn5h * t_en4ai_2 + t_lhd4o * t_pgqbx);
+    const real t_7sprh = t_x53rd * t_6dtnj_2 + lhub_alphaxhub_ay * t_6dtnj_2 * t_2o6cx;
     const real t_byxim = p[F] * (cos_delta2 * along_u[along_delta2]);
-    const real t_y5zog = x[wy] * along_x[along_wx] + x[wx] * along_x[along_wy];
-    const real t_lf5wu = p[l1] * t_caymt_2;
-    const real t_lf5wu_2 = p[l1] * t_caymt;
-    const real t_zjx7p = q_1 * t_y5zog
-        + W12 * t_lf5wu
-        + (w_x1 * (lc_1 * t_gvj6n_2 - Wn1 * t_lf5wu_2) + t_ownis * t_t7e4r)
-        - (t_l5lry * (p[l1] * t_c5xbf) + t_plqy5 * (t_brznr + along_x[along_phi1_dot]));
-    const real t_sqgls = p[eps1] * along_x[along_theta1_dot];
-    const real t_7x4oq = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_lf5wu));
-    const real t_ahxqe = th_1 * (p[I1] * t_zjx7p - (q_1 * t_sqgls + loss_theta1 * t_lf5wu))
-        - t_djlym * t_7x4oq;
-    const real t_qq2dd = cos_theta1 * t_ahxqe - F_n1 * t_cfvjs;
-    const real t_kfqtb = p[l2] * t_acpzf_2;
-    const real t_kfqtb_2 = p[l2] * t_acpzf;
-    const real t_swke4 = q_2 * t_y5zog
-        + W12 * t_kfqtb
-        + (w_x2 * (lc_2 * t_ki4dj_2 - Wn2 * t_kfqtb_2) + t_cmacw * t_b67qm)
-        - (t_dkl52 * (p[l2] * t_h6szz) + t_a3tjf * (t_xhxds + along_x[along_phi2_dot]));
-    const real t_lon4y = p[eps2] * along_x[along_theta2_dot];
-    const real t_mxkqr = th_2 * t_ri6qi * (p[m2] * ((q_2 + q_2) * t_kfqtb));
-    const real t_l6slk = th_2 * (p[I2] * t_swke4 - (q_2 * t_lon4y + loss_theta2 * t_kfqtb))
-        - t_c6wyu * t_mxkqr;
-    const real t_2ta3i = cos_theta2 * t_l6slk - F_n2 * t_3nsm2;
-    const real t_7yss7 = tension1 * t_caymt_2 + sin_phi1 * t_h3brn - (cos_phi1 * t_rh7uc - t_pc5rt * t_caymt);
-    const real t_nsjrz = tension2 * t_acpzf_2 + sin_phi2 * t_3qzez - (cos_phi2 * t_dbexp - t_63ozv * t_acpzf);
-    const real t_ee4pu = t_qq2dd
-        + t_2ta3i
-        + (sin_theta1 * t_7yss7 + F_t1 * t_cfvjs_2)
-        + (sin_theta2 * t_nsjrz + F_t2 * t_3nsm2_2);
-    const real t_4wbaz = t_byxim - t_ee4pu + (b1 * t_3vbu4 + t_gousg * t_mrjrx);
-    const real t_ghfub = (sin_theta1 + sin_theta1) * t_cfvjs_2;
-    const real t_pqxvx = p[I1] * t_7x4oq;
-    const real t_azbzw = t_4adkh + t_pqxvx;
-    const real t_wwtml = tn11_1 * t_ghfub + S_sq1 * t_azbzw;
-    const real t_5kb4q = (sin_theta2 + sin_theta2) * t_3nsm2_2;
-    const real t_g7gvo = p[I2] * t_mxkqr;
-    const real t_rsymz = t_ipkuk + t_g7gvo;
-    const real t_3zpjj = tn11_2 * t_5kb4q + S_sq2 * t_rsymz;
-    const real t_u6x4d = t_wwtml + t_3zpjj - t_pqxvx - t_g7gvo - (t_gousg * t_6zhlz + t_f2nhc * t_3vbu4);
-    const real t_5r2vk = cos_theta1 * t_cfvjs_2 - sin_theta1 * t_cfvjs;
-    const real t_6s5zm = cos_theta2 * t_3nsm2_2 - sin_theta2 * t_3nsm2;
-    const real t_6zhlz_2 = cos_theta1 * t_4adkh_2 - Asc_1 * t_cfvjs + (cos_theta2 * t_ipkuk_2 - Asc_2 * t_3nsm2);
-    const real t_3vbu4_2 = t_6zhlz_2 * t_6dtnj + t_gousg_2 * t_6dtnj * t_njjnc;
-    const real t_ghubm = tn11_1 * t_5r2vk
-        + SC1 * t_azbzw
-        + (tn11_2 * t_6s5zm + SC2 * t_rsymz)
-        - (t_gousg_2 * t_6zhlz + t_f2nhc * t_3vbu4_2);
-    const real t_vwfxy = t_ghubm * t_6dtnj_2 - K_L32 * t_6dtnj_2 * t_u6x4d;
+    const real t_t7kzy = t_byxim
+        + (t_yotdm + t_ozpqp + (x[wx] * t_4cv4o + stream_z * along_x[along_wx]))
+        + (yhub_ax * t_pgqbx + t_skn5h * t_2y5yi);
+    const real t_y65lr = bob1_g1_z * t_m7cyo + bob1_S1tz * t_wbmja - (t_pj4i3 * t_2gm53 + t_rlquh * t_u5dbt);
+    const real t_jhjzk_2 = bob1_S1rx * t_wbmja;
+    const real t_fpdd2 = bob1_r_y * t_y65lr
+        + bob1_Mzz * t_wm5sz
+        + t_jhjzk_2
+        - (bob1_r_z * t_5fwcx + bob1_Myz * t_wm5sz_2);
+    const real t_if5h3 = bob2_g1_z * t_5bvgr + bob2_S1tz * t_3zmby - (t_zludf * t_kjus3 + t_i7psf * t_gf427);
+    const real t_47xr3_2 = bob2_S1rx * t_3zmby;
+    const real t_zy2pp = bob2_r_y * t_if5h3
+        + bob2_Mzz * t_cvwjt
+        + t_47xr3_2
+        - (bob2_r_z * t_eu3mw + bob2_Myz * t_cvwjt_2);
+    const real t_en4ai_3 = t_xhrku_2 + t_6nc4f_2;
+    const real t_pgqbx_2 = t_en4ai_3 * t_6dtnj + t_skn5h_2 * t_6dtnj * t_en4ai;
+    const real t_3xjot = t_5fwcx + t_eu3mw - (t_skn5h_2 * t_en4ai_2 + t_lhd4o * t_pgqbx_2);
+    const real t_unesb = t_fpdd2
+        + t_zy2pp
+        + (lhub_alphaxhub_ax * t_en4ai_3 + t_lhd4o_2 * t_q2wxs)
+        - (lhub_alphaxhub_ay * t_3xjot + khub_azhub_ay1 * t_7sprh);
+    const real t_b3pw2 = t_3xjot * t_6dtnj_2 + lhub_azhub_ay * t_6dtnj_2 * t_2o6cx;
+    const real t_qajmf = t_y65lr
+        + t_if5h3
+        - (t_skn5h_2 * t_en4ai_3 + t_lhd4o_2 * t_pgqbx_2)
+        - (lhub_azhub_ay * t_3xjot + khub_azhub_ay1 * t_b3pw2);
+    const real t_i2qww = t_unesb * t_6dtnj_3 - lhub_alphaxhub_az * t_6dtnj_3 * t_qajmf;
     const real t_qmyd7 = t_ruxs4 * (cos_delta1 * along_u[along_delta1]) - sin_delta1 * t_wybx3;
-    const real t_qq2dd_2 = sin_theta1 * t_ahxqe + F_n1 * t_cfvjs_2;
-    const real t_2ta3i_2 = sin_theta2 * t_l6slk + F_n2 * t_3nsm2_2;
-    const real t_ee4pu_2 = cos_theta1 * t_7yss7
-        - F_t1 * t_cfvjs
-        - (t_qq2dd_2 + t_2ta3i_2)
-        + (cos_theta2 * t_nsjrz - F_t2 * t_3nsm2);
-    const real t_luo6r = b1 * t_3vbu4_2
-        + t_gousg_2 * t_mrjrx
-        - (t_qmyd7 + t_ee4pu_2)
-        - (X_y2 * t_vwfxy + K_L32 * t_4wbaz);
-    const real t_tbnp6 = t_njjnc
-        - t_wwtml
-        - t_3zpjj
-        - (K_L32 * t_ghubm + t_upifj * t_vwfxy)
-        - (t_gousg_2 * t_6zhlz_2 + t_f2nhc_2 * t_3vbu4_2);
-    const real t_fg2sf = wth_1 * t_lf5wu - q_1 * t_pqxvx;
-    const real t_voglz = wq_1 * t_cfvjs_2 + sin_theta1 * t_fg2sf;
-    const real t_adcni = wth_2 * t_kfqtb - q_2 * t_g7gvo;
-    const real t_7lire = wq_2 * t_3nsm2_2 + sin_theta2 * t_adcni;
-    const real t_elpoq = B_1 * t_caymt;
-    const real t_pz7ut = B_2 * t_acpzf;
-    const real t_voglz_2 = cos_theta1 * t_fg2sf - wq_1 * t_cfvjs;
-    const real t_7lire_2 = cos_theta2 * t_adcni - wq_2 * t_3nsm2;
-    const real t_elpoq_2 = B_1 * t_caymt_2;
-    const real t_pz7ut_2 = B_2 * t_acpzf_2;
-    const real t_2jney = t_elpoq_2 + t_pz7ut_2;
-    const real t_746kq = t_2jney * t_6dtnj + t_w6lcf * t_6dtnj * t_njjnc;
-    const real t_wjp4t = t_voglz_2
-        + t_7lire_2
-        + (Bc_1 * t_cfvjs_2 - sin_theta1 * t_elpoq)
-        + (Bc_2 * t_3nsm2_2 - sin_theta2 * t_pz7ut)
-        + (t_w6lcf * t_6zhlz + t_f2nhc * t_746kq);
-    const real t_4t4mm = t_wjp4t * t_6dtnj_2 - t_vpdgs * t_6dtnj_2 * t_u6x4d;
-    const real t_xkubd = t_voglz
-        + t_7lire
-        + (cos_theta1 * t_elpoq + Bc_1 * t_cfvjs)
-        + (cos_theta2 * t_pz7ut + Bc_2 * t_3nsm2)
-        + (t_vpdgs * t_ghubm + t_upifj * t_4t4mm)
-        - (t_w6lcf * t_6zhlz_2 + t_f2nhc_2 * t_746kq);
-    const real t_thqrx = t_xkubd * t_6dtnj_3 - K_L43 * t_6dtnj_3 * t_tbnp6;
-    const real t_yioam = t_aqrn5 * t_elpoq_2 + Bs_1 * t_ipqst + p[l1] * t_rh7uc;
-    const real t_kkajh = q_1 * t_ahxqe + F_n1 * t_lf5wu + (q_2 * t_l6slk + F_n2 * t_kfqtb);
-    const real t_zygbe = t_3hay7 * t_pz7ut_2 + Bs_2 * t_tvere + p[l2] * t_dbexp;
-    const real t_ihgv7 = p[I1] * along_x[along_theta1_dot];
-    const real t_5vhzn = p[I2] * along_x[along_theta2_dot];
-    const real t_tufoz = t_yioam
-        - t_kkajh
-        + t_zygbe
-        - t_zmble
-        - t_trbl5
-        + (x[wy] * t_ihgv7 + I_theta1 * along_x[along_wy])
-        + (x[wy] * t_5vhzn + I_theta2 * along_x[along_wy])
-        - (x[wz] * (t_sfymc * along_x[along_wy]) + t_6nfyn * along_x[along_wz]);
-    const real t_diygc = along_u[along_Mx]
-        - t_tufoz
-        + (b1 * t_746kq + t_w6lcf * t_mrjrx)
-        + (X_y2 * t_4t4mm + t_vpdgs * t_4wbaz)
-        - (X_y3 * t_thqrx + K_L43 * t_luo6r);
-    const real t_nuwbt = wq_1 * t_lf5wu + q_1 * t_fg2sf + (wq_2 * t_kfqtb + q_2 * t_adcni);
-    const real t_jfm2l = t_nuwbt
-        - (t_vpdgs * t_wjp4t + t_ly572 * t_4t4mm)
-        - (K_L43 * t_xkubd + t_ichgo * t_thqrx)
-        - (t_w6lcf * t_2jney + t_hig3c_6 * t_746kq);
-    const real t_w4aft = wth_1 * t_lf5wu_2 - g_1 * t_pqxvx;
-    const real t_6yo4d = wg_1 * t_lf5wu + q_1 * t_w4aft;
-    const real t_ppifo = cos_theta1 * t_6yo4d - wqg_1 * t_cfvjs;
-    const real t_j2qot = wth_2 * t_kfqtb_2 - g_2 * t_g7gvo;
-    const real t_gz7ew = wg_2 * t_kfqtb + q_2 * t_j2qot;
-    const real t_ietet = cos_theta2 * t_gz7ew - wqg_2 * t_3nsm2;
-    const real t_cyell = e1 * t_elpoq;
-    const real t_qcrez = e2 * t_pz7ut;
-    const real t_zalnt = e1 * t_4adkh;
-    const real t_c72eu = t_elpoq + t_zalnt;
-    const real t_hcbev = t_w4aft - t_c72eu;
-    const real t_6kx66 = e2 * t_ipkuk;
-    const real t_e6ahz = t_pz7ut + t_6kx66;
-    const real t_lel43 = t_j2qot - t_e6ahz;
-    const real t_sp32z = t_vjftl * t_ghfub + S_sq1 * t_hcbev + (t_vsqil * t_5kb4q + S_sq2 * t_lel43);
-    const real t_ojxrt = t_elpoq_2 + e1 * t_4adkh_2;
-    const real t_uoi4f = t_pz7ut_2 + e2 * t_ipkuk_2;
-    const real t_fmlla = sin_theta1 * t_ojxrt + t_2jubo * t_cfvjs_2 + (sin_theta2 * t_uoi4f + t_ittbm * t_3nsm2_2);
-    const real t_f3jt2 = t_fmlla * t_6dtnj + t_s62lc * t_6dtnj * t_njjnc;
-    const real t_47vns = t_w4aft
-        + t_j2qot
-        - t_sp32z
-        - t_voglz_2
-        - t_7lire_2
-        - (t_s62lc * t_6zhlz + t_f2nhc * t_f3jt2);
-    const real t_c4ius = t_47vns * t_6dtnj_2 - K_L52 * t_6dtnj_2 * t_u6x4d;
-    const real t_dqvol = t_vjftl * t_5r2vk + SC1 * t_hcbev + (t_vsqil * t_6s5zm + SC2 * t_lel43);
-    const real t_4aa4s = t_voglz
-        - t_dqvol
-        + t_7lire
-        - (K_L52 * t_ghubm + t_upifj * t_c4ius)
-        - (t_s62lc * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2);
-    const real t_zlp32 = t_4aa4s * t_6dtnj_3 - K_L53 * t_6dtnj_3 * t_tbnp6;
-    const real t_ryxwj = t_nuwbt
-        - t_ppifo
-        - t_ietet
-        + (sin_theta1 * t_cyell + t_yzhyr * t_cfvjs_2)
-        + (sin_theta2 * t_qcrez + t_q6put * t_3nsm2_2)
-        + (K_L52 * t_wjp4t + t_ly572 * t_c4ius)
-        - (K_L53 * t_xkubd + t_ichgo * t_zlp32)
-        - (t_s62lc * t_2jney + t_hig3c_6 * t_f3jt2);
-    const real t_67ku2 = t_ryxwj * t_6dtnj_4 - K_L54 * t_6dtnj_4 * t_jfm2l;
-    const real t_az22n = t_yioam + e1 * t_7yss7;
-    const real t_habkf = t_zygbe + e2 * t_nsjrz;
-    const real t_cexsj = p[I1] * along_x[along_phi1_dot];
-    const real t_6syep = p[I2] * along_x[along_phi2_dot];
-    const real t_tbzyq = sin_theta1 * t_az22n
-        + t_lsqzr * t_cfvjs_2
-        - (t_kkajh + t_sqgls + t_lon4y)
-        + (sin_theta2 * t_habkf + t_rbrf6 * t_3nsm2_2)
-        - t_g7pzr * t_y5zog
-        - (x[wy] * t_cexsj + I_phi1 * along_x[along_wy])
-        - (x[wy] * t_6syep + I_phi2 * along_x[along_wy])
-        + (g_1 * t_qq2dd + t_mallh * t_lf5wu_2)
-        + (g_2 * t_2ta3i + t_lbh6o * t_kfqtb_2);
-    const real t_sqvns = along_u[along_Mz]
-        - t_tbzyq
-        - t_bknng * t_byxim
-        + (b1 * t_f3jt2 + t_s62lc * t_mrjrx)
-        - (X_y2 * t_c4ius + K_L52 * t_4wbaz)
-        - (X_y3 * t_zlp32 + K_L53 * t_luo6r)
-        - (X_y4 * t_67ku2 + K_L54 * t_diygc);
-    const real t_s3kcr = wg_1 * t_lf5wu_2 + g_1 * t_w4aft;
-    const real t_jgrut = wg_2 * t_kfqtb_2 + g_2 * t_j2qot;
-    const real t_g3h43 = e1 * t_zalnt - K(-2.0) * t_cyell;
-    const real t_37mlc = t_g3h43 - t_s3kcr;
-    const real t_snmto = tn44_1 * t_ghfub + S_sq1 * t_37mlc;
-    const real t_7xl72 = e2 * t_6kx66 - K(-2.0) * t_qcrez;
-    const real t_oawgh = t_7xl72 - t_jgrut;
-    const real t_hxniq = tn44_2 * t_5kb4q + S_sq2 * t_oawgh;
-    const real t_k4jal = t_s3kcr
-        + t_jgrut
-        + t_nuwbt
-        + t_snmto
-        + t_hxniq
-        + K(-2.0) * t_ppifo
-        + K(-2.0) * t_ietet
-        - (K_L52 * t_47vns + t_6vega * t_c4ius)
-        - (K_L53 * t_4aa4s + t_jmicp * t_zlp32)
-        - (K_L54 * t_ryxwj + t_otpfz * t_67ku2)
-        - (t_s62lc * t_fmlla + t_6iku5 * t_f3jt2);
-    const real t_oltsa = wqg_1 * t_cfvjs_2 + sin_theta1 * t_6yo4d + (wqg_2 * t_3nsm2_2 + sin_theta2 * t_gz7ew);
-    const real t_fmlla_2 = cos_theta1 * t_ojxrt - t_2jubo * t_cfvjs + (cos_theta2 * t_uoi4f - t_ittbm * t_3nsm2);
-    const real t_f3jt2_2 = t_fmlla_2 * t_6dtnj + t_s62lc_2 * t_6dtnj * t_njjnc;
-    const real t_hslbr = t_dqvol + (t_s62lc_2 * t_6zhlz + t_f2nhc * t_f3jt2_2);
-    const real t_mkfcv = t_hslbr * t_6dtnj_2 - t_bk7yo * t_6dtnj_2 * t_u6x4d;
-    const real t_eyxcp = t_sp32z
-        + (t_c72eu + t_e6ahz)
-        + (t_bk7yo * t_ghubm + t_upifj * t_mkfcv)
-        - (t_s62lc_2 * t_6zhlz_2 + t_f2nhc_2 * t_f3jt2_2);
-    const real t_v4e25 = t_eyxcp * t_6dtnj_3 - K_L63 * t_6dtnj_3 * t_tbnp6;
-    const real t_lzvvt = t_oltsa
-        + (cos_theta1 * t_cyell - t_yzhyr * t_cfvjs)
-        + (cos_theta2 * t_qcrez - t_q6put * t_3nsm2)
-        - (t_bk7yo * t_wjp4t + t_ly572 * t_mkfcv)
-        - (K_L63 * t_xkubd + t_ichgo * t_v4e25)
-        - (t_s62lc_2 * t_2jney + t_hig3c_6 * t_f3jt2_2);
-    const real t_gjzix = t_lzvvt * t_6dtnj_4 - K_L64 * t_6dtnj_4 * t_jfm2l;
-    const real t_yljxh = t_oltsa
-        + (tn44_1 * t_5r2vk + SC1 * t_37mlc)
-        + (tn44_2 * t_6s5zm + SC2 * t_oawgh)
-        + (t_bk7yo * t_47vns + t_6vega * t_mkfcv)
-        - (K_L63 * t_4aa4s + t_jmicp * t_v4e25)
-        - (K_L64 * t_ryxwj + t_otpfz * t_gjzix)
-        - (t_s62lc_2 * t_fmlla + t_6iku5 * t_f3jt2_2);
-    const real t_bducc = t_yljxh * t_6dtnj_5 - K_L65 * t_6dtnj_5 * t_k4jal;
-    const real t_d5jt4 = x[wz] * along_x[along_wx] + x[wx] * along_x[along_wz];
-    const real t_twxwe = cos_theta1 * t_az22n
-        - t_lsqzr * t_cfvjs
-        + (cos_theta2 * t_habkf - t_rbrf6 * t_3nsm2)
-        + (x[wx] * t_ihgv7 + I_theta1 * along_x[along_wx])
-        + (x[wx] * t_5vhzn + I_theta2 * along_x[along_wx])
-        - t_urwo6 * t_d5jt4
-        - (g_1 * t_qq2dd_2 + t_mallh_2 * t_lf5wu_2)
-        - (g_2 * t_2ta3i_2 + t_lbh6o_2 * t_kfqtb_2)
-        - (x[wz] * t_cexsj + I_phi1 * along_x[along_wz])
-        - (x[wz] * t_6syep + I_phi2 * along_x[along_wz]);
-    const real t_kxzl7 = t_bknng * t_qmyd7
-        - (along_u[along_My] + t_twxwe)
-        + (b1 * t_f3jt2_2 + t_s62lc_2 * t_mrjrx)
-        + (X_y2 * t_mkfcv + t_bk7yo * t_4wbaz)
-        - (X_y3 * t_v4e25 + K_L63 * t_luo6r)
-        - (X_y4 * t_gjzix + K_L64 * t_diygc)
-        - (X_y5 * t_bducc + K_L65 * t_sqvns);
-    const real t_xlsqi = t_g3h43
-        + t_7xl72
-        - t_snmto
-        - t_hxniq
-        - (t_bk7yo * t_hslbr + t_avyqv * t_mkfcv)
-        - (K_L63 * t_eyxcp + t_2dahu * t_v4e25)
-        - (K_L64 * t_lzvvt + t_aolgd * t_gjzix)
-        - (K_L65 * t_yljxh + t_hdeaq * t_bducc)
-        - (t_s62lc_2 * t_fmlla_2 + t_6iku5_2 * t_f3jt2_2);
-    const real t_byp6g = t_kxzl7 * t_6dtnj_6 - X_x6 * t_6dtnj_6 * t_xlsqi;
-    const real t_o7gyr = t_sqvns * t_6dtnj_5
-        - t_bintu * t_6dtnj_5 * t_k4jal
-        - (X_x6 * t_bducc + K_L65 * t_byp6g);
-    const real t_a6ryg = t_diygc * t_6dtnj_4
-        - t_bintu_2 * t_6dtnj_4 * t_jfm2l
-        - (X_x5 * t_67ku2 + K_L54 * t_o7gyr)
-        - (X_x6 * t_gjzix + K_L64 * t_byp6g);
-    const real t_cb3iy = t_luo6r * t_6dtnj_3
-        - t_ztwwp * t_6dtnj_3 * t_tbnp6
-        - (X_x4 * t_thqrx + K_L43 * t_a6ryg)
-        - (X_x5 * t_zlp32 + K_L53 * t_o7gyr)
-        - (X_x6 * t_v4e25 + K_L63 * t_byp6g);
-    const real t_qn6uf = t_4wbaz * t_6dtnj_2
-        - t_bintu_3 * t_6dtnj_2 * t_u6x4d
-        - (X_x3 * t_vwfxy + K_L32 * t_cb3iy)
-        + (X_x4 * t_4t4mm + t_vpdgs * t_a6ryg)
-        - (X_x5 * t_c4ius + K_L52 * t_o7gyr)
-        + (X_x6 * t_mkfcv + t_bk7yo * t_byp6g);
-    const real t_f4zb3 = t_mrjrx * t_6dtnj
-        + t_bintu_4 * t_6dtnj * t_njjnc
-        + (X_x2 * t_3vbu4 + t_gousg * t_qn6uf)
-        + (X_x3 * t_3vbu4_2 + t_gousg_2 * t_cb3iy)
-        + (X_x4 * t_746kq + t_w6lcf * t_a6ryg)
-        + (X_x5 * t_f3jt2 + t_s62lc * t_o7gyr)
-        + (X_x6 * t_f3jt2_2 + t_s62lc_2 * t_byp6g);
-    const real t_ccqpp = t_o7gyr - t_y5zog;
-    const real t_p7nos = sin_theta1 * t_o7gyr + X_x5 * t_cfvjs_2 + (cos_theta1 * t_byp6g - X_x6 * t_cfvjs);
-    const real t_5qnbp = t_p7nos + t_jvyzn;
-    const real t_kykmc = e1 * t_p7nos
-        + (sin_theta1 * t_qn6uf + X_x2 * t_cfvjs_2)
-        + (cos_theta1 * t_cb3iy - X_x3 * t_cfvjs);
-    const real t_kka34 = cos_phi1 * t_kykmc
-        - (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1) * t_caymt
-        + ((X_x1 - t_aqrn5) * t_caymt_2 + sin_phi1 * (t_f4zb3 - t_ipqst));
-    const real t_ibe72 = K(1.0) / p[m1];
-    const real t_fdt76 = X_x5 * cos_theta1 - X_x6 * sin_theta1;
-    const real t_hig3c_7 = X_x4 + X_x5;
-    const real t_pksrm = zeta1
-        + X_x2 * cos_theta1
-        + g_1 * t_fdt76
-        - t_hig3c_7 * q_1
-        - X_x3 * sin_theta1;
-    const real t_ux4eg = g_1 * (cos_theta1 * t_o7gyr - X_x5 * t_cfvjs - (sin_theta1 * t_byp6g + X_x6 * t_cfvjs_2));
-    const real t_h6v5u = t_a6ryg + t_o7gyr;
-    const real t_lcaai = t_zjx7p
-        + (cos_theta1 * t_qn6uf - X_x2 * t_cfvjs)
-        + (t_fdt76 * t_lf5wu_2 + t_ux4eg)
-        - (q_1 * t_h6v5u + t_hig3c_7 * t_lf5wu)
-        - (sin_theta1 * t_cb3iy + X_x3 * t_cfvjs_2);
-    const real t_hhduj = th_1 * (t_sqgls * t_ibe72 + (t_pksrm * t_lf5wu + q_1 * t_lcaai))
-        - (loss_theta1 * t_ibe72 + q_1 * t_pksrm) * t_7x4oq;
-    const real t_erc4e = sin_theta2 * t_o7gyr + X_x5 * t_3nsm2_2 + (cos_theta2 * t_byp6g - X_x6 * t_3nsm2);
-    const real t_blsy6 = t_erc4e + t_3oi7g;
-    const real t_4oius = e2 * t_erc4e
-        + (sin_theta2 * t_qn6uf + X_x2 * t_3nsm2_2)
-        + (cos_theta2 * t_cb3iy - X_x3 * t_3nsm2);
-    const real t_ctjmy = cos_phi2 * t_4oius
-        - (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2) * t_acpzf
-        + ((X_x1 - t_3hay7) * t_acpzf_2 + sin_phi2 * (t_f4zb3 - t_tvere));
-    const real t_r7vy7 = K(1.0) / p[m2];
-    const real t_dnnxk = X_x5 * cos_theta2 - X_x6 * sin_theta2;
-    const real t_zj7x3 = zeta2
-        + X_x2 * cos_theta2
-        + g_2 * t_dnnxk
-        - t_hig3c_7 * q_2
-        - X_x3 * sin_theta2;
-    const real t_avidz = g_2 * (cos_theta2 * t_o7gyr - X_x5 * t_3nsm2 - (sin_theta2 * t_byp6g + X_x6 * t_3nsm2_2));
-    const real t_ll4xm = t_swke4
-        + (cos_theta2 * t_qn6uf - X_x2 * t_3nsm2)
-        + (t_dnnxk * t_kfqtb_2 + t_avidz)
-        - (q_2 * t_h6v5u + t_hig3c_7 * t_kfqtb)
-        - (sin_theta2 * t_cb3iy + X_x3 * t_3nsm2_2);
-    const real t_kwlvy = th_2 * (t_lon4y * t_r7vy7 + (t_zj7x3 * t_kfqtb + q_2 * t_ll4xm))
-        - (loss_theta2 * t_r7vy7 + q_2 * t_zj7x3) * t_mxkqr;
-    change[0] = t_f4zb3
-        + x_C * t_ph2zw
+    const real t_zuu5h = t_dxta4
+        + t_4cux5
+        + (x[wx] * t_imenb + t_uw5f5 * along_x[along_wx])
+        - t_qmyd7
+        + (yhub_ax * t_pgqbx_2 + t_skn5h_2 * t_2y5yi)
+        - (yhub_ay * t_b3pw2 + lhub_azhub_ay * t_t7kzy);
+    const real t_hxshn = along_u[along_Mx]
+        + t_jbcsd
+        - (yhub_ax * t_q2wxs + lhub_alphaxhub_ax * t_2y5yi)
+        - (yhub_ay * t_7sprh + lhub_alphaxhub_ay * t_t7kzy)
+        - (yhub_az * t_i2qww + lhub_alphaxhub_az * t_zuu5h);
+    const real t_ggwdq = bob1_r_y * t_fpdd2
+        + bob1_Nxz * t_wm5sz
+        - (t_mwmzd_3 * t_wm5sz - bob1_r_y * t_jhjzk_2)
+        - (t_gxq2p_3 * t_cvwjt - bob2_r_y * t_47xr3_2)
+        + (bob2_r_y * t_zy2pp + bob2_Nxz * t_cvwjt)
+        + (bob1_r_z * t_jhjzk + t_mwmzd_2 * t_wm5sz_2)
+        - (bob1_r_z * t_tyqf6 + bob1_Nxy * t_wm5sz_2)
+        + (bob2_r_z * t_47xr3 + t_gxq2p_2 * t_cvwjt_2)
+        - (bob2_r_z * t_u65ou + bob2_Nxy * t_cvwjt_2)
+        - (lhub_alphaxhub_ax * t_rxdee + hub_K41 * t_q2wxs)
+        - (lhub_alphaxhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7sprh)
+        - (lhub_alphaxhub_az * t_unesb + khub_alphaxhub_az2 * t_i2qww);
+    const real t_akgwv = p[I1] * along_x[along_phi1_dot] + p[I2] * along_x[along_phi2_dot] + total_Jxx * along_x[along_wx];
+    const real t_ntex4 = bob1_r_z * t_uvcul
+        + bob1_fx * t_wm5sz_2
+        + (bob2_r_z * t_fwht4 + bob2_fx * t_cvwjt_2)
+        + (x[wx] * t_vzxvc + total_Hz * along_x[along_wx])
+        - (bob1_r_x * t_dxta4 + bob1_fz * t_ifbin)
+        - (bob2_r_x * t_4cux5 + bob2_fz * t_fwubq)
+        - (x[wz] * t_akgwv + total_Hx * along_x[along_wz]);
+    const real t_2tq7k = bob1_r_z * t_xhrku_2 + t_dugie_2 * t_wm5sz_2 + (bob1_r_x * t_y65lr + bob1_Mzz * t_ifbin);
+    const real t_aenrk = bob2_r_z * t_6nc4f_2 + t_s4byp_2 * t_cvwjt_2 + (bob2_r_x * t_if5h3 + bob2_Mzz * t_fwubq);
+    const real t_vsarx = bob1_r_z * t_giiow
+        + t_mwmzd * t_wm5sz_2
+        + (bob1_r_y * t_2tq7k + t_vh7r5 * t_wm5sz)
+        + (bob2_r_z * t_kvttc + t_gxq2p * t_cvwjt_2)
+        + (bob2_r_y * t_aenrk + t_wudhu * t_cvwjt);
+    const real t_tmn3p = bob1_r_x * t_5fwcx + bob1_Myz * t_ifbin;
+    const real t_c5cgq = t_hc2k6 + t_tmn3p;
+    const real t_jigxq = bob2_r_x * t_eu3mw + bob2_Myz * t_fwubq;
+    const real t_2qpxk = t_tav7w + t_jigxq;
+    const real t_g6iu4 = bob1_Mxx * t_wm5sz_2 - bob1_r_z * t_k5pnk + (bob1_r_x * t_xhrku_2 + t_dugie_2 * t_ifbin);
+    const real t_w7t3t = bob2_Mxx * t_cvwjt_2 - bob2_r_z * t_rkefu + (bob2_r_x * t_6nc4f_2 + t_s4byp_2 * t_fwubq);
+    const real t_uxc6c = t_g6iu4 + t_w7t3t;
+    const real t_335ow = t_uxc6c * t_6dtnj + lhub_alphayhub_ax * t_6dtnj * t_en4ai;
+    const real t_uhbvm = lhub_alphayhub_ax * t_en4ai_2 + t_lhd4o * t_335ow - (t_c5cgq + t_2qpxk);
+    const real t_xm4ox = t_uhbvm * t_6dtnj_2 + lhub_alphayhub_ay * t_6dtnj_2 * t_2o6cx;
+    const real t_2l5tz = lhub_alphayhub_ax * t_en4ai_3
+        + t_lhd4o_2 * t_335ow
+        - (t_2tq7k + t_aenrk)
+        - (lhub_alphayhub_ay * t_3xjot + khub_azhub_ay1 * t_xm4ox);
+    const real t_c6ofl = t_2l5tz * t_6dtnj_3 - lhub_alphayhub_az * t_6dtnj_3 * t_qajmf;
+    const real t_xck5s = t_mwmzd_3 * t_ifbin
+        - bob1_r_x * t_jhjzk_2
+        - t_vsarx
+        + (bob1_r_z * t_c5cgq + t_vh7r5_2 * t_wm5sz_2)
+        + (t_gxq2p_3 * t_fwubq - bob2_r_x * t_47xr3_2)
+        + (bob2_r_z * t_2qpxk + t_wudhu_2 * t_cvwjt_2)
+        - (lhub_alphayhub_ax * t_rxdee + hub_K41 * t_335ow)
+        - (lhub_alphayhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_xm4ox)
+        - (lhub_alphayhub_az * t_unesb + khub_alphaxhub_az2 * t_c6ofl);
+    const real t_df6uy = t_xck5s * t_6dtnj_4 - lhub_alphayhub_alphax * t_6dtnj_4 * t_ggwdq;
+    const real t_edgbp = along_u[along_My]
+        + t_ntex4
+        - t_yxxpc * t_qmyd7
+        - (yhub_alphax * t_df6uy + lhub_alphayhub_alphax * t_hxshn)
+        - (yhub_ax * t_335ow + lhub_alphayhub_ax * t_2y5yi)
+        - (yhub_ay * t_xm4ox + lhub_alphayhub_ay * t_t7kzy)
+        - (yhub_az * t_c6ofl + lhub_alphayhub_az * t_zuu5h);
+    const real t_2iixb = bob1_r_z * t_g6iu4
+        + bob1_Nyx * t_wm5sz_2
+        + (bob2_r_z * t_w7t3t + bob2_Nyx * t_cvwjt_2)
+        + (bob1_r_x * t_2tq7k + t_vh7r5 * t_ifbin)
+        + (bob2_r_x * t_aenrk + t_wudhu * t_fwubq)
+        - (lhub_alphayhub_ax * t_uxc6c + hub_K51 * t_335ow)
+        - (lhub_alphayhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_xm4ox)
+        - (lhub_alphayhub_az * t_2l5tz + khub_alphayhub_az2 * t_c6ofl)
+        - (lhub_alphayhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_df6uy);
+    const real t_3bbfd = bob1_S2rz * t_sjrjg * t_lo4s7;
+    const real t_77444 = bob2_S2rz * t_ymfue * t_pgbia;
+    const real t_mhtnl = bob1_r_x * t_yotdm
+        + bob1_fy * t_ifbin
+        + (bob2_r_x * t_ozpqp + bob2_fy * t_fwubq)
+        + (x[wy] * t_akgwv + total_Hx * along_x[along_wy])
+        - (bob1_S2rz * t_ofb4i - bob1_Q2 * t_3bbfd)
+        - (bob1_r_y * t_uvcul + bob1_fx * t_wm5sz)
+        - (bob2_S2rz * t_tbamz - bob2_Q2 * t_77444)
+        - (bob2_r_y * t_fwht4 + bob2_fx * t_cvwjt)
+        - (x[wx] * t_lr567 + total_Hy * along_x[along_wx]);
+    const real t_te5fp = t_tmn3p + (bob1_S2rz * t_u5dbt - t_pj4i3 * t_3bbfd) + t_hc2k6_2;
+    const real t_qegh2 = t_jigxq + (bob2_S2rz * t_gf427 - t_zludf * t_77444) + t_tav7w_2;
+    const real t_lesup = bob1_S2rz * t_u5dbt_2 - bob1_g2_y * t_3bbfd;
+    const real t_wqtxt = bob1_Myy * t_ifbin
+        - bob1_r_x * t_vvg2u
+        - t_lesup
+        + (bob1_r_y * t_xhrku + t_dugie * t_wm5sz);
+    const real t_lj4ib = bob2_S2rz * t_gf427_2 - bob2_g2_y * t_77444;
+    const real t_kkik2 = bob2_Myy * t_fwubq
+        - bob2_r_x * t_q4jmm
+        - t_lj4ib
+        + (bob2_r_y * t_6nc4f + t_s4byp * t_cvwjt);
+    const real t_g6iu4_2 = bob1_r_x * t_xhrku + t_dugie * t_ifbin + (bob1_Mxx * t_wm5sz - bob1_r_y * t_k5pnk);
+    const real t_w7t3t_2 = bob2_r_x * t_6nc4f + t_s4byp * t_fwubq + (bob2_Mxx * t_cvwjt - bob2_r_y * t_rkefu);
+    const real t_uxc6c_2 = t_g6iu4_2 + t_w7t3t_2;
+    const real t_6adcs = t_uxc6c_2 * t_6dtnj + t_ak5u5 * t_6dtnj * t_en4ai;
+    const real t_4rqic = t_wqtxt + t_kkik2 - (t_ak5u5 * t_en4ai_2 + t_lhd4o * t_6adcs);
+    const real t_7tral = t_4rqic * t_6dtnj_2 + lhub_alphazhub_ay * t_6dtnj_2 * t_2o6cx;
+    const real t_r32ka = t_te5fp
+        + t_qegh2
+        - (t_ak5u5 * t_en4ai_3 + t_lhd4o_2 * t_6adcs)
+        - (lhub_alphazhub_ay * t_3xjot + khub_azhub_ay1 * t_7tral);
+    const real t_cj63t = t_r32ka * t_6dtnj_3 - lhub_alphazhub_az * t_6dtnj_3 * t_qajmf;
+    const real t_ikffs = bob1_r_y * t_te5fp
+        + bob1_Nzz * t_wm5sz
+        - (bob1_r_x * t_jhjzk + t_mwmzd_2 * t_ifbin)
+        - (bob2_r_x * t_47xr3 + t_gxq2p_2 * t_fwubq)
+        + (bob2_r_y * t_qegh2 + bob2_Nzz * t_cvwjt)
+        + (bob1_r_y * t_giiow + t_mwmzd * t_wm5sz)
+        - (bob1_r_z * t_wqtxt + bob1_Nzy * t_wm5sz_2)
+        + (bob2_r_y * t_kvttc + t_gxq2p * t_cvwjt)
+        - (bob2_r_z * t_kkik2 + bob2_Nzy * t_cvwjt_2)
+        + (t_ak5u5 * t_rxdee + hub_K41 * t_6adcs)
+        - (lhub_alphazhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7tral)
+        - (lhub_alphazhub_az * t_unesb + khub_alphaxhub_az2 * t_cj63t);
+    const real t_mbsz7 = t_ikffs * t_6dtnj_4 - lhub_alphazhub_alphax * t_6dtnj_4 * t_ggwdq;
+    const real t_lbqfv = bob1_r_z * t_g6iu4_2
+        + t_ezb77 * t_wm5sz_2
+        + (bob2_r_z * t_w7t3t_2 + t_ykkjc * t_cvwjt_2)
+        + (bob1_r_x * t_te5fp + bob1_Nzz * t_ifbin)
+        + (bob2_r_x * t_qegh2 + bob2_Nzz * t_fwubq);
+    const real t_thfrm = t_ak5u5 * t_uxc6c
+        + hub_K51 * t_6adcs
+        - t_lbqfv
+        - (lhub_alphazhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_7tral)
+        - (lhub_alphazhub_az * t_2l5tz + khub_alphayhub_az2 * t_cj63t)
+        - (lhub_alphazhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_mbsz7);
+    const real t_p4kxq = t_thfrm * t_6dtnj_5 - lhub_alphazhub_alphay * t_6dtnj_5 * t_2iixb;
+    const real t_5ibkd = along_u[along_Mz]
+        + t_mhtnl
+        - t_yxxpc * t_byxim
+        - (yhub_alphax * t_mbsz7 + lhub_alphazhub_alphax * t_hxshn)
+        - (yhub_alphay * t_p4kxq + lhub_alphazhub_alphay * t_edgbp)
+        + (yhub_ax * t_6adcs + t_ak5u5 * t_2y5yi)
+        - (yhub_ay * t_7tral + lhub_alphazhub_ay * t_t7kzy)
+        - (yhub_az * t_cj63t + lhub_alphazhub_az * t_zuu5h);
+    const real t_munvm = bob1_r_x * t_wqtxt
+        + bob1_Nzy * t_ifbin
+        - (bob1_r_x * t_lesup + t_dugie_3 * t_ifbin)
+        - (bob2_r_x * t_lj4ib + t_s4byp_3 * t_fwubq)
+        + (bob2_r_x * t_kkik2 + bob2_Nzy * t_fwubq)
+        + (bob1_r_y * t_g6iu4_2 + t_ezb77 * t_wm5sz)
+        + p[I1] * t_3bbfd
+        + (bob2_r_y * t_w7t3t_2 + t_ykkjc * t_cvwjt)
+        + p[I2] * t_77444
+        - (t_ak5u5 * t_uxc6c_2 + t_bjkdc * t_6adcs)
+        - (lhub_alphazhub_ay * t_4rqic + khub_alphazhub_ay1 * t_7tral)
+        - (lhub_alphazhub_az * t_r32ka + khub_alphazhub_az2 * t_cj63t)
+        - (lhub_alphazhub_alphax * t_ikffs + khub_alphazhub_alphax3 * t_mbsz7)
+        - (lhub_alphazhub_alphay * t_thfrm + khub_alphazhub_alphay4 * t_p4kxq);
+    const real t_f5qqq = t_5ibkd * t_6dtnj_6 - hub_alphaz * t_6dtnj_6 * t_munvm;
+    const real t_wlcum = t_edgbp * t_6dtnj_5
+        - t_ysosa * t_6dtnj_5 * t_2iixb
+        - (lhub_alphazhub_alphay * t_f5qqq + hub_alphaz * t_p4kxq);
+    const real t_klmfv = t_hxshn * t_6dtnj_4
+        - t_gjjfk * t_6dtnj_4 * t_ggwdq
+        - (lhub_alphayhub_alphax * t_wlcum + hub_alphay * t_df6uy)
+        - (lhub_alphazhub_alphax * t_f5qqq + hub_alphaz * t_mbsz7);
+    const real t_pi5ob = t_zuu5h * t_6dtnj_3
+        - t_ztwwp * t_6dtnj_3 * t_qajmf
+        - (lhub_alphaxhub_az * t_klmfv + hub_alphax * t_i2qww)
+        - (lhub_alphayhub_az * t_wlcum + hub_alphay * t_c6ofl)
+        - (lhub_alphazhub_az * t_f5qqq + hub_alphaz * t_cj63t);
+    const real t_6udd7 = t_t7kzy * t_6dtnj_2
+        + t_bintu * t_6dtnj_2 * t_2o6cx
+        - (lhub_alphaxhub_ay * t_klmfv + hub_alphax * t_7sprh)
+        - (lhub_alphayhub_ay * t_wlcum + hub_alphay * t_xm4ox)
+        - (lhub_alphazhub_ay * t_f5qqq + hub_alphaz * t_7tral)
+        - (lhub_azhub_ay * t_pi5ob + hub_az * t_b3pw2);
+    const real t_exgoa = t_2y5yi * t_6dtnj
+        + t_bintu_2 * t_6dtnj * t_en4ai
+        - (lhub_alphaxhub_ax * t_klmfv + hub_alphax * t_q2wxs)
+        - (lhub_alphayhub_ax * t_wlcum + hub_alphay * t_335ow)
+        + (t_ak5u5 * t_f5qqq + hub_alphaz * t_6adcs)
+        + (t_skn5h * t_6udd7 + hub_ay * t_pgqbx)
+        + (t_skn5h_2 * t_pi5ob + hub_az * t_pgqbx_2);
+    const real t_abqde = t_exgoa
+        + (hub_alphay * t_wm5sz_2 + bob1_r_z * t_wlcum)
+        - (hub_alphaz * t_wm5sz + bob1_r_y * t_f5qqq);
+    const real t_2lpqc = t_6udd7
+        + (hub_alphaz * t_ifbin + bob1_r_x * t_f5qqq)
+        - (hub_alphax * t_wm5sz_2 + bob1_r_z * t_klmfv);
+    const real t_cbjjs = t_pi5ob
+        + (hub_alphax * t_wm5sz + bob1_r_y * t_klmfv)
+        - (hub_alphay * t_ifbin + bob1_r_x * t_wlcum);
+    const real t_g2h53 = t_pcrga * t_vpzmf
+        + bob1_S1rx * t_klmfv
+        + (bob1_aPx * t_lm24u + bob1_S1tx * t_abqde)
+        + (bob1_aPy * t_m7cyo_2 + bob1_S1ty * t_2lpqc)
+        + (bob1_S1tz * t_cbjjs - bob1_aPz * t_m7cyo);
+    const real t_grf62 = t_exgoa
+        + (hub_alphay * t_cvwjt_2 + bob2_r_z * t_wlcum)
+        - (hub_alphaz * t_cvwjt + bob2_r_y * t_f5qqq);
+    const real t_7xxj3 = t_6udd7
+        + (hub_alphaz * t_fwubq + bob2_r_x * t_f5qqq)
+        - (hub_alphax * t_cvwjt_2 + bob2_r_z * t_klmfv);
+    const real t_sxhgf = t_pi5ob
+        + (hub_alphax * t_cvwjt + bob2_r_y * t_klmfv)
+        - (hub_alphay * t_fwubq + bob2_r_x * t_wlcum);
+    const real t_542de = t_jlsk2 * t_mxpm2
+        + bob2_S1rx * t_klmfv
+        + (bob2_aPx * t_a4u3e + bob2_S1tx * t_grf62)
+        + (bob2_aPy * t_5bvgr_2 + bob2_S1ty * t_7xxj3)
+        + (bob2_S1tz * t_sxhgf - bob2_aPz * t_5bvgr);
+    change[0] = x[wz] * along_x[along_vy]
+        + x[vy] * along_x[along_wz]
         - (x[wy] * along_x[along_vz] + x[vz] * along_x[along_wy])
-        + (x[wz] * along_x[along_vy] + x[vy] * along_x[along_wz]);
-    change[1] = t_qn6uf
-        - x_C * t_o7gyr
-        + (x[wx] * along_x[along_vz] + x[vz] * along_x[along_wx] - (x[wz] * along_x[along_vx] + x[vx] * along_x[along_wz]));
-    change[2] = t_cb3iy
-        - x_C * t_byp6g
-        + (x[wy] * along_x[along_vx] + x[vx] * along_x[along_wy] - (x[wx] * along_x[along_vy] + x[vy] * along_x[along_wx]));
-    change[3] = t_a6ryg;
-    change[4] = t_d5jt4 - t_byp6g;
-    change[5] = t_ccqpp;
+        + t_exgoa;
+    change[1] = x[wx] * along_x[along_vz]
+        + x[vz] * along_x[along_wx]
+        - (x[wz] * along_x[along_vx] + x[vx] * along_x[along_wz])
+        + t_6udd7;
+    change[2] = x[wy] * along_x[along_vx]
+        + x[vx] * along_x[along_wy]
+        - (x[wx] * along_x[along_vy] + x[vy] * along_x[along_wx])
+        + t_pi5ob;
+    change[3] = t_klmfv;
+    change[4] = t_wlcum;
+    change[5] = t_f5qqq;
     change[6] = along_x[along_wx];
     change[7] = along_x[along_wy];
     change[8] = along_x[along_wz];
@@ -3094,8 +3387,16 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     change[10] = along_x[along_theta1_dot];
     change[11] = along_x[along_phi2_dot];
     change[12] = along_x[along_theta2_dot];
-    change[13] = t_5qnbp - (t_zmble + p[I1] * (t_5qnbp + t_a6ryg)) * t_gbl6n - k1 * t_kka34;
-    change[14] = -(t_ccqpp + t_hhduj);
-    change[15] = t_blsy6 - (t_trbl5 + p[I2] * (t_blsy6 + t_a6ryg)) * t_jx6g7 - k2 * t_ctjmy;
-    change[16] = -(t_ccqpp + t_kwlvy);
+    change[13] = -t_g2h53;
+    change[14] = t_ofb4i * t_sjrjg
+        - bob1_q2 * t_sjrjg * t_lo4s7
+        - (bob1_S2rz * t_f5qqq - hub_alphaz * t_3bbfd)
+        - (bob1_aPy * t_2zjfz + bob1_S2ty * t_2lpqc)
+        + (bob1_aPz * t_2gm53 + t_rlquh * t_cbjjs);
+    change[15] = -t_542de;
+    change[16] = t_tbamz * t_ymfue
+        - bob2_q2 * t_ymfue * t_pgbia
+        - (bob2_S2rz * t_f5qqq - hub_alphaz * t_77444)
+        - (bob2_aPy * t_zbw3a + bob2_S2ty * t_7xxj3)
+        + (bob2_aPz * t_kjus3 + t_i7psf * t_sxhgf);
 }

@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* Jacobian of outputs with respect to x and u, row by row; 3505 operations. */
+/* Jacobian of outputs with respect to x and u, row by row; 4173 operations. */
 void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *p, real *J_x, real *J_u)
 {
     (void)r;
@@ -30,1328 +30,1569 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[p_J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
-    const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
     const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real t_7uxgo = Wt1 * sin_phi1;
-    const real chi1 = cos_phi1 * w_x1 - t_7uxgo;
-    const real t_7uxgo_2 = Wt1 * cos_phi1;
-    const real t_fyz6s = t_7uxgo_2 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real t_365dx = Wt2 * sin_phi2;
-    const real chi2 = cos_phi2 * w_x2 - t_365dx;
-    const real t_365dx_2 = Wt2 * cos_phi2;
-    const real t_2t7vh = t_365dx_2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_aqrn5 = t_rybsf * e1;
-    const real tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1;
-    const real As_1 = mv1 * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * e1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real B_1 = me1 * p[l1];
-    const real Bs_1 = B_1 * sin_phi1;
-    const real Bc_1 = B_1 * cos_phi1;
-    const real Bl_1 = B_1 * p[l1];
-    const real g_1 = e1 - lc_1;
-    const real t_d2zbw = K(1.0) / (p[I1] + p[m1] * (q_1 * q_1));
-    const real th_1 = p[m1] * t_d2zbw;
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * e1;
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + me1 - wth_1;
-    const real t_xdulz = me1 * (e1 * e1);
-    const real t_zmqjk = Bl_1 + K(-2.0) * eBc_1 + e1 * eAss_1;
-    const real t_leuxo = g_1 * wg_1;
-    const real tn44_1 = t_xdulz + t_zmqjk - t_leuxo;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real t_ownis = Wn1 * lc_1;
-    const real t_plqy5 = chi1 * p[l1];
-    const real t_l5lry = p1 + x[phi1_dot];
-    const real zeta1 = W12 * q_1 + t_ownis * w_x1 - t_plqy5 * t_l5lry;
-    const real t_djlym = zeta1 * p[I1] - loss_theta1 * q_1;
-    const real F_n1 = th_1 * t_djlym;
-    const real t_pc5rt = B_1 * eta1 + loss_phi1 * k1;
-    const real t_ayiti = t_pc5rt * cos_phi1;
-    const real F_t1 = sin_phi1 * tension1 - t_ayiti;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_3hay7 = t_rybsf * e2;
-    const real tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2;
-    const real As_2 = mv2 * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * e2;
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real B_2 = me2 * p[l2];
-    const real Bs_2 = B_2 * sin_phi2;
-    const real Bc_2 = B_2 * cos_phi2;
-    const real Bl_2 = B_2 * p[l2];
-    const real g_2 = e2 - lc_2;
-    const real t_ri6qi = K(1.0) / (p[I2] + p[m2] * (q_2 * q_2));
-    const real th_2 = p[m2] * t_ri6qi;
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * e2;
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + me2 - wth_2;
-    const real t_uohf6 = me2 * (e2 * e2);
-    const real t_agwdt = Bl_2 + K(-2.0) * eBc_2 + e2 * eAss_2;
-    const real t_leuxo_2 = g_2 * wg_2;
-    const real tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real t_cmacw = Wn2 * lc_2;
-    const real t_a3tjf = chi2 * p[l2];
-    const real t_dkl52 = p2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2 + t_cmacw * w_x2 - t_a3tjf * t_dkl52;
-    const real t_c6wyu = zeta2 * p[I2] - loss_theta2 * q_2;
-    const real F_n2 = th_2 * t_c6wyu;
-    const real t_63ozv = B_2 * eta2 + loss_phi2 * k2;
-    const real t_ki236 = t_63ozv * cos_phi2;
-    const real F_t2 = sin_phi2 * tension2 - t_ki236;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2;
-    const real t_leuxo_3 = S_sq1 * tn11_1;
-    const real t_leuxo_4 = S_sq2 * tn11_2;
-    const real K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4;
-    const real t_f2pcf = Bc_1 * cos_theta1;
-    const real t_u5rk4 = Bc_2 * cos_theta2;
-    const real K43 = wqS_1 + wqS_2 - t_f2pcf - t_u5rk4;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + Bl_1 + Bl_2 + J_C1;
-    const real t_67i37 = wg_1 - e1 * me1;
-    const real t_n5kna = wg_2 - e2 * me2;
-    const real t_hig3c_2 = Bc_1 - eAss_1;
-    const real t_vjftl = t_hig3c_2 + t_67i37;
-    const real t_hig3c_3 = Bc_2 - eAss_2;
-    const real t_vsqil = t_hig3c_3 + t_n5kna;
-    const real t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil;
-    const real K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2;
-    const real t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil;
-    const real K53 = wqS_1 - t_edvw3_2 + wqS_2;
-    const real t_yzhyr = Bl_1 - eBc_1;
-    const real t_mttiv = t_yzhyr * sin_theta1;
-    const real t_q6put = Bl_2 - eBc_2;
-    const real t_zkamf = t_q6put * sin_theta2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_mttiv + t_zkamf;
-    const real t_leuxo_5 = S_sq1 * tn44_1;
-    const real t_leuxo_6 = S_sq2 * tn44_2;
-    const real K55 = t_leuxo
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real t_x2cfd = bob1_r1_y * bob1_twice1;
+    const real t_thr2m = bob1_r_z * bob1_twice2;
+    const real bob1_u_y = t_x2cfd + bob1_r_x * x[wz] + t_thr2m - bob1_r_z * x[wx];
+    const real t_x2cfd_2 = bob1_r1_z * bob1_twice1;
+    const real t_thr2m_2 = bob1_r_y * bob1_twice2;
+    const real bob1_u_z = t_x2cfd_2 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - t_thr2m_2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real t_vagdy = bob2_r1_y * bob2_twice1;
+    const real t_bhjcf = bob2_r_z * bob2_twice2;
+    const real bob2_u_y = t_vagdy + bob2_r_x * x[wz] + t_bhjcf - bob2_r_z * x[wx];
+    const real t_vagdy_2 = bob2_r1_z * bob2_twice1;
+    const real t_bhjcf_2 = bob2_r_y * bob2_twice2;
+    const real bob2_u_z = t_vagdy_2 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - t_bhjcf_2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1tx = bob1_g1_x * t_vpzmf;
+    const real bob1_S1ty = bob1_g1_y * t_vpzmf;
+    const real bob1_S1tz = bob1_g1_z * t_vpzmf;
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_sjrjg = K(1.0) / (p[I1] + t_wbepk * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_sjrjg;
+    const real bob1_S2rz = p[I1] * t_sjrjg;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_rlquh = t_pj4i3 * t_sjrjg;
+    const real bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_dugie = bob1_S1ty * bob1_g1_x;
+    const real t_yiqfo = t_dugie * bob1_r_z;
+    const real t_dugie_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yiqfo_2 = t_dugie_2 * bob1_r_y;
+    const real t_mwmzd = bob1_S1rx * bob1_g1_x;
+    const real bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd);
+    const real t_r37jk = bob1_Myz * bob1_r_y;
+    const real t_mwmzd_2 = bob1_S1rx * bob1_g1_y;
+    const real bob1_Nxy = t_r37jk - t_mwmzd_2 - bob1_Myy * bob1_r_z;
+    const real t_mwmzd_3 = bob1_S1rx * bob1_g1_z;
+    const real t_r37jk_2 = bob1_Myz * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - t_r37jk_2;
+    const real t_2fozl = bob1_Mxx * bob1_r_z;
+    const real bob1_Nyx = t_2fozl + t_dugie_2 * bob1_r_x;
+    const real t_dugie_3 = bob1_S2rz * bob1_g2_y;
+    const real t_yiqfo_3 = t_dugie * bob1_r_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_yiqfo_3;
+    const real t_yugsj = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1tx = bob2_g1_x * t_mxpm2;
+    const real bob2_S1ty = bob2_g1_y * t_mxpm2;
+    const real bob2_S1tz = bob2_g1_z * t_mxpm2;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real t_ymfue = K(1.0) / (p[I2] + t_nww6q * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_ymfue;
+    const real bob2_S2rz = p[I2] * t_ymfue;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_i7psf = t_zludf * t_ymfue;
+    const real bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_s4byp = bob2_S1ty * bob2_g1_x;
+    const real t_6j24m = t_s4byp * bob2_r_z;
+    const real t_s4byp_2 = bob2_S1tz * bob2_g1_x;
+    const real t_6j24m_2 = t_s4byp_2 * bob2_r_y;
+    const real t_gxq2p = bob2_S1rx * bob2_g1_x;
+    const real bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p);
+    const real t_gvuud = bob2_Myz * bob2_r_y;
+    const real t_gxq2p_2 = bob2_S1rx * bob2_g1_y;
+    const real bob2_Nxy = t_gvuud - t_gxq2p_2 - bob2_Myy * bob2_r_z;
+    const real t_gxq2p_3 = bob2_S1rx * bob2_g1_z;
+    const real t_gvuud_2 = bob2_Myz * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - t_gvuud_2;
+    const real t_4rrc5 = bob2_Mxx * bob2_r_z;
+    const real bob2_Nyx = t_4rrc5 + t_s4byp_2 * bob2_r_x;
+    const real t_s4byp_3 = bob2_S2rz * bob2_g2_y;
+    const real t_6j24m_3 = t_s4byp * bob2_r_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_6j24m_3;
+    const real t_kmmnu = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf;
+    const real t_is5lg = p[I1] + p[I2];
+    const real total_Jxx = p[I0] + p[p_J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real t_cub74 = p[b] * p[m] + p[h0] * p[m0];
+    const real stream_z = t_cub74 * x[wy];
+    const real total_Hx = total_hx + total_Jxx * x[wx];
+    const real total_Hy = total_Jyy * x[wy];
+    const real total_Hz = total_hz + total_Jzz * x[wz];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + total_mass;
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    const real hub_K44 = hub_K44_fixed
+        - t_mwmzd_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_gxq2p_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_mwmzd_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_gxq2p_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + total_mass;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_yiqfo_4 = t_dugie_2 * bob1_r_z;
+    const real t_vh7r5 = t_yiqfo_4 + bob1_Mzz * bob1_r_x;
+    const real t_6j24m_4 = t_s4byp_2 * bob2_r_z;
+    const real t_wudhu = t_6j24m_4 + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu);
+    const real t_4jexu = t_mwmzd * bob1_r_z;
+    const real t_te2vp = t_gxq2p * bob2_r_z;
+    const real t_vh7r5_2 = t_yiqfo + t_yugsj;
+    const real t_wudhu_2 = t_6j24m + t_kmmnu;
+    const real hub_K54 = t_mwmzd_3 * bob1_r_x
+        - (t_4jexu + t_vh7r5 * bob1_r_y + t_te2vp + t_wudhu * bob2_r_y)
+        + t_vh7r5_2 * bob1_r_z
+        + t_gxq2p_3 * bob2_r_x
+        + t_wudhu_2 * bob2_r_z;
+    const real hub_K55 = total_Jyy
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_vh7r5 * bob1_r_x
+        + t_wudhu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + total_mass;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real t_4jexu_2 = t_mwmzd * bob1_r_y;
+    const real t_te2vp_2 = t_gxq2p * bob2_r_y;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_mwmzd_2 * bob1_r_x
+        - t_gxq2p_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_4jexu_2
+        - bob1_Nzy * bob1_r_z
+        + t_te2vp_2
+        - bob2_Nzy * bob2_r_z;
+    const real t_2fozl_2 = bob1_Mxx * bob1_r_y;
+    const real t_ezb77 = t_dugie * bob1_r_x + t_2fozl_2;
+    const real t_ohf57 = t_ezb77 * bob1_r_y;
+    const real t_4rrc5_2 = bob2_Mxx * bob2_r_y;
+    const real t_ykkjc = t_s4byp * bob2_r_x + t_4rrc5_2;
+    const real t_dejsd = t_ykkjc * bob2_r_y;
+    const real hub_K66 = total_Jzz
+        - t_dugie_3 * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_s4byp_3 * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_ohf57
+        - bob1_S2rz * p[I1]
+        + t_dejsd
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_uw5f5 = t_cub74 * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * x[wx];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * bob1_S1rx
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * bob2_S1rx
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real t_leuxo = bob1_fx * bob1_r_z;
+    const real t_leuxo_2 = bob2_fx * bob2_r_z;
+    const real hub_b5 = t_leuxo
         + t_leuxo_2
-        + t_hig3c
-        + t_leuxo_5
-        + t_leuxo_6
-        + J_C3
-        - t_xdulz
-        - t_uohf6
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3);
-    const real t_hig3c_4 = wgS_1 + wgS_2;
-    const real t_mttiv_2 = t_yzhyr * cos_theta1;
-    const real t_zkamf_2 = t_q6put * cos_theta2;
-    const real K64 = t_hig3c_4 + t_mttiv_2 + t_zkamf_2;
-    const real K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_f2pcf_2 = F_t1 * sin_theta1;
-    const real t_u5rk4_2 = F_t2 * sin_theta2;
-    const real n2 = t_mallh + t_lbh6o + t_f2pcf_2 + t_u5rk4_2;
-    const real t_f2pcf_3 = F_t1 * cos_theta1;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real t_u5rk4_3 = F_t2 * cos_theta2;
-    const real n3 = t_f2pcf_3 - (t_mallh_2 + t_lbh6o_2) + t_u5rk4_3;
-    const real t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * p[l1];
-    const real t_hig3c_5 = M_q1 + M_q2;
-    const real t_ogbts = Bs_2 * t_3hay7 + t_63ozv * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    const real t_6nfyn = t_sfymc * x[wy];
-    const real n4 = t_mjqai
-        - t_hig3c_5
-        + t_ogbts
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - t_6nfyn * x[wz];
-    const real t_lsqzr = t_mjqai + F_t1 * e1;
-    const real t_l3oem = t_lsqzr * sin_theta1;
-    const real t_rbrf6 = t_ogbts + F_t2 * e2;
-    const real t_4d6tt = t_rbrf6 * sin_theta2;
-    const real t_hhcx7 = J_C1 + (p[J_z] - p[J_y]);
-    const real n5 = t_l3oem
-        - (t_hig3c_5 + loss_theta1 + loss_theta2)
-        + t_4d6tt
-        - W12 * t_hhcx7
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real t_l3oem_2 = t_lsqzr * cos_theta1;
-    const real t_4d6tt_2 = t_rbrf6 * cos_theta2;
-    const real t_h6dwl = J_C1 + t_is5lg + t_sfymc;
-    const real n6 = t_l3oem_2
-        + t_4d6tt_2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * t_h6dwl
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_f2pcf_4 = Asc_1 * sin_theta1;
-    const real t_u5rk4_4 = Asc_2 * sin_theta2;
-    const real t_f2nhc = t_f2pcf_4 + t_u5rk4_4;
-    const real t_6dtnj = K(1.0) / K11;
-    const real t_gousg = t_f2nhc * t_6dtnj;
-    const real K_D2 = K22 - t_f2nhc * t_gousg;
-    const real t_f2pcf_5 = Asc_1 * cos_theta1;
-    const real t_u5rk4_5 = Asc_2 * cos_theta2;
-    const real t_f2nhc_2 = t_f2pcf_5 + t_u5rk4_5;
-    const real t_gousg_2 = t_f2nhc_2 * t_6dtnj;
-    const real t_7exg5 = K32 - t_f2nhc * t_gousg_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_7exg5 * t_6dtnj_2;
-    const real t_2jubo = Bs_1 + Asc_1 * e1;
-    const real t_rmbl5 = t_2jubo * sin_theta1;
-    const real t_ittbm = Bs_2 + Asc_2 * e2;
-    const real t_oja3l = t_ittbm * sin_theta2;
-    const real t_6iku5 = t_rmbl5 + t_oja3l;
-    const real t_thnvm = t_6iku5 * t_6dtnj;
-    const real t_7exg5_2 = K52 - t_f2nhc * t_thnvm;
-    const real K_L52 = t_7exg5_2 * t_6dtnj_2;
-    const real K_D3 = K33 - t_7exg5 * K_L32 - t_f2nhc_2 * t_gousg_2;
-    const real t_f2pcf_6 = Bc_1 * sin_theta1;
-    const real t_u5rk4_6 = Bc_2 * sin_theta2;
-    const real t_hig3c_6 = Bs_1 + Bs_2;
-    const real t_w6lcf = t_hig3c_6 * t_6dtnj;
-    const real t_ly572 = wqC_1 + wqC_2 + t_f2pcf_6 + t_u5rk4_6 + t_f2nhc * t_w6lcf;
-    const real t_eoupv = t_ly572 * t_6dtnj_2;
-    const real t_e2ygr = K43 + t_7exg5 * t_eoupv - t_f2nhc_2 * t_w6lcf;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_e2ygr * t_6dtnj_3;
-    const real t_g6lxe = K53 - t_7exg5 * K_L52 - t_f2nhc_2 * t_thnvm;
-    const real K_L53 = t_g6lxe * t_6dtnj_3;
-    const real t_rmbl5_2 = t_2jubo * cos_theta1;
-    const real t_oja3l_2 = t_ittbm * cos_theta2;
-    const real t_6iku5_2 = t_rmbl5_2 + t_oja3l_2;
-    const real t_thnvm_2 = t_6iku5_2 * t_6dtnj;
-    const real t_du5u3 = t_edvw3_2 + t_f2nhc * t_thnvm_2;
-    const real t_o5wmi = t_du5u3 * t_6dtnj_2;
-    const real t_hbw2v = K63 + t_7exg5 * t_o5wmi - t_f2nhc_2 * t_thnvm_2;
-    const real K_L63 = t_hbw2v * t_6dtnj_3;
-    const real K_D4 = K44 - t_ly572 * t_eoupv - t_e2ygr * K_L43 - t_hig3c_6 * t_w6lcf;
-    const real t_wi63m = K54 + t_ly572 * K_L52 - t_e2ygr * K_L53 - t_hig3c_6 * t_thnvm;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_wi63m * t_6dtnj_4;
-    const real t_7ergp = K64 - t_ly572 * t_o5wmi - t_e2ygr * K_L63 - t_hig3c_6 * t_thnvm_2;
-    const real K_L64 = t_7ergp * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_7exg5_2 * K_L52
-        - t_g6lxe * K_L53
-        - t_wi63m * K_L54
-        - t_6iku5 * t_thnvm;
-    const real t_n4u4m = K65
-        + t_7exg5_2 * t_o5wmi
-        - t_g6lxe * K_L63
-        - t_wi63m * K_L64
-        - t_6iku5 * t_thnvm_2;
-    const real t_6dtnj_5 = K(1.0) / K_D5;
-    const real K_L65 = t_n4u4m * t_6dtnj_5;
-    const real K_D6 = K66
-        - t_du5u3 * t_o5wmi
-        - t_hbw2v * K_L63
-        - t_7ergp * K_L64
-        - t_n4u4m * K_L65
-        - t_6iku5_2 * t_thnvm_2;
-    const real t_ayiti_2 = t_pc5rt * sin_phi1;
-    const real t_ki236_2 = t_63ozv * sin_phi2;
-    const real b1 = f_x + (t_ayiti_2 + t_ki236_2 + cos_phi1 * tension1 + cos_phi2 * tension2);
-    const real b2 = f_y - n2;
-    const real b4 = u[Mx] - n4;
-    const real t_bknng = p[b] + p[d] + x_C;
-    const real b5 = u[Mz] - n5 - f_y * t_bknng;
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real t_leuxo_3 = bob1_fx * bob1_r_y;
+    const real t_leuxo_4 = bob2_fx * bob2_r_y;
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - t_leuxo_3
+        - bob2_Q2 * bob2_S2rz
+        - t_leuxo_4
+        - total_Hy * x[wx];
+    const real t_6dtnj = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
+    const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
+    const real t_lhd4o = t_dugie + t_s4byp;
+    const real t_skn5h = t_lhd4o * t_6dtnj;
+    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
+    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real t_d5zcj = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_d5zcj;
+    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_d5zcj;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_d5zcj;
+    const real t_ohf57_2 = t_ezb77 * bob1_r_z;
+    const real t_dejsd_2 = t_ykkjc * bob2_r_z;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_d5zcj - (t_ohf57_2 + t_dejsd_2 + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_d5zcj;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real ihub_alphax = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * ihub_alphax;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * ihub_alphax;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real ihub_alphay = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * ihub_alphay;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real ihub_alphaz = K(1.0) / khub_alphazhub_alphaz5;
+    const real yhub_ax = f_x + hub_b1;
+    const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * t_bknng - (u[My] + n6);
-    const real X_y2 = b2 + t_gousg * b1;
-    const real X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_w6lcf * b1 + t_eoupv * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_thnvm * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_thnvm_2 * b1
-        + t_o5wmi * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real t_6dtnj_6 = K(1.0) / K_D6;
-    const real X_x6 = X_y6 * t_6dtnj_6;
-    const real t_bintu = X_y5 * t_6dtnj_5;
-    const real X_x5 = t_bintu - K_L65 * X_x6;
-    const real t_bintu_2 = X_y4 * t_6dtnj_4;
-    const real X_x4 = t_bintu_2 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real t_ztwwp = X_y3 * t_6dtnj_3;
-    const real X_x3 = t_ztwwp - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real t_bintu_3 = X_y2 * t_6dtnj_2;
-    const real X_x2 = t_bintu_3
-        - K_L32 * X_x3
-        + t_eoupv * X_x4
-        - K_L52 * X_x5
-        + t_o5wmi * X_x6;
-    const real t_m6nad = t_fyz6s * cos_phi1 + chi1 * sin_phi1;
-    const real t_jydje = B_1 * (t_m6nad - Wt1);
-    const real t_4glor = t_2t7vh * cos_phi2 + chi2 * sin_phi2;
-    const real t_pq5z6 = B_2 * (t_4glor - Wt2);
-    const real t_fyz6s_2 = t_fyz6s + t_fyz6s;
-    const real t_wrs7t = t_6nwd2 * (t_fyz6s_2 * sin_phi1);
-    const real t_7ucg7 = cos_phi1 * t_wrs7t;
-    const real t_2t7vh_2 = t_2t7vh + t_2t7vh;
-    const real t_fa2pe = t_popww * (t_2t7vh_2 * sin_phi2);
-    const real t_uxnqa = cos_phi2 * t_fa2pe;
-    const real t_n5fmh = sin_phi1 * t_jydje + sin_phi2 * t_pq5z6 - t_7ucg7 - t_uxnqa;
+    const real yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
+    const real yhub_alphax = u[Mx] + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real t_yxxpc = p[b] + p[d];
+    const real yhub_alphay = u[My]
+        + hub_b5
+        - t_gcu5g * t_yxxpc
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real yhub_alphaz = u[Mz]
+        + hub_b6
+        - f_y * t_yxxpc
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_d5zcj * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz * ihub_alphaz;
+    const real t_xoozi = yhub_alphay * ihub_alphay;
+    const real hub_alphay = t_xoozi - hub_alphaz * lhub_alphazhub_alphay;
+    const real t_kdzxs = yhub_alphax * ihub_alphax;
+    const real hub_alphax = t_kdzxs - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real t_ztwwp = yhub_az * t_6dtnj_3;
+    const real hub_az = t_ztwwp - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real t_bintu = yhub_ay * t_6dtnj_2;
+    const real hub_ay = t_bintu
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real t_sxazp = x[wy] * bob1_r_y;
+    const real t_ic3ud = x[wz] * bob1_r_z;
+    const real t_ipz3m = t_sxazp + t_ic3ud;
+    const real t_yez77 = p[m1] * t_ipz3m;
+    const real t_j5f44 = x[wx] * bob1_r_y;
+    const real t_7i2je = p[m1] * (t_j5f44 + bob1_u_z);
+    const real t_j5f44_2 = x[wx] * bob1_r_z;
+    const real t_xtyxz = p[m1] * (bob1_u_y - t_j5f44_2);
+    const real t_3su2d = bob1_r1_x * t_yez77 - bob1_r1_y * t_7i2je + bob1_r1_z * t_xtyxz;
+    const real t_4jp7i = bob1_r_y * t_xtyxz + bob1_r_z * t_7i2je;
+    const real t_cuoet = bob1_S1ty * t_3su2d + t_7i2je - bob1_S2ty * t_4jp7i;
+    const real t_sxazp_2 = x[wy] * bob2_r_y;
+    const real t_ic3ud_2 = x[wz] * bob2_r_z;
+    const real t_ipz3m_2 = t_sxazp_2 + t_ic3ud_2;
+    const real t_rcik7 = p[m2] * t_ipz3m_2;
+    const real t_j5f44_3 = x[wx] * bob2_r_y;
+    const real t_4pf7n = p[m2] * (t_j5f44_3 + bob2_u_z);
+    const real t_j5f44_4 = x[wx] * bob2_r_z;
+    const real t_fnaha = p[m2] * (bob2_u_y - t_j5f44_4);
+    const real t_fnng3 = bob2_r1_x * t_rcik7 - bob2_r1_y * t_4pf7n + bob2_r1_z * t_fnaha;
+    const real t_uyiyn = bob2_r_y * t_fnaha + bob2_r_z * t_4pf7n;
+    const real t_bztw6 = bob2_S1ty * t_fnng3 + t_4pf7n - bob2_S2ty * t_uyiyn;
+    const real t_7tb2z = bob1_S1tx * t_3su2d - t_yez77;
+    const real t_d4tsz = bob2_S1tx * t_fnng3 - t_rcik7;
+    const real t_y3f4s = t_7tb2z + t_d4tsz;
+    const real t_cw6ld = t_cuoet + t_bztw6 + stream_z + t_skn5h * t_y3f4s;
+    const real t_7kyui = bob1_S1tz * t_3su2d - t_xtyxz + t_rlquh * t_4jp7i;
+    const real t_yescm = bob2_S1tz * t_fnng3 - t_fnaha + t_i7psf * t_uyiyn;
+    const real t_vmv3m = t_7kyui + t_yescm + t_uw5f5 + t_skn5h_2 * t_y3f4s - lhub_azhub_ay * t_cw6ld;
+    const real t_fl5g3 = bob1_r_y * t_7kyui
+        + bob2_r_y * t_yescm
+        + bob1_S1rx * t_3su2d
+        - bob1_r_z * t_cuoet
+        + bob2_S1rx * t_fnng3
+        - bob2_r_z * t_bztw6
+        - lhub_alphaxhub_ax * t_y3f4s
+        - lhub_alphaxhub_ay * t_cw6ld
+        - lhub_alphaxhub_az * t_vmv3m;
+    const real t_hxyqp = bob1_r_z * t_7tb2z
+        + bob2_r_z * t_d4tsz
+        + total_Hz
+        - bob1_r_x * t_7kyui
+        - bob2_r_x * t_yescm
+        - x[wz] * total_Jxx
+        - lhub_alphayhub_alphax * t_fl5g3
+        - lhub_alphayhub_ax * t_y3f4s
+        - lhub_alphayhub_ay * t_cw6ld
+        - lhub_alphayhub_az * t_vmv3m;
+    const real t_um4fr = bob1_r_x * t_cuoet
+        + bob2_r_x * t_bztw6
+        + x[wy] * total_Jxx
+        - bob1_S2rz * t_4jp7i
+        - bob1_r_y * t_7tb2z
+        - bob2_S2rz * t_uyiyn
+        - bob2_r_y * t_d4tsz
+        - total_Hy
+        - lhub_alphazhub_alphax * t_fl5g3
+        - lhub_alphazhub_alphay * t_hxyqp
+        + t_d5zcj * t_y3f4s
+        - lhub_alphazhub_ay * t_cw6ld
+        - lhub_alphazhub_az * t_vmv3m;
+    const real t_dsuqb = t_um4fr * ihub_alphaz;
+    const real t_hkods = t_hxyqp * ihub_alphay - lhub_alphazhub_alphay * t_dsuqb;
+    const real t_phpis = t_fl5g3 * ihub_alphax - lhub_alphayhub_alphax * t_hkods - lhub_alphazhub_alphax * t_dsuqb;
+    const real t_wyk26 = t_vmv3m * t_6dtnj_3 - lhub_alphaxhub_az * t_phpis - lhub_alphayhub_az * t_hkods - lhub_alphazhub_az * t_dsuqb;
+    const real t_qzl7y = t_cw6ld * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_phpis
+        - lhub_alphayhub_ay * t_hkods
+        - lhub_alphazhub_ay * t_dsuqb
+        - lhub_azhub_ay * t_wyk26;
+    const real t_pa2dd = p[m1] * (bob1_u_z - x[wy] * bob1_r_x);
+    const real t_czw3t = x[wx] * bob1_r_x;
+    const real t_w5jfo = p[m1] * (t_ic3ud + t_czw3t);
+    const real t_kvzcn = p[m1] * (x[wy] * bob1_r_z + bob1_u_x);
+    const real t_yxocf = bob1_r1_x * t_pa2dd + bob1_r1_y * t_w5jfo - bob1_r1_z * t_kvzcn;
+    const real t_lijq2 = bob1_r_y * t_kvzcn + bob1_r_z * t_w5jfo;
+    const real t_g2djh = bob1_S1ty * t_yxocf - t_w5jfo + bob1_S2ty * t_lijq2;
+    const real t_fun7y = p[m2] * (bob2_u_z - x[wy] * bob2_r_x);
+    const real t_5gqna = x[wx] * bob2_r_x;
+    const real t_kalcs = p[m2] * (t_ic3ud_2 + t_5gqna);
+    const real t_defow = p[m2] * (x[wy] * bob2_r_z + bob2_u_x);
+    const real t_b5be3 = bob2_r1_x * t_fun7y + bob2_r1_y * t_kalcs - bob2_r1_z * t_defow;
+    const real t_zvvta = bob2_r_y * t_defow + bob2_r_z * t_kalcs;
+    const real t_wk2b4 = bob2_S1ty * t_b5be3 - t_kalcs + bob2_S2ty * t_zvvta;
+    const real t_lmipk = x[wx] * t_cub74;
+    const real t_nlk72 = bob1_S1tx * t_yxocf - t_pa2dd;
+    const real t_smnjh = bob2_S1tx * t_b5be3 - t_fun7y;
+    const real t_xbgwk = x[wy] * t_cub74;
+    const real t_szlq7 = t_nlk72 + t_smnjh - (t_xbgwk + t_xbgwk);
+    const real t_mcbkb = t_g2djh + t_wk2b4 + t_lmipk + t_skn5h * t_szlq7;
+    const real t_3o3rl = bob1_S1tz * t_yxocf + t_kvzcn - t_rlquh * t_lijq2;
+    const real t_tqnfd = bob2_S1tz * t_b5be3 + t_defow - t_i7psf * t_zvvta;
+    const real t_xyify = t_3o3rl + t_tqnfd + t_skn5h_2 * t_szlq7 - lhub_azhub_ay * t_mcbkb;
+    const real t_mvrmb = bob1_r_y * t_3o3rl
+        + bob2_r_y * t_tqnfd
+        + x[wz] * total_Jyy
+        + bob1_S1rx * t_yxocf
+        - bob1_r_z * t_g2djh
+        + bob2_S1rx * t_b5be3
+        - bob2_r_z * t_wk2b4
+        - total_Hz
+        - lhub_alphaxhub_ax * t_szlq7
+        - lhub_alphaxhub_ay * t_mcbkb
+        - lhub_alphaxhub_az * t_xyify;
+    const real t_dfdgi = bob1_r_z * t_nlk72
+        + bob2_r_z * t_smnjh
+        - bob1_r_x * t_3o3rl
+        - bob2_r_x * t_tqnfd
+        - lhub_alphayhub_alphax * t_mvrmb
+        - lhub_alphayhub_ax * t_szlq7
+        - lhub_alphayhub_ay * t_mcbkb
+        - lhub_alphayhub_az * t_xyify;
+    const real t_hqd6t = bob1_r_x * t_g2djh
+        + bob2_r_x * t_wk2b4
+        + total_Hx
+        + bob1_S2rz * t_lijq2
+        - bob1_r_y * t_nlk72
+        + bob2_S2rz * t_zvvta
+        - bob2_r_y * t_smnjh
+        - x[wx] * total_Jyy
+        - lhub_alphazhub_alphax * t_mvrmb
+        - lhub_alphazhub_alphay * t_dfdgi
+        + t_d5zcj * t_szlq7
+        - lhub_alphazhub_ay * t_mcbkb
+        - lhub_alphazhub_az * t_xyify;
+    const real t_s3jo5 = t_hqd6t * ihub_alphaz;
+    const real t_qrgdf = t_dfdgi * ihub_alphay - lhub_alphazhub_alphay * t_s3jo5;
+    const real t_7fe2m = t_mvrmb * ihub_alphax - lhub_alphayhub_alphax * t_qrgdf - lhub_alphazhub_alphax * t_s3jo5;
+    const real t_7lqze = t_xyify * t_6dtnj_3 - lhub_alphaxhub_az * t_7fe2m - lhub_alphayhub_az * t_qrgdf - lhub_alphazhub_az * t_s3jo5;
+    const real t_wmjpu = t_mcbkb * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_7fe2m
+        - lhub_alphayhub_ay * t_qrgdf
+        - lhub_alphazhub_ay * t_s3jo5
+        - lhub_azhub_ay * t_7lqze;
+    const real t_an7ba = p[m1] * (bob1_u_x - x[wz] * bob1_r_y);
+    const real t_s2tbj = p[m1] * (x[wz] * bob1_r_x + bob1_u_y);
+    const real t_henzt = p[m1] * (t_czw3t + t_sxazp);
+    const real t_webdt = bob1_r1_y * t_an7ba - bob1_r1_x * t_s2tbj + bob1_r1_z * t_henzt;
+    const real t_47tuz = bob1_r_y * t_henzt - bob1_r_z * t_an7ba;
+    const real t_nabxq = bob1_S1ty * t_webdt - t_an7ba - bob1_S2ty * t_47tuz;
+    const real t_25z6v = p[m2] * (bob2_u_x - x[wz] * bob2_r_y);
+    const real t_znulx = p[m2] * (x[wz] * bob2_r_x + bob2_u_y);
+    const real t_ttcyg = p[m2] * (t_5gqna + t_sxazp_2);
+    const real t_j74uq = bob2_r1_y * t_25z6v - bob2_r1_x * t_znulx + bob2_r1_z * t_ttcyg;
+    const real t_oxwib = bob2_r_y * t_ttcyg - bob2_r_z * t_25z6v;
+    const real t_qj4et = bob2_S1ty * t_j74uq - t_25z6v - bob2_S2ty * t_oxwib;
+    const real t_a7rjv = bob1_S1tx * t_webdt + t_s2tbj;
+    const real t_v4z6m = bob2_S1tx * t_j74uq + t_znulx;
+    const real t_uw5f5_2 = x[wz] * t_cub74;
+    const real t_5v6cv = t_a7rjv + t_v4z6m - (t_uw5f5_2 + t_uw5f5_2);
+    const real t_cjk3j = t_nabxq + t_qj4et + t_skn5h * t_5v6cv;
+    const real t_fvnik = bob1_S1tz * t_webdt - t_henzt + t_rlquh * t_47tuz;
+    const real t_74fzj = bob2_S1tz * t_j74uq - t_ttcyg + t_i7psf * t_oxwib;
+    const real t_t5cle = t_fvnik + t_74fzj + t_lmipk + t_skn5h_2 * t_5v6cv - lhub_azhub_ay * t_cjk3j;
+    const real t_xfaz6 = bob1_r_y * t_fvnik
+        + bob2_r_y * t_74fzj
+        + total_Hy
+        + bob1_S1rx * t_webdt
+        - bob1_r_z * t_nabxq
+        + bob2_S1rx * t_j74uq
+        - bob2_r_z * t_qj4et
+        - x[wy] * total_Jzz
+        - lhub_alphaxhub_ax * t_5v6cv
+        - lhub_alphaxhub_ay * t_cjk3j
+        - lhub_alphaxhub_az * t_t5cle;
+    const real t_f3q2s = bob1_r_z * t_a7rjv
+        + bob2_r_z * t_v4z6m
+        + x[wx] * total_Jzz
+        - bob1_r_x * t_fvnik
+        - bob2_r_x * t_74fzj
+        - total_Hx
+        - lhub_alphayhub_alphax * t_xfaz6
+        - lhub_alphayhub_ax * t_5v6cv
+        - lhub_alphayhub_ay * t_cjk3j
+        - lhub_alphayhub_az * t_t5cle;
+    const real t_lrspa = bob1_r_x * t_nabxq
+        + bob2_r_x * t_qj4et
+        - bob1_S2rz * t_47tuz
+        - bob1_r_y * t_a7rjv
+        - bob2_S2rz * t_oxwib
+        - bob2_r_y * t_v4z6m
+        - lhub_alphazhub_alphax * t_xfaz6
+        - lhub_alphazhub_alphay * t_f3q2s
+        + t_d5zcj * t_5v6cv
+        - lhub_alphazhub_ay * t_cjk3j
+        - lhub_alphazhub_az * t_t5cle;
+    const real t_4jvum = t_lrspa * ihub_alphaz;
+    const real t_y5lqi = t_f3q2s * ihub_alphay - lhub_alphazhub_alphay * t_4jvum;
+    const real t_qd4e4 = t_xfaz6 * ihub_alphax - lhub_alphayhub_alphax * t_y5lqi - lhub_alphazhub_alphax * t_4jvum;
+    const real t_h7u2m = t_t5cle * t_6dtnj_3 - lhub_alphaxhub_az * t_qd4e4 - lhub_alphayhub_az * t_y5lqi - lhub_alphazhub_az * t_4jvum;
+    const real t_mipwa = t_cjk3j * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_qd4e4
+        - lhub_alphayhub_ay * t_y5lqi
+        - lhub_alphazhub_ay * t_4jvum
+        - lhub_azhub_ay * t_h7u2m;
     const real t_rcy73 = p[l1] * cos_phi1;
-    const real t_ux5vm = t_l5lry * t_rcy73;
-    const real t_uqnqh = th_1 * (p[I1] * (q_1 * x[wy] + t_ownis - t_ux5vm));
-    const real t_74v4c = cos_theta1 * t_uqnqh;
-    const real t_uvqau = p[l2] * cos_phi2;
-    const real t_n2a3s = t_dkl52 * t_uvqau;
-    const real t_wk5wj = th_2 * (p[I2] * (q_2 * x[wy] + t_cmacw - t_n2a3s));
-    const real t_gxiub = cos_theta2 * t_wk5wj;
-    const real t_7ucg7_2 = sin_phi1 * t_wrs7t;
-    const real t_6hq2o = t_7ucg7_2 + cos_phi1 * t_jydje;
-    const real t_uxnqa_2 = sin_phi2 * t_fa2pe;
-    const real t_atghb = t_uxnqa_2 + cos_phi2 * t_pq5z6;
-    const real t_mkbym = t_gousg * t_n5fmh - (t_74v4c + t_gxiub - sin_theta1 * t_6hq2o - sin_theta2 * t_atghb);
-    const real t_74v4c_2 = sin_theta1 * t_uqnqh;
-    const real t_gxiub_2 = sin_theta2 * t_wk5wj;
-    const real t_kx6ez = t_gousg_2 * t_n5fmh
-        + (cos_theta1 * t_6hq2o + (t_74v4c_2 + t_gxiub_2) + cos_theta2 * t_atghb)
-        - K_L32 * t_mkbym;
-    const real t_fjruu = p[l1] * t_jydje;
-    const real t_rxg2v = q_1 * t_uqnqh + q_2 * t_wk5wj;
-    const real t_kl2mz = p[l2] * t_pq5z6;
-    const real t_nt5ht = t_w6lcf * t_n5fmh
-        - (t_fjruu - t_rxg2v + t_kl2mz)
-        + t_eoupv * t_mkbym
-        - K_L43 * t_kx6ez;
-    const real t_wtzdu = t_fjruu - e1 * t_6hq2o;
-    const real t_n4quw = t_kl2mz - e2 * t_atghb;
-    const real t_k5taf = sin_theta1 * t_wtzdu
-        - t_rxg2v
-        + sin_theta2 * t_n4quw
-        - t_hhcx7 * x[wy]
-        + g_1 * t_74v4c
-        + g_2 * t_gxiub;
-    const real t_udngd = t_thnvm * t_n5fmh
-        - t_k5taf
-        - K_L52 * t_mkbym
-        - K_L53 * t_kx6ez
-        - K_L54 * t_nt5ht;
-    const real t_ltzrt = cos_theta1 * t_wtzdu
-        + cos_theta2 * t_n4quw
-        + I_theta1
-        + I_theta2
-        - t_h6dwl * x[wz]
-        - g_1 * t_74v4c_2
-        - g_2 * t_gxiub_2;
-    const real t_ajtum = t_thnvm_2 * t_n5fmh
-        - t_ltzrt
-        + t_o5wmi * t_mkbym
-        - K_L63 * t_kx6ez
-        - K_L64 * t_nt5ht
-        - K_L65 * t_udngd;
-    const real t_poebv = t_ajtum * t_6dtnj_6;
-    const real t_dtjyx = t_udngd * t_6dtnj_5 - K_L65 * t_poebv;
-    const real t_b2dl7 = t_nt5ht * t_6dtnj_4 - K_L54 * t_dtjyx - K_L64 * t_poebv;
-    const real t_fto3h = t_kx6ez * t_6dtnj_3 - K_L43 * t_b2dl7 - K_L53 * t_dtjyx - K_L63 * t_poebv;
-    const real t_4uruq = t_mkbym * t_6dtnj_2
-        - K_L32 * t_fto3h
-        + t_eoupv * t_b2dl7
-        - K_L52 * t_dtjyx
-        + t_o5wmi * t_poebv;
-    const real t_7fukq = cos_phi1 * sin_theta1;
-    const real t_7fukq_2 = sin_phi1 * sin_theta1;
-    const real t_fqaz7 = B_1 * (chi1 * t_7fukq - t_fyz6s * t_7fukq_2 - w_x1 * sin_theta1);
-    const real t_2m4cx = cos_phi2 * sin_theta2;
-    const real t_2m4cx_2 = sin_phi2 * sin_theta2;
-    const real t_rwr3l = B_2 * (chi2 * t_2m4cx - t_2t7vh * t_2m4cx_2 - w_x2 * sin_theta2);
-    const real t_wussy = x[wy] + x[wy];
-    const real t_vns3w = e1 * t_wussy;
-    const real t_lcyz4 = p1 + p1;
-    const real t_nkbhu = mv1 * (cos_phi1 * t_vns3w) - t_6nwd2 * (t_fyz6s_2 * t_7fukq + t_lcyz4 * cos_theta1);
-    const real t_7mfdv = e2 * t_wussy;
-    const real t_jsckv = p2 + p2;
-    const real t_dnv4p = mv2 * (cos_phi2 * t_7mfdv) - t_popww * (t_2t7vh_2 * t_2m4cx + t_jsckv * cos_theta2);
-    const real t_6xltc = sin_phi1 * t_fqaz7 + sin_phi2 * t_rwr3l + cos_phi1 * t_nkbhu + cos_phi2 * t_dnv4p;
-    const real t_wifst = q_1 * x[wx]
-        + w_x1 * (lc_1 * cos_theta1)
-        - (t_plqy5 * cos_theta1 - t_l5lry * (p[l1] * t_7fukq_2));
-    const real t_5podz = th_1 * (p[I1] * t_wifst);
-    const real t_lhpev = cos_theta1 * t_5podz;
-    const real t_memuv = q_2 * x[wx]
-        + w_x2 * (lc_2 * cos_theta2)
-        - (t_a3tjf * cos_theta2 - t_dkl52 * (p[l2] * t_2m4cx_2));
-    const real t_jsutt = th_2 * (p[I2] * t_memuv);
-    const real t_dev2l = cos_theta2 * t_jsutt;
-    const real t_n7rjx = sin_phi1 * t_nkbhu - cos_phi1 * t_fqaz7;
-    const real t_a2obt = sin_phi2 * t_dnv4p - cos_phi2 * t_rwr3l;
-    const real t_tarox = t_gousg * t_6xltc - (t_lhpev + t_dev2l + sin_theta1 * t_n7rjx + sin_theta2 * t_a2obt);
-    const real t_lhpev_2 = sin_theta1 * t_5podz;
-    const real t_dev2l_2 = sin_theta2 * t_jsutt;
-    const real t_m2fjg = t_gousg_2 * t_6xltc
-        - (cos_theta1 * t_n7rjx - (t_lhpev_2 + t_dev2l_2) + cos_theta2 * t_a2obt)
-        - K_L32 * t_tarox;
-    const real t_4hlzs = Bs_1 * t_vns3w + p[l1] * t_fqaz7;
-    const real t_e2vne = q_1 * t_5podz + q_2 * t_jsutt;
-    const real t_hdjrh = Bs_2 * t_7mfdv + p[l2] * t_rwr3l;
-    const real t_et4do = t_w6lcf * t_6xltc
-        - (t_4hlzs - t_e2vne + t_hdjrh + I_theta1 + I_theta2 - x[wz] * t_sfymc)
-        + t_eoupv * t_tarox
-        - K_L43 * t_m2fjg;
-    const real t_62cc2 = t_4hlzs + e1 * t_n7rjx;
-    const real t_67phc = t_hdjrh + e2 * t_a2obt;
-    const real t_vwimp = sin_theta1 * t_62cc2
-        - t_e2vne
-        + sin_theta2 * t_67phc
-        - t_hhcx7 * x[wx]
-        - I_phi1
-        - I_phi2
-        + g_1 * t_lhpev
-        + g_2 * t_dev2l;
-    const real t_5il7c = t_thnvm * t_6xltc
-        - t_vwimp
-        - K_L52 * t_tarox
-        - K_L53 * t_m2fjg
-        - K_L54 * t_et4do;
-    const real t_yhqmx = t_thnvm_2 * t_6xltc
-        - (cos_theta1 * t_62cc2 + cos_theta2 * t_67phc - g_1 * t_lhpev_2 - g_2 * t_dev2l_2)
-        + t_o5wmi * t_tarox
-        - K_L63 * t_m2fjg
-        - K_L64 * t_et4do
-        - K_L65 * t_5il7c;
-    const real t_3oeyp = t_yhqmx * t_6dtnj_6;
-    const real t_qquhy = t_5il7c * t_6dtnj_5 - K_L65 * t_3oeyp;
-    const real t_picgh = t_et4do * t_6dtnj_4 - K_L54 * t_qquhy - K_L64 * t_3oeyp;
-    const real t_4f33v = t_m2fjg * t_6dtnj_3 - K_L43 * t_picgh - K_L53 * t_qquhy - K_L63 * t_3oeyp;
-    const real t_rg3c5 = t_tarox * t_6dtnj_2
-        - K_L32 * t_4f33v
-        + t_eoupv * t_picgh
-        - K_L52 * t_qquhy
-        + t_o5wmi * t_3oeyp;
-    const real t_7fukq_3 = cos_phi1 * cos_theta1;
-    const real t_7fukq_4 = sin_phi1 * cos_theta1;
-    const real t_fqaz7_2 = B_1 * (chi1 * t_7fukq_3 - t_fyz6s * t_7fukq_4 - w_x1 * cos_theta1);
-    const real t_2m4cx_3 = cos_phi2 * cos_theta2;
-    const real t_2m4cx_4 = sin_phi2 * cos_theta2;
-    const real t_rwr3l_2 = B_2 * (chi2 * t_2m4cx_3 - t_2t7vh * t_2m4cx_4 - w_x2 * cos_theta2);
-    const real t_pzkfy = x[wz] + x[wz];
-    const real t_prue4 = e1 * t_pzkfy;
-    const real t_etz5v = mv1 * (cos_phi1 * t_prue4) - t_6nwd2 * (t_fyz6s_2 * t_7fukq_3 - t_lcyz4 * sin_theta1);
-    const real t_g3uxy = e2 * t_pzkfy;
-    const real t_4rnat = mv2 * (cos_phi2 * t_g3uxy) - t_popww * (t_2t7vh_2 * t_2m4cx_3 - t_jsckv * sin_theta2);
-    const real t_6xltc_2 = sin_phi1 * t_fqaz7_2 + sin_phi2 * t_rwr3l_2 + cos_phi1 * t_etz5v + cos_phi2 * t_4rnat;
-    const real t_3juaz = p[I1] * (t_l5lry * (p[l1] * t_7fukq_4) + t_plqy5 * sin_theta1 - w_x1 * (lc_1 * sin_theta1));
-    const real t_4ej6w = th_1 * t_3juaz;
-    const real t_zcmh4 = cos_theta1 * t_4ej6w;
-    const real t_ua4n7 = p[I2] * (t_dkl52 * (p[l2] * t_2m4cx_4) + t_a3tjf * sin_theta2 - w_x2 * (lc_2 * sin_theta2));
-    const real t_u2wrm = th_2 * t_ua4n7;
-    const real t_cagap = cos_theta2 * t_u2wrm;
-    const real t_n7rjx_2 = sin_phi1 * t_etz5v - cos_phi1 * t_fqaz7_2;
-    const real t_a2obt_2 = sin_phi2 * t_4rnat - cos_phi2 * t_rwr3l_2;
-    const real t_od24y = t_gousg * t_6xltc_2 - (t_zcmh4 + t_cagap + sin_theta1 * t_n7rjx_2 + sin_theta2 * t_a2obt_2);
-    const real t_zcmh4_2 = sin_theta1 * t_4ej6w;
-    const real t_cagap_2 = sin_theta2 * t_u2wrm;
-    const real t_dpqcl = t_gousg_2 * t_6xltc_2
-        - (cos_theta1 * t_n7rjx_2 - (t_zcmh4_2 + t_cagap_2) + cos_theta2 * t_a2obt_2)
-        - K_L32 * t_od24y;
-    const real t_smvgf = Bs_1 * t_prue4 + p[l1] * t_fqaz7_2;
-    const real t_kvyw6 = q_1 * t_4ej6w + q_2 * t_u2wrm;
-    const real t_wmjww = Bs_2 * t_g3uxy + p[l2] * t_rwr3l_2;
-    const real t_4beip = t_w6lcf * t_6xltc_2
-        - (t_smvgf - t_kvyw6 + t_wmjww - t_6nfyn)
-        + t_eoupv * t_od24y
-        - K_L43 * t_dpqcl;
-    const real t_62cc2_2 = t_smvgf + e1 * t_n7rjx_2;
-    const real t_67phc_2 = t_wmjww + e2 * t_a2obt_2;
-    const real t_hd536 = sin_theta1 * t_62cc2_2
-        - t_kvyw6
-        + sin_theta2 * t_67phc_2
-        + g_1 * t_zcmh4
-        + g_2 * t_cagap;
-    const real t_trtcs = t_thnvm * t_6xltc_2
-        - t_hd536
-        - K_L52 * t_od24y
-        - K_L53 * t_dpqcl
-        - K_L54 * t_4beip;
-    const real t_booai = cos_theta1 * t_62cc2_2
-        + cos_theta2 * t_67phc_2
-        - t_h6dwl * x[wx]
-        - g_1 * t_zcmh4_2
-        - g_2 * t_cagap_2
-        - I_phi1
-        - I_phi2;
-    const real t_xw3gl = t_thnvm_2 * t_6xltc_2
-        - t_booai
-        + t_o5wmi * t_od24y
-        - K_L63 * t_dpqcl
-        - K_L64 * t_4beip
-        - K_L65 * t_trtcs;
-    const real t_33kza = t_xw3gl * t_6dtnj_6;
-    const real t_aog3f = t_trtcs * t_6dtnj_5 - K_L65 * t_33kza;
-    const real t_hclb6 = t_4beip * t_6dtnj_4 - K_L54 * t_aog3f - K_L64 * t_33kza;
-    const real t_2owzs = t_dpqcl * t_6dtnj_3 - K_L43 * t_hclb6 - K_L53 * t_aog3f - K_L63 * t_33kza;
-    const real t_6swwx = t_od24y * t_6dtnj_2
-        - K_L32 * t_2owzs
-        + t_eoupv * t_hclb6
-        - K_L52 * t_aog3f
-        + t_o5wmi * t_33kza;
-    const real t_h4wyb = mv1 * cos_phi1;
-    const real t_c3bgc = cos_phi1 * t_h4wyb - Ass_1;
-    const real t_ptemu = sin_theta1 * t_c3bgc;
-    const real t_jza4m = t_gousg * t_6dtnj;
-    const real t_c3bgc_2 = sin_phi1 * t_h4wyb + Asc_1;
-    const real t_zczsz = t_ptemu * t_6dtnj + t_jza4m * t_c3bgc_2;
-    const real t_fyz6s_3 = w_x1 * cos_phi1 - t_7uxgo;
-    const real t_fyz6s_4 = w_x1 * sin_phi1 + t_7uxgo_2;
-    const real t_ugckx = B_1 * (chi1 * t_fyz6s_3 - t_fyz6s * t_fyz6s_4);
-    const real t_z6kkk = mv1 * (t_aqrn5 * sin_phi1) + t_6nwd2 * (t_fyz6s_2 * t_fyz6s_3);
-    const real t_2pazi = sin_phi1 * t_ugckx + t_ayiti - (tension1 * sin_phi1 + cos_phi1 * t_z6kkk);
+    const real t_jzt2o = sin_theta1 * t_rcy73;
     const real t_rcy73_2 = p[l1] * sin_phi1;
-    const real t_6ookv = p[I1] * (W12 * t_rcy73 - w_x1 * (Wn1 * t_rcy73_2) + t_l5lry * (p[l1] * t_fyz6s_4));
-    const real t_ffhbv = th_1 * t_d2zbw * (p[m1] * ((q_1 + q_1) * t_rcy73));
-    const real t_mbiwq = th_1 * (t_6ookv - loss_theta1 * t_rcy73) - t_djlym * t_ffhbv;
-    const real t_2btv3 = cos_theta1 * t_mbiwq;
-    const real t_2pazi_2 = tension1 * cos_phi1 - sin_phi1 * t_z6kkk - (cos_phi1 * t_ugckx - t_ayiti_2);
-    const real t_ioepj = b1 * t_zczsz + t_gousg * t_2pazi - (t_2btv3 + sin_theta1 * t_2pazi_2);
-    const real t_temm3 = t_bintu_3 * t_6dtnj_2;
-    const real t_sc6lg = p[I1] * t_ffhbv;
-    const real t_4ldxn = t_c3bgc_2 + t_sc6lg;
-    const real t_pqupo = S_sq1 * t_4ldxn;
-    const real t_k2qhp = t_pqupo - t_sc6lg - (t_gousg * t_ptemu + t_f2nhc * t_zczsz);
-    const real t_ptemu_2 = cos_theta1 * t_c3bgc;
-    const real t_jza4m_2 = t_gousg_2 * t_6dtnj;
-    const real t_zczsz_2 = t_ptemu_2 * t_6dtnj + t_jza4m_2 * t_c3bgc_2;
-    const real t_db2lp = SC1 * t_4ldxn - (t_gousg_2 * t_ptemu + t_f2nhc * t_zczsz_2);
-    const real t_bintu_4 = K_L32 * t_6dtnj_2;
-    const real t_fyv2e = t_db2lp * t_6dtnj_2 - t_bintu_4 * t_k2qhp;
-    const real t_2btv3_2 = sin_theta1 * t_mbiwq;
-    const real t_2x6tm = b1 * t_zczsz_2
-        + t_gousg_2 * t_2pazi
-        - (cos_theta1 * t_2pazi_2 - t_2btv3_2)
-        - (X_y2 * t_fyv2e + K_L32 * t_ioepj);
+    const real t_jzt2o_2 = cos_theta1 * t_rcy73_2;
+    const real t_dvtkw = x[wx] * t_jzt2o - bob1_twice1 * t_jzt2o_2 - x[wy] * t_rcy73_2 - bob1_twice2 * t_jzt2o;
+    const real t_jzt2o_3 = sin_theta1 * t_rcy73_2;
+    const real t_jzt2o_4 = cos_theta1 * t_rcy73;
+    const real t_kvkqq = x[wz] * t_rcy73_2 - bob1_twice1 * t_jzt2o_3 + bob1_twice2 * t_jzt2o_4 - x[wx] * t_jzt2o_4;
+    const real t_tfz6r = p[m1] * (x[wy] * t_dvtkw - bob1_v11 * t_rcy73_2 - x[wz] * t_kvkqq);
+    const real t_yuto7 = bob1_twice1 * t_rcy73 + x[wy] * t_jzt2o_4 - x[wz] * t_jzt2o;
+    const real t_l5hze = x[wz] * t_yuto7
+        - bob1_v21 * t_jzt2o_2
+        - bob1_v11 * t_jzt2o
+        - bob1_v22 * t_jzt2o
+        - x[wx] * t_dvtkw;
+    const real t_vjdwl = p[m1] * t_l5hze;
+    const real t_7mjmr = x[wx] * t_kvkqq
+        + bob1_v21 * t_jzt2o_3
+        - bob1_v11 * t_jzt2o_4
+        - bob1_v22 * t_jzt2o_4
+        - x[wy] * t_yuto7;
+    const real t_habfj = p[m1] * t_7mjmr;
+    const real t_4tdlf = bob1_r1_x * t_tfz6r
+        + bob1_Fx * t_rcy73
+        + (bob1_r1_y * t_vjdwl - bob1_Fy * t_jzt2o_3)
+        + (bob1_r1_z * t_habfj - bob1_Fz * t_jzt2o_2);
+    const real t_gh5ah = p[m1] * t_jzt2o_3;
+    const real t_2xpmm = t_gh5ah * t_vpzmf;
+    const real t_vqvd7 = bob1_r_y * t_habfj + bob1_Fz * t_jzt2o - (bob1_r_z * t_vjdwl + bob1_Fy * t_jzt2o_4);
+    const real t_gh5ah_2 = p[m1] * t_jzt2o_4;
+    const real t_5mzug = t_wbepk * ((sin_phi1 + sin_phi1) * cos_phi1);
+    const real t_6f3nu = t_gh5ah_2 * t_sjrjg - bob1_S2ty * t_sjrjg * t_5mzug;
+    const real t_wm6bk = bob1_S1ty * t_4tdlf
+        - t_txuch * t_2xpmm
+        - t_vjdwl
+        - (bob1_S2ty * t_vqvd7 + bob1_Q2 * t_6f3nu);
+    const real t_4jgtu = p[m1] * t_rcy73;
+    const real t_ct5c5 = bob1_S1ty * t_4jgtu - bob1_g1_x * t_2xpmm;
+    const real t_jza4m = t_skn5h * t_6dtnj;
+    const real t_2zlbn = t_4jgtu * t_vpzmf;
+    const real t_ct5c5_2 = bob1_g1_x * t_2zlbn + bob1_S1tx * t_4jgtu;
+    const real t_37sne = t_ct5c5 * t_6dtnj + t_jza4m * t_ct5c5_2;
+    const real t_svqlx = bob1_S1tx * t_4tdlf + t_txuch * t_2zlbn - t_tfz6r;
+    const real t_nu4qx = t_wm6bk + (yhub_ax * t_37sne + t_skn5h * t_svqlx);
+    const real t_temm3 = t_bintu * t_6dtnj_2;
+    const real t_e4jj4 = bob1_g1_y * t_2xpmm + bob1_S1ty * t_gh5ah - (bob1_g2_y * t_6f3nu + bob1_S2ty * t_gh5ah_2);
+    const real t_ews4u = t_e4jj4 - (t_skn5h * t_ct5c5 + t_lhd4o * t_37sne);
+    const real t_gh5ah_3 = p[m1] * t_jzt2o_2;
+    const real t_2xpmm_2 = t_gh5ah_3 * t_vpzmf;
+    const real t_gh5ah_4 = p[m1] * t_jzt2o;
+    const real t_gkayr = t_gh5ah_4 * t_sjrjg - t_rlquh * t_sjrjg * t_5mzug;
+    const real t_u3oye = bob1_S1tz * t_4tdlf
+        - t_txuch * t_2xpmm_2
+        - t_habfj
+        + (t_rlquh * t_vqvd7 + bob1_Q2 * t_gkayr);
+    const real t_ju6zk = bob1_r_z * t_ct5c5 + t_dugie * t_jzt2o_4;
+    const real t_ct5c5_3 = bob1_S1tz * t_4jgtu - bob1_g1_x * t_2xpmm_2;
+    const real t_ju6zk_2 = bob1_r_y * t_ct5c5_3 + t_dugie_2 * t_jzt2o;
+    const real t_vcqt6 = bob1_S1rx * t_4jgtu;
+    const real t_7utpr = t_ju6zk - (t_ju6zk_2 + t_vcqt6);
+    const real t_bintu_2 = lhub_alphaxhub_ax * t_6dtnj;
+    const real t_yn7jp = t_7utpr * t_6dtnj + t_bintu_2 * t_ct5c5_2;
+    const real t_6bm7p = bob1_g2_y * t_gkayr + t_rlquh * t_gh5ah_2 + (bob1_g1_y * t_2xpmm_2 + bob1_S1tz * t_gh5ah);
+    const real t_oy64o = bob1_S1rx * t_gh5ah;
+    const real t_5qex4 = bob1_r_y * t_6bm7p
+        + bob1_Myz * t_jzt2o
+        + t_oy64o
+        - (bob1_r_z * t_e4jj4 + bob1_Myy * t_jzt2o_4);
+    const real t_axh5r = t_5qex4 + (lhub_alphaxhub_ax * t_ct5c5 + t_lhd4o * t_yn7jp);
+    const real t_bintu_3 = lhub_alphaxhub_ay * t_6dtnj_2;
+    const real t_wflm5 = t_axh5r * t_6dtnj_2 - t_bintu_3 * t_ews4u;
+    const real t_btcnr = bob1_g1_z * t_2xpmm_2 + bob1_S1tz * t_gh5ah_3 - (t_pj4i3 * t_gkayr + t_rlquh * t_gh5ah_4);
+    const real t_oy64o_2 = bob1_S1rx * t_gh5ah_3;
+    const real t_zyzw7 = bob1_r_y * t_btcnr
+        + bob1_Mzz * t_jzt2o
+        + t_oy64o_2
+        - (bob1_r_z * t_6bm7p + bob1_Myz * t_jzt2o_4);
+    const real t_jza4m_2 = t_skn5h_2 * t_6dtnj;
+    const real t_37sne_2 = t_ct5c5_3 * t_6dtnj + t_jza4m_2 * t_ct5c5_2;
+    const real t_zgz62 = t_6bm7p - (t_skn5h_2 * t_ct5c5 + t_lhd4o * t_37sne_2);
+    const real t_guweu = t_zyzw7
+        + (lhub_alphaxhub_ax * t_ct5c5_3 + t_lhd4o_2 * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_zgz62 + khub_azhub_ay1 * t_wflm5);
+    const real t_bintu_4 = lhub_alphaxhub_az * t_6dtnj_3;
+    const real t_bintu_5 = lhub_azhub_ay * t_6dtnj_2;
+    const real t_4nmjr = t_zgz62 * t_6dtnj_2 - t_bintu_5 * t_ews4u;
+    const real t_ncc7u = t_btcnr
+        - (t_skn5h_2 * t_ct5c5_3 + t_lhd4o_2 * t_37sne_2)
+        - (lhub_azhub_ay * t_zgz62 + khub_azhub_ay1 * t_4nmjr);
+    const real t_jrarn = t_guweu * t_6dtnj_3 - t_bintu_4 * t_ncc7u;
+    const real t_wcdvv = t_u3oye
+        + (yhub_ax * t_37sne_2 + t_skn5h_2 * t_svqlx)
+        - (yhub_ay * t_4nmjr + lhub_azhub_ay * t_nu4qx);
+    const real t_74kdh = bob1_r_y * t_u3oye
+        + bob1_fz * t_jzt2o
+        + bob1_S1rx * t_4tdlf
+        - (bob1_r_z * t_wm6bk + bob1_fy * t_jzt2o_4)
+        - (yhub_ax * t_yn7jp + lhub_alphaxhub_ax * t_svqlx)
+        - (yhub_ay * t_wflm5 + lhub_alphaxhub_ay * t_nu4qx)
+        - (yhub_az * t_jrarn + lhub_alphaxhub_az * t_wcdvv);
+    const real t_mk4ri = t_kdzxs * ihub_alphax;
+    const real t_vqj4c = bob1_r_y * t_zyzw7
+        + bob1_Nxz * t_jzt2o
+        - (t_mwmzd_3 * t_jzt2o - bob1_r_y * t_oy64o_2)
+        + (t_mwmzd_2 * t_jzt2o_4 - bob1_r_z * t_oy64o)
+        - (bob1_r_z * t_5qex4 + bob1_Nxy * t_jzt2o_4)
+        - (lhub_alphaxhub_ax * t_7utpr + hub_K41 * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_wflm5)
+        - (lhub_alphaxhub_az * t_guweu + khub_alphaxhub_az2 * t_jrarn);
+    const real t_7w4rx = bob1_r_z * t_ct5c5_3 + t_dugie_2 * t_jzt2o_4 + (bob1_r_x * t_btcnr + bob1_Mzz * t_rcy73_2);
+    const real t_qoatj = bob1_r_x * t_6bm7p + bob1_Myz * t_rcy73_2;
+    const real t_nfyrp = t_ju6zk + t_qoatj;
+    const real t_gu7mo = bob1_Mxx * t_jzt2o_4 - bob1_r_z * t_ct5c5_2 + (bob1_r_x * t_ct5c5_3 + t_dugie_2 * t_rcy73_2);
+    const real t_bintu_6 = lhub_alphayhub_ax * t_6dtnj;
+    const real t_qnmp3 = t_gu7mo * t_6dtnj + t_bintu_6 * t_ct5c5_2;
+    const real t_4csns = lhub_alphayhub_ax * t_ct5c5 + t_lhd4o * t_qnmp3 - t_nfyrp;
+    const real t_bintu_7 = lhub_alphayhub_ay * t_6dtnj_2;
+    const real t_3gzic = t_4csns * t_6dtnj_2 - t_bintu_7 * t_ews4u;
+    const real t_wbvlz = lhub_alphayhub_ax * t_ct5c5_3
+        + t_lhd4o_2 * t_qnmp3
+        - t_7w4rx
+        - (lhub_alphayhub_ay * t_zgz62 + khub_azhub_ay1 * t_3gzic);
+    const real t_bintu_8 = lhub_alphayhub_az * t_6dtnj_3;
+    const real t_wyz3w = t_wbvlz * t_6dtnj_3 - t_bintu_8 * t_ncc7u;
+    const real t_ddbp5 = t_mwmzd_3 * t_rcy73_2
+        - bob1_r_x * t_oy64o_2
+        - (bob1_r_z * t_vcqt6 + t_mwmzd * t_jzt2o_4 + (bob1_r_y * t_7w4rx + t_vh7r5 * t_jzt2o))
+        + (bob1_r_z * t_nfyrp + t_vh7r5_2 * t_jzt2o_4)
+        - (lhub_alphayhub_ax * t_7utpr + hub_K41 * t_qnmp3)
+        - (lhub_alphayhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_3gzic)
+        - (lhub_alphayhub_az * t_guweu + khub_alphaxhub_az2 * t_wyz3w);
+    const real t_leuxo_5 = lhub_alphayhub_alphax * ihub_alphax;
+    const real t_a3uyz = t_ddbp5 * ihub_alphax - t_leuxo_5 * t_vqj4c;
+    const real t_xwn2e = bob1_r_z * t_svqlx
+        + bob1_fx * t_jzt2o_4
+        - (bob1_r_x * t_u3oye + bob1_fz * t_rcy73_2)
+        - (yhub_alphax * t_a3uyz + lhub_alphayhub_alphax * t_74kdh)
+        - (yhub_ax * t_qnmp3 + lhub_alphayhub_ax * t_svqlx)
+        - (yhub_ay * t_3gzic + lhub_alphayhub_ay * t_nu4qx)
+        - (yhub_az * t_wyz3w + lhub_alphayhub_az * t_wcdvv);
+    const real t_taqqh = t_xoozi * ihub_alphay;
+    const real t_wrkmn = bob1_r_z * t_gu7mo
+        + bob1_Nyx * t_jzt2o_4
+        + (bob1_r_x * t_7w4rx + t_vh7r5 * t_rcy73_2)
+        - (lhub_alphayhub_ax * t_gu7mo + hub_K51 * t_qnmp3)
+        - (lhub_alphayhub_ay * t_4csns + khub_alphayhub_ay1 * t_3gzic)
+        - (lhub_alphayhub_az * t_wbvlz + khub_alphayhub_az2 * t_wyz3w)
+        - (lhub_alphayhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_a3uyz);
+    const real t_ymd76 = bob1_S2rz * t_sjrjg * t_5mzug;
+    const real t_6rn4c = t_qoatj + (bob1_S2rz * t_gh5ah_4 - t_pj4i3 * t_ymd76) + t_ju6zk_2;
+    const real t_6laq7 = bob1_S2rz * t_gh5ah_2 - bob1_g2_y * t_ymd76;
+    const real t_ecefc = bob1_r_x * t_e4jj4
+        + bob1_Myy * t_rcy73_2
+        - t_6laq7
+        + (bob1_r_y * t_ct5c5 + t_dugie * t_jzt2o);
+    const real t_gu7mo_2 = bob1_r_x * t_ct5c5 + t_dugie * t_rcy73_2 + (bob1_Mxx * t_jzt2o - bob1_r_y * t_ct5c5_2);
+    const real t_aphi5 = t_d5zcj * t_6dtnj;
+    const real t_xqryn = t_gu7mo_2 * t_6dtnj + t_aphi5 * t_ct5c5_2;
+    const real t_qegaw = t_ecefc - (t_d5zcj * t_ct5c5 + t_lhd4o * t_xqryn);
+    const real t_bintu_9 = lhub_alphazhub_ay * t_6dtnj_2;
+    const real t_t3kmi = t_qegaw * t_6dtnj_2 - t_bintu_9 * t_ews4u;
+    const real t_puni4 = t_6rn4c
+        - (t_d5zcj * t_ct5c5_3 + t_lhd4o_2 * t_xqryn)
+        - (lhub_alphazhub_ay * t_zgz62 + khub_azhub_ay1 * t_t3kmi);
+    const real t_bintu_10 = lhub_alphazhub_az * t_6dtnj_3;
+    const real t_x55d4 = t_puni4 * t_6dtnj_3 - t_bintu_10 * t_ncc7u;
+    const real t_ibbbc = bob1_r_y * t_6rn4c
+        + bob1_Nzz * t_jzt2o
+        - (t_mwmzd_2 * t_rcy73_2 - bob1_r_x * t_oy64o)
+        + (bob1_r_y * t_vcqt6 + t_mwmzd * t_jzt2o)
+        - (bob1_r_z * t_ecefc + bob1_Nzy * t_jzt2o_4)
+        + (t_d5zcj * t_7utpr + hub_K41 * t_xqryn)
+        - (lhub_alphazhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_t3kmi)
+        - (lhub_alphazhub_az * t_guweu + khub_alphaxhub_az2 * t_x55d4);
+    const real t_leuxo_6 = lhub_alphazhub_alphax * ihub_alphax;
+    const real t_twyqp = t_ibbbc * ihub_alphax - t_leuxo_6 * t_vqj4c;
+    const real t_4bep7 = t_d5zcj * t_gu7mo
+        + hub_K51 * t_xqryn
+        - (bob1_r_z * t_gu7mo_2 + t_ezb77 * t_jzt2o_4 + (bob1_r_x * t_6rn4c + bob1_Nzz * t_rcy73_2))
+        - (lhub_alphazhub_ay * t_4csns + khub_alphayhub_ay1 * t_t3kmi)
+        - (lhub_alphazhub_az * t_wbvlz + khub_alphayhub_az2 * t_x55d4)
+        - (lhub_alphazhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_twyqp);
+    const real t_leuxo_7 = lhub_alphazhub_alphay * ihub_alphay;
+    const real t_pbwpy = t_4bep7 * ihub_alphay - t_leuxo_7 * t_wrkmn;
+    const real t_wfaye = bob1_r_x * t_wm6bk
+        + bob1_fy * t_rcy73_2
+        - (bob1_S2rz * t_vqvd7 - bob1_Q2 * t_ymd76)
+        - (bob1_r_y * t_svqlx + bob1_fx * t_jzt2o)
+        - (yhub_alphax * t_twyqp + lhub_alphazhub_alphax * t_74kdh)
+        - (yhub_alphay * t_pbwpy + lhub_alphazhub_alphay * t_xwn2e)
+        + (yhub_ax * t_xqryn + t_d5zcj * t_svqlx)
+        - (yhub_ay * t_t3kmi + lhub_alphazhub_ay * t_nu4qx)
+        - (yhub_az * t_x55d4 + lhub_alphazhub_az * t_wcdvv);
+    const real t_leuxo_8 = hub_alphaz * ihub_alphaz;
+    const real t_bs4hu = bob1_r_x * t_ecefc
+        + bob1_Nzy * t_rcy73_2
+        - (bob1_r_x * t_6laq7 + t_dugie_3 * t_rcy73_2)
+        + (bob1_r_y * t_gu7mo_2 + t_ezb77 * t_jzt2o)
+        + p[I1] * t_ymd76
+        - (t_d5zcj * t_gu7mo_2 + t_bjkdc * t_xqryn)
+        - (lhub_alphazhub_ay * t_qegaw + khub_alphazhub_ay1 * t_t3kmi)
+        - (lhub_alphazhub_az * t_puni4 + khub_alphazhub_az2 * t_x55d4)
+        - (lhub_alphazhub_alphax * t_ibbbc + khub_alphazhub_alphax3 * t_twyqp)
+        - (lhub_alphazhub_alphay * t_4bep7 + khub_alphazhub_alphay4 * t_pbwpy);
+    const real t_3apbh = t_wfaye * ihub_alphaz - t_leuxo_8 * t_bs4hu;
+    const real t_6jmjs = t_xwn2e * ihub_alphay - t_taqqh * t_wrkmn - (lhub_alphazhub_alphay * t_3apbh + hub_alphaz * t_pbwpy);
+    const real t_zqm65 = t_74kdh * ihub_alphax
+        - t_mk4ri * t_vqj4c
+        - (lhub_alphayhub_alphax * t_6jmjs + hub_alphay * t_a3uyz)
+        - (lhub_alphazhub_alphax * t_3apbh + hub_alphaz * t_twyqp);
     const real t_qkxsr = t_ztwwp * t_6dtnj_3;
-    const real t_t4fy5 = t_c3bgc_2
-        - t_pqupo
-        - (K_L32 * t_db2lp + t_7exg5 * t_fyv2e)
-        - (t_gousg_2 * t_ptemu_2 + t_f2nhc_2 * t_zczsz_2);
-    const real t_mpdlr = wth_1 * t_rcy73 - q_1 * t_sc6lg;
-    const real t_g72bf = sin_theta1 * t_mpdlr;
-    const real t_g72bf_2 = cos_theta1 * t_mpdlr;
-    const real t_4pum4 = t_w6lcf * t_6dtnj;
-    const real t_aqch6 = Bc_1 * t_6dtnj + t_4pum4 * t_c3bgc_2;
-    const real t_ghj5r = t_g72bf_2 - sin_theta1 * Bs_1 + (t_w6lcf * t_ptemu + t_f2nhc * t_aqch6);
-    const real t_bo5xl = t_eoupv * t_6dtnj_2;
-    const real t_d2lny = t_ghj5r * t_6dtnj_2 - t_bo5xl * t_k2qhp;
-    const real t_hq3xu = t_g72bf
-        + cos_theta1 * Bs_1
-        + (t_eoupv * t_db2lp + t_7exg5 * t_d2lny)
-        - (t_w6lcf * t_ptemu_2 + t_f2nhc_2 * t_aqch6);
-    const real t_bintu_5 = K_L43 * t_6dtnj_3;
-    const real t_ymvak = t_hq3xu * t_6dtnj_3 - t_bintu_5 * t_t4fy5;
-    const real t_uwk54 = t_aqrn5 * Bc_1 + p[l1] * t_ugckx;
-    const real t_wuzra = q_1 * t_mbiwq + F_n1 * t_rcy73;
-    const real t_nussr = b1 * t_aqch6
-        + t_w6lcf * t_2pazi
-        - (t_uwk54 - t_wuzra)
-        + (X_y2 * t_d2lny + t_eoupv * t_ioepj)
-        - (X_y3 * t_ymvak + K_L43 * t_2x6tm);
-    const real t_temm3_2 = t_bintu_2 * t_6dtnj_4;
-    const real t_wa7jk = wq_1 * t_rcy73 + q_1 * t_mpdlr;
-    const real t_7awax = t_wa7jk
-        - (t_eoupv * t_ghj5r + t_ly572 * t_d2lny)
-        - (K_L43 * t_hq3xu + t_e2ygr * t_ymvak)
-        - (t_w6lcf * Bc_1 + t_hig3c_6 * t_aqch6);
-    const real t_ltffx = wth_1 * t_rcy73_2 - g_1 * t_sc6lg;
-    const real t_urhc5 = wg_1 * t_rcy73 + q_1 * t_ltffx;
-    const real t_uknez = cos_theta1 * t_urhc5;
-    const real t_xqm52 = e1 * Bs_1;
-    const real t_ke4iu = e1 * t_c3bgc_2;
-    const real t_c62sf = Bs_1 + t_ke4iu;
-    const real t_5ayhw = t_ltffx - t_c62sf;
-    const real t_kamdk = S_sq1 * t_5ayhw;
-    const real t_o75u4 = Bc_1 + e1 * t_c3bgc;
-    const real t_f4z55 = sin_theta1 * t_o75u4;
-    const real t_jza4m_3 = t_thnvm * t_6dtnj;
-    const real t_zjzn6 = t_f4z55 * t_6dtnj + t_jza4m_3 * t_c3bgc_2;
-    const real t_xsnuh = t_ltffx - t_kamdk - t_g72bf_2 - (t_thnvm * t_ptemu + t_f2nhc * t_zjzn6);
-    const real t_bintu_6 = K_L52 * t_6dtnj_2;
-    const real t_pr2rd = t_xsnuh * t_6dtnj_2 - t_bintu_6 * t_k2qhp;
-    const real t_kamdk_2 = SC1 * t_5ayhw;
-    const real t_x6h5p = t_g72bf
-        - t_kamdk_2
-        - (K_L52 * t_db2lp + t_7exg5 * t_pr2rd)
-        - (t_thnvm * t_ptemu_2 + t_f2nhc_2 * t_zjzn6);
-    const real t_bintu_7 = K_L53 * t_6dtnj_3;
-    const real t_dhj33 = t_x6h5p * t_6dtnj_3 - t_bintu_7 * t_t4fy5;
-    const real t_daxb5 = t_wa7jk
-        - t_uknez
-        + sin_theta1 * t_xqm52
-        + (K_L52 * t_ghj5r + t_ly572 * t_pr2rd)
-        - (K_L53 * t_hq3xu + t_e2ygr * t_dhj33)
-        - (t_thnvm * Bc_1 + t_hig3c_6 * t_zjzn6);
-    const real t_bintu_8 = K_L54 * t_6dtnj_4;
-    const real t_cuhyc = t_daxb5 * t_6dtnj_4 - t_bintu_8 * t_7awax;
-    const real t_73syu = t_uwk54 + e1 * t_2pazi_2;
-    const real t_5losc = b1 * t_zjzn6
-        + t_thnvm * t_2pazi
-        - (sin_theta1 * t_73syu - t_wuzra + (g_1 * t_2btv3 + t_mallh * t_rcy73_2))
-        - (X_y2 * t_pr2rd + K_L52 * t_ioepj)
-        - (X_y3 * t_dhj33 + K_L53 * t_2x6tm)
-        - (X_y4 * t_cuhyc + K_L54 * t_nussr);
-    const real t_temm3_3 = t_bintu * t_6dtnj_5;
-    const real t_zpvnv = wg_1 * t_rcy73_2 + g_1 * t_ltffx;
-    const real t_23glo = e1 * t_ke4iu - K(-2.0) * t_xqm52;
-    const real t_a22y5 = t_23glo - t_zpvnv;
-    const real t_envft = S_sq1 * t_a22y5;
-    const real t_wmqvb = t_zpvnv
-        + t_wa7jk
-        + t_envft
-        + K(-2.0) * t_uknez
-        - (K_L52 * t_xsnuh + t_7exg5_2 * t_pr2rd)
-        - (K_L53 * t_x6h5p + t_g6lxe * t_dhj33)
-        - (K_L54 * t_daxb5 + t_wi63m * t_cuhyc)
-        - (t_thnvm * t_f4z55 + t_6iku5 * t_zjzn6);
-    const real t_uknez_2 = sin_theta1 * t_urhc5;
-    const real t_f4z55_2 = cos_theta1 * t_o75u4;
-    const real t_jza4m_4 = t_thnvm_2 * t_6dtnj;
-    const real t_zjzn6_2 = t_f4z55_2 * t_6dtnj + t_jza4m_4 * t_c3bgc_2;
-    const real t_c2yzs = t_kamdk_2 + (t_thnvm_2 * t_ptemu + t_f2nhc * t_zjzn6_2);
-    const real t_l3pbw = t_o5wmi * t_6dtnj_2;
-    const real t_m65s2 = t_c2yzs * t_6dtnj_2 - t_l3pbw * t_k2qhp;
-    const real t_pmxsm = t_kamdk
-        + t_c62sf
-        + (t_o5wmi * t_db2lp + t_7exg5 * t_m65s2)
-        - (t_thnvm_2 * t_ptemu_2 + t_f2nhc_2 * t_zjzn6_2);
-    const real t_bintu_9 = K_L63 * t_6dtnj_3;
-    const real t_hx36m = t_pmxsm * t_6dtnj_3 - t_bintu_9 * t_t4fy5;
-    const real t_q4dr5 = t_uknez_2
-        + cos_theta1 * t_xqm52
-        - (t_o5wmi * t_ghj5r + t_ly572 * t_m65s2)
-        - (K_L63 * t_hq3xu + t_e2ygr * t_hx36m)
-        - (t_thnvm_2 * Bc_1 + t_hig3c_6 * t_zjzn6_2);
-    const real t_bintu_10 = K_L64 * t_6dtnj_4;
-    const real t_6aze4 = t_q4dr5 * t_6dtnj_4 - t_bintu_10 * t_7awax;
-    const real t_6mbmy = t_uknez_2
-        + SC1 * t_a22y5
-        + (t_o5wmi * t_xsnuh + t_7exg5_2 * t_m65s2)
-        - (K_L63 * t_x6h5p + t_g6lxe * t_hx36m)
-        - (K_L64 * t_daxb5 + t_wi63m * t_6aze4)
-        - (t_thnvm_2 * t_f4z55 + t_6iku5 * t_zjzn6_2);
-    const real t_bintu_11 = K_L65 * t_6dtnj_5;
-    const real t_5247x = t_6mbmy * t_6dtnj_5 - t_bintu_11 * t_wmqvb;
-    const real t_majqd = b1 * t_zjzn6_2
-        + t_thnvm_2 * t_2pazi
-        - (cos_theta1 * t_73syu - (g_1 * t_2btv3_2 + t_mallh_2 * t_rcy73_2))
-        + (X_y2 * t_m65s2 + t_o5wmi * t_ioepj)
-        - (X_y3 * t_hx36m + K_L63 * t_2x6tm)
-        - (X_y4 * t_6aze4 + K_L64 * t_nussr)
-        - (X_y5 * t_5247x + K_L65 * t_5losc);
-    const real t_bintu_12 = X_x6 * t_6dtnj_6;
-    const real t_ioikg = t_23glo
-        - t_envft
-        - (t_o5wmi * t_c2yzs + t_du5u3 * t_m65s2)
-        - (K_L63 * t_pmxsm + t_hbw2v * t_hx36m)
-        - (K_L64 * t_q4dr5 + t_7ergp * t_6aze4)
-        - (K_L65 * t_6mbmy + t_n4u4m * t_5247x)
-        - (t_thnvm_2 * t_f4z55_2 + t_6iku5_2 * t_zjzn6_2);
-    const real t_lqn3n = t_majqd * t_6dtnj_6 - t_bintu_12 * t_ioikg;
-    const real t_lft7p = t_5losc * t_6dtnj_5 - t_temm3_3 * t_wmqvb - (X_x6 * t_5247x + K_L65 * t_lqn3n);
-    const real t_5t23e = t_nussr * t_6dtnj_4
-        - t_temm3_2 * t_7awax
-        - (X_x5 * t_cuhyc + K_L54 * t_lft7p)
-        - (X_x6 * t_6aze4 + K_L64 * t_lqn3n);
-    const real t_p6rjk = t_2x6tm * t_6dtnj_3
-        - t_qkxsr * t_t4fy5
-        - (X_x4 * t_ymvak + K_L43 * t_5t23e)
-        - (X_x5 * t_dhj33 + K_L53 * t_lft7p)
-        - (X_x6 * t_hx36m + K_L63 * t_lqn3n);
-    const real t_s3knn = t_ioepj * t_6dtnj_2
-        - t_temm3 * t_k2qhp
-        - (X_x3 * t_fyv2e + K_L32 * t_p6rjk)
-        + (X_x4 * t_d2lny + t_eoupv * t_5t23e)
-        - (X_x5 * t_pr2rd + K_L52 * t_lft7p)
-        + (X_x6 * t_m65s2 + t_o5wmi * t_lqn3n);
-    const real t_3l2rq = t_f2pcf_5 * t_6dtnj;
-    const real t_l4ozg = x[wy] * cos_theta1 - x[wz] * sin_theta1;
-    const real t_6t73u = cos_phi1 * t_l4ozg;
-    const real t_6t73u_2 = sin_phi1 * t_l4ozg;
-    const real t_4yw5m = B_1 * (chi1 * t_6t73u - t_fyz6s * t_6t73u_2 - w_x1 * t_l4ozg);
-    const real t_l4ozg_2 = x[wy] * sin_theta1 + x[wz] * cos_theta1;
-    const real t_gucob = t_6nwd2 * (t_fyz6s_2 * t_6t73u - t_lcyz4 * t_l4ozg_2);
-    const real t_zwln6 = sin_phi1 * t_4yw5m - cos_phi1 * t_gucob;
-    const real t_2pjuk = p[I1] * (t_l5lry * (p[l1] * t_6t73u_2) + t_plqy5 * t_l4ozg_2 - w_x1 * (lc_1 * t_l4ozg_2));
-    const real t_6ifsz = th_1 * t_2pjuk;
-    const real t_alblt = cos_theta1 * t_6ifsz - t_mallh_2;
-    const real t_zwln6_2 = sin_phi1 * t_gucob + cos_phi1 * t_4yw5m;
-    const real t_ymhb4 = b1 * t_3l2rq + t_gousg * t_zwln6 - (t_alblt + (t_f2pcf_3 - sin_theta1 * t_zwln6_2));
-    const real t_4xedj = (sin_theta1 + sin_theta1) * cos_theta1;
-    const real t_rcfrh = tn11_1 * t_4xedj;
-    const real t_k4367 = t_rcfrh - (t_gousg * t_f2pcf_5 + t_f2nhc * t_3l2rq);
-    const real t_ewvyh = cos_theta1 * cos_theta1 - S_sq1;
-    const real t_3l2rq_2 = t_f2pcf_4 * t_6dtnj;
-    const real t_7egtn = tn11_1 * t_ewvyh - (t_gousg_2 * t_f2pcf_5 - t_f2nhc * t_3l2rq_2);
-    const real t_hdfot = t_7egtn * t_6dtnj_2 - t_bintu_4 * t_k4367;
-    const real t_alblt_2 = sin_theta1 * t_6ifsz + t_mallh;
-    const real t_37il7 = t_gousg_2 * t_zwln6
-        - b1 * t_3l2rq_2
-        + (cos_theta1 * t_zwln6_2 + t_f2pcf_2 + t_alblt_2)
-        - (X_y2 * t_hdfot + K_L32 * t_ymhb4);
-    const real t_xzb7l = t_gousg_2 * t_f2pcf_4
-        + t_f2nhc_2 * t_3l2rq_2
-        - (t_rcfrh + (K_L32 * t_7egtn + t_7exg5 * t_hdfot));
-    const real t_f2pcf_7 = wq_1 * cos_theta1;
-    const real t_f2pcf_8 = wq_1 * sin_theta1;
-    const real t_oht56 = t_f2pcf - t_f2pcf_8 + t_w6lcf * t_f2pcf_5;
-    const real t_ufn37 = t_oht56 * t_6dtnj_2 - t_bo5xl * t_k4367;
-    const real t_iua7q = t_f2pcf_7 + t_f2pcf_6 + (t_eoupv * t_7egtn + t_7exg5 * t_ufn37) + t_w6lcf * t_f2pcf_4;
-    const real t_ctk27 = t_iua7q * t_6dtnj_3 - t_bintu_5 * t_xzb7l;
-    const real t_g4ntx = p[l1] * t_4yw5m;
-    const real t_asqql = q_1 * t_6ifsz;
-    const real t_6jmh5 = t_w6lcf * t_zwln6
-        - (t_g4ntx - t_asqql)
-        + (X_y2 * t_ufn37 + t_eoupv * t_ymhb4)
-        - (X_y3 * t_ctk27 + K_L43 * t_37il7);
-    const real t_3qwtr = t_eoupv * t_oht56 + t_ly572 * t_ufn37 + (K_L43 * t_iua7q + t_e2ygr * t_ctk27);
-    const real t_f2pcf_9 = wqg_1 * sin_theta1;
-    const real t_3ugdb = t_vjftl * t_4xedj;
-    const real t_oria2 = t_rmbl5_2 * t_6dtnj;
-    const real t_hdijg = t_f2pcf_8 - t_3ugdb - (t_thnvm * t_f2pcf_5 + t_f2nhc * t_oria2);
-    const real t_cfknj = t_hdijg * t_6dtnj_2 - t_bintu_6 * t_k4367;
-    const real t_r33pf = t_vjftl * t_ewvyh;
-    const real t_yxci3 = t_f2pcf_7
-        - t_r33pf
-        - (K_L52 * t_7egtn + t_7exg5 * t_cfknj)
-        - (t_f2nhc_2 * t_oria2 - t_thnvm * t_f2pcf_4);
-    const real t_ph2mj = t_yxci3 * t_6dtnj_3 - t_bintu_7 * t_xzb7l;
-    const real t_twu3r = t_f2pcf_9
-        + t_mttiv_2
-        + (K_L52 * t_oht56 + t_ly572 * t_cfknj)
-        - (K_L53 * t_iua7q + t_e2ygr * t_ph2mj)
-        - t_hig3c_6 * t_oria2;
-    const real t_ql35a = t_twu3r * t_6dtnj_4 + t_bintu_8 * t_3qwtr;
-    const real t_v6tv6 = t_g4ntx - e1 * t_zwln6_2;
-    const real t_zeu3r = b1 * t_oria2
-        + t_thnvm * t_zwln6
-        - (sin_theta1 * t_v6tv6 + t_l3oem_2 - t_asqql + g_1 * t_alblt)
-        - (X_y2 * t_cfknj + K_L52 * t_ymhb4)
-        - (X_y3 * t_ph2mj + K_L53 * t_37il7)
-        - (X_y4 * t_ql35a + K_L54 * t_6jmh5);
-    const real t_rcfrh_2 = tn44_1 * t_4xedj;
-    const real t_cuuc5 = t_rcfrh_2
-        - K(-2.0) * t_f2pcf_9
-        - (K_L52 * t_hdijg + t_7exg5_2 * t_cfknj)
-        - (K_L53 * t_yxci3 + t_g6lxe * t_ph2mj)
-        - (K_L54 * t_twu3r + t_wi63m * t_ql35a)
-        - (t_thnvm * t_rmbl5_2 + t_6iku5 * t_oria2);
-    const real t_f2pcf_10 = wqg_1 * cos_theta1;
-    const real t_oria2_2 = t_rmbl5 * t_6dtnj;
-    const real t_55v76 = t_r33pf + (t_thnvm_2 * t_f2pcf_5 - t_f2nhc * t_oria2_2);
-    const real t_pthet = t_55v76 * t_6dtnj_2 - t_l3pbw * t_k4367;
-    const real t_bhxr3 = t_3ugdb
-        + (t_o5wmi * t_7egtn + t_7exg5 * t_pthet)
-        + (t_thnvm_2 * t_f2pcf_4 + t_f2nhc_2 * t_oria2_2);
-    const real t_jxqls = t_bhxr3 * t_6dtnj_3 - t_bintu_9 * t_xzb7l;
-    const real t_thstx = t_f2pcf_10
-        - t_mttiv
-        - (t_o5wmi * t_oht56 + t_ly572 * t_pthet)
-        - (K_L63 * t_iua7q + t_e2ygr * t_jxqls)
-        + t_hig3c_6 * t_oria2_2;
-    const real t_5u7fq = t_thstx * t_6dtnj_4 + t_bintu_10 * t_3qwtr;
-    const real t_piqtk = t_f2pcf_10
-        + tn44_1 * t_ewvyh
-        + (t_o5wmi * t_hdijg + t_7exg5_2 * t_pthet)
-        - (K_L63 * t_yxci3 + t_g6lxe * t_jxqls)
-        - (K_L64 * t_twu3r + t_wi63m * t_5u7fq)
-        - (t_thnvm_2 * t_rmbl5_2 - t_6iku5 * t_oria2_2);
-    const real t_wjwat = t_piqtk * t_6dtnj_5 - t_bintu_11 * t_cuuc5;
-    const real t_bpevk = t_thnvm_2 * t_zwln6
-        - b1 * t_oria2_2
-        - (cos_theta1 * t_v6tv6 - t_l3oem - g_1 * t_alblt_2)
-        + (X_y2 * t_pthet + t_o5wmi * t_ymhb4)
-        - (X_y3 * t_jxqls + K_L63 * t_37il7)
-        - (X_y4 * t_5u7fq + K_L64 * t_6jmh5)
-        - (X_y5 * t_wjwat + K_L65 * t_zeu3r);
-    const real t_fffcz = t_rcfrh_2
-        + (t_o5wmi * t_55v76 + t_du5u3 * t_pthet)
-        + (K_L63 * t_bhxr3 + t_hbw2v * t_jxqls)
-        + (K_L64 * t_thstx + t_7ergp * t_5u7fq)
-        + (K_L65 * t_piqtk + t_n4u4m * t_wjwat);
-    const real t_nglnq = t_bpevk * t_6dtnj_6 - t_bintu_12 * (t_thnvm_2 * t_rmbl5 + t_6iku5_2 * t_oria2_2 - t_fffcz);
-    const real t_ekzor = t_zeu3r * t_6dtnj_5 - t_temm3_3 * t_cuuc5 - (X_x6 * t_wjwat + K_L65 * t_nglnq);
-    const real t_jkjwu = t_6jmh5 * t_6dtnj_4
-        + t_temm3_2 * t_3qwtr
-        - (X_x5 * t_ql35a + K_L54 * t_ekzor)
-        - (X_x6 * t_5u7fq + K_L64 * t_nglnq);
-    const real t_moilf = t_37il7 * t_6dtnj_3
-        - t_qkxsr * t_xzb7l
-        - (X_x4 * t_ctk27 + K_L43 * t_jkjwu)
-        - (X_x5 * t_ph2mj + K_L53 * t_ekzor)
-        - (X_x6 * t_jxqls + K_L63 * t_nglnq);
-    const real t_mpeef = t_ymhb4 * t_6dtnj_2
-        - t_temm3 * t_k4367
-        - (X_x3 * t_hdfot + K_L32 * t_moilf)
-        + (X_x4 * t_ufn37 + t_eoupv * t_jkjwu)
-        - (X_x5 * t_cfknj + K_L52 * t_ekzor)
-        + (X_x6 * t_pthet + t_o5wmi * t_nglnq);
-    const real t_mnzjt = mv2 * cos_phi2;
-    const real t_skjof = cos_phi2 * t_mnzjt - Ass_2;
-    const real t_qh7lx = sin_theta2 * t_skjof;
-    const real t_skjof_2 = sin_phi2 * t_mnzjt + Asc_2;
-    const real t_5vgja = t_qh7lx * t_6dtnj + t_jza4m * t_skjof_2;
-    const real t_2t7vh_3 = w_x2 * cos_phi2 - t_365dx;
-    const real t_2t7vh_4 = w_x2 * sin_phi2 + t_365dx_2;
-    const real t_wnk6h = B_2 * (chi2 * t_2t7vh_3 - t_2t7vh * t_2t7vh_4);
-    const real t_so6fl = mv2 * (t_3hay7 * sin_phi2) + t_popww * (t_2t7vh_2 * t_2t7vh_3);
-    const real t_543fb = sin_phi2 * t_wnk6h + t_ki236 - (tension2 * sin_phi2 + cos_phi2 * t_so6fl);
+    const real t_ny2sw = t_wcdvv * t_6dtnj_3
+        - t_qkxsr * t_ncc7u
+        - (lhub_alphaxhub_az * t_zqm65 + hub_alphax * t_jrarn)
+        - (lhub_alphayhub_az * t_6jmjs + hub_alphay * t_wyz3w)
+        - (lhub_alphazhub_az * t_3apbh + hub_alphaz * t_x55d4);
+    const real t_tdl2j = t_nu4qx * t_6dtnj_2
+        - t_temm3 * t_ews4u
+        - (lhub_alphaxhub_ay * t_zqm65 + hub_alphax * t_wflm5)
+        - (lhub_alphayhub_ay * t_6jmjs + hub_alphay * t_3gzic)
+        - (lhub_alphazhub_ay * t_3apbh + hub_alphaz * t_t3kmi)
+        - (lhub_azhub_ay * t_ny2sw + hub_az * t_4nmjr);
+    const real t_vvhli = t_j5f44_2 - bob1_twice1 * bob1_r1_y - bob1_twice2 * bob1_r_z;
+    const real t_vvhli_2 = bob1_twice1 * bob1_r1_z - bob1_twice2 * bob1_r_y + t_j5f44;
+    const real t_ddyjd = p[m1] * (x[wy] * t_vvhli - x[wz] * t_vvhli_2);
+    const real t_iu3ki = bob1_v21 * bob1_r1_y
+        + x[wz] * t_ipz3m
+        + bob1_v11 * bob1_r_z
+        + bob1_v22 * bob1_r_z
+        + x[wx] * t_vvhli;
+    const real t_p3wzj = p[m1] * t_iu3ki;
+    const real t_kzypq = x[wx] * t_vvhli_2
+        - bob1_v21 * bob1_r1_z
+        + bob1_v11 * bob1_r_y
+        + bob1_v22 * bob1_r_y
+        + x[wy] * t_ipz3m;
+    const real t_2i6hr = p[m1] * t_kzypq;
+    const real t_5dj2j = bob1_r1_x * t_ddyjd
+        + (bob1_Fy * bob1_r1_z - bob1_r1_y * t_p3wzj)
+        + (bob1_r1_z * t_2i6hr - bob1_Fz * bob1_r1_y);
+    const real t_pj4i3_2 = p[m1] * bob1_r1_z;
+    const real t_rnu2p = t_pj4i3_2 * t_vpzmf;
+    const real t_psumj = bob1_r_y * t_2i6hr + bob1_Fz * bob1_r_z + (bob1_r_z * t_p3wzj + bob1_Fy * bob1_r_y);
+    const real t_pj4i3_3 = p[m1] * bob1_r_y;
+    const real t_rlquh_2 = t_pj4i3_3 * t_sjrjg;
+    const real t_bthkv = bob1_S1ty * t_5dj2j
+        + t_txuch * t_rnu2p
+        + t_p3wzj
+        - (bob1_S2ty * t_psumj - bob1_Q2 * t_rlquh_2);
+    const real t_sbejl = bob1_g1_x * t_rnu2p;
+    const real t_pkgfk = t_sbejl * t_6dtnj;
+    const real t_7tula = bob1_S1tx * t_5dj2j - t_ddyjd;
+    const real t_6ciuu = t_bthkv + (yhub_ax * t_pkgfk + t_skn5h * t_7tula);
+    const real t_w76ip = bob1_g2_y * t_rlquh_2 + bob1_S2ty * t_pj4i3_3 - (bob1_g1_y * t_rnu2p + bob1_S1ty * t_pj4i3_2);
+    const real t_vfnyi = t_w76ip - (t_skn5h * t_sbejl + t_lhd4o * t_pkgfk);
+    const real t_pj4i3_4 = p[m1] * bob1_r1_y;
+    const real t_rnu2p_2 = t_pj4i3_4 * t_vpzmf;
+    const real t_pj4i3_5 = p[m1] * bob1_r_z;
+    const real t_rlquh_3 = t_pj4i3_5 * t_sjrjg;
+    const real t_a2aky = bob1_S1tz * t_5dj2j
+        - t_txuch * t_rnu2p_2
+        - t_2i6hr
+        + (t_rlquh * t_psumj + bob1_Q2 * t_rlquh_3);
+    const real t_m6o6r = bob1_r_z * t_sbejl - t_yiqfo_3;
+    const real t_sbejl_2 = bob1_g1_x * t_rnu2p_2;
+    const real t_m6o6r_2 = t_yiqfo_4 - bob1_r_y * t_sbejl_2;
+    const real t_vpsgh = t_m6o6r - t_m6o6r_2;
+    const real t_ox35p = t_vpsgh * t_6dtnj;
+    const real t_g37pd = bob1_g2_y * t_rlquh_3 - t_rlquh * t_pj4i3_3 - (bob1_S1tz * t_pj4i3_2 - bob1_g1_y * t_rnu2p_2);
+    const real t_vhoa4 = bob1_S1rx * t_pj4i3_2;
+    const real t_bgi5w = bob1_r_y * t_g37pd + t_r37jk_2 - t_vhoa4 - (bob1_r_z * t_w76ip - bob1_Myy * bob1_r_y);
+    const real t_j4hvh = t_bgi5w + (lhub_alphaxhub_ax * t_sbejl + t_lhd4o * t_ox35p);
+    const real t_b3oon = t_j4hvh * t_6dtnj_2 - t_bintu_3 * t_vfnyi;
+    const real t_xkekw = bob1_g1_z * t_rnu2p_2 + bob1_S1tz * t_pj4i3_4 - (t_pj4i3 * t_rlquh_3 + t_rlquh * t_pj4i3_5);
+    const real t_vhoa4_2 = bob1_S1rx * t_pj4i3_4;
+    const real t_wqye4 = bob1_r_y * t_xkekw + bob1_Mzz * bob1_r_z + t_vhoa4_2 - (bob1_r_z * t_g37pd - t_r37jk);
+    const real t_pkgfk_2 = t_sbejl_2 * t_6dtnj;
+    const real t_hg336 = t_g37pd - (t_skn5h_2 * t_sbejl - t_lhd4o * t_pkgfk_2);
+    const real t_rkwci = t_wqye4
+        + (t_lhd4o_2 * t_ox35p - lhub_alphaxhub_ax * t_sbejl_2)
+        - (lhub_alphaxhub_ay * t_hg336 + khub_azhub_ay1 * t_b3oon);
+    const real t_yo3xz = t_hg336 * t_6dtnj_2 - t_bintu_5 * t_vfnyi;
+    const real t_fmrgl = t_xkekw
+        + (t_skn5h_2 * t_sbejl_2 + t_lhd4o_2 * t_pkgfk_2)
+        - (lhub_azhub_ay * t_hg336 + khub_azhub_ay1 * t_yo3xz);
+    const real t_3gttm = t_rkwci * t_6dtnj_3 - t_bintu_4 * t_fmrgl;
+    const real t_sx63q = t_a2aky
+        + (t_skn5h_2 * t_7tula - yhub_ax * t_pkgfk_2)
+        - (yhub_ay * t_yo3xz + lhub_azhub_ay * t_6ciuu);
+    const real t_nutht = bob1_r_y * t_a2aky
+        + bob1_fz * bob1_r_z
+        + bob1_S1rx * t_5dj2j
+        - (bob1_r_z * t_bthkv - bob1_fy * bob1_r_y)
+        - (yhub_ax * t_ox35p + lhub_alphaxhub_ax * t_7tula)
+        - (yhub_ay * t_b3oon + lhub_alphaxhub_ay * t_6ciuu)
+        - (yhub_az * t_3gttm + lhub_alphaxhub_az * t_sx63q);
+    const real t_z746k = bob1_r_y * t_wqye4
+        + bob1_Nxz * bob1_r_z
+        - (t_mwmzd_3 * bob1_r_z - bob1_r_y * t_vhoa4_2)
+        + (bob1_r_z * t_vhoa4 - t_mwmzd_2 * bob1_r_y)
+        - (bob1_r_z * t_bgi5w - bob1_Nxy * bob1_r_y)
+        - (lhub_alphaxhub_ax * t_vpsgh + hub_K41 * t_ox35p)
+        - (lhub_alphaxhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_b3oon)
+        - (lhub_alphaxhub_az * t_rkwci + khub_alphaxhub_az2 * t_3gttm);
+    const real t_xrg5u = bob1_r_x * t_g37pd;
+    const real t_5li76 = t_m6o6r + t_xrg5u;
+    const real t_vr5ah = bob1_r_x * t_xkekw - (bob1_r_z * t_sbejl_2 + t_yiqfo_2);
+    const real t_jowwr = t_2fozl_2 + bob1_r_x * t_sbejl_2;
+    const real t_3gtuv = t_jowwr * t_6dtnj;
+    const real t_bdklq = lhub_alphayhub_ax * t_sbejl - t_lhd4o * t_3gtuv - t_5li76;
+    const real t_lh46h = t_bdklq * t_6dtnj_2 - t_bintu_7 * t_vfnyi;
+    const real t_fcjc7 = t_vr5ah
+        + (lhub_alphayhub_ax * t_sbejl_2 + t_lhd4o_2 * t_3gtuv)
+        + (lhub_alphayhub_ay * t_hg336 + khub_azhub_ay1 * t_lh46h);
+    const real t_gu63d = t_fcjc7 * t_6dtnj_3 + t_bintu_8 * t_fmrgl;
+    const real t_mhuhh = bob1_r_z * t_5li76
+        - t_vh7r5_2 * bob1_r_y
+        - (bob1_r_x * t_vhoa4_2 + (bob1_r_y * t_vr5ah + t_vh7r5 * bob1_r_z - t_4jexu_2))
+        - (lhub_alphayhub_ax * t_vpsgh - hub_K41 * t_3gtuv)
+        - (lhub_alphayhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_lh46h)
+        - (lhub_alphayhub_az * t_rkwci - khub_alphaxhub_az2 * t_gu63d);
+    const real t_7dkll = t_mhuhh * ihub_alphax - t_leuxo_5 * t_z746k;
+    const real t_djpmg = bob1_r_z * t_7tula
+        - t_leuxo_3
+        - bob1_r_x * t_a2aky
+        - (yhub_alphax * t_7dkll + lhub_alphayhub_alphax * t_nutht)
+        - (lhub_alphayhub_ax * t_7tula - yhub_ax * t_3gtuv)
+        - (yhub_ay * t_lh46h + lhub_alphayhub_ay * t_6ciuu)
+        - (lhub_alphayhub_az * t_sx63q - yhub_az * t_gu63d);
+    const real t_wyaqo = bob1_r_x * t_vr5ah
+        - (bob1_r_z * t_jowwr + bob1_Nyx * bob1_r_y)
+        + (lhub_alphayhub_ax * t_jowwr + hub_K51 * t_3gtuv)
+        - (lhub_alphayhub_ay * t_bdklq + khub_alphayhub_ay1 * t_lh46h)
+        + (lhub_alphayhub_az * t_fcjc7 + khub_alphayhub_az2 * t_gu63d)
+        - (lhub_alphayhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_7dkll);
+    const real t_a6ylt = t_xrg5u + bob1_S2rz * t_pj4i3_5 + t_m6o6r_2;
+    const real t_riizn = bob1_S2rz * t_pj4i3_3;
+    const real t_gezs2 = bob1_r_x * t_w76ip + t_riizn + (bob1_r_y * t_sbejl + t_yiqfo);
+    const real t_jowwr_2 = bob1_r_x * t_sbejl + t_2fozl;
+    const real t_3gtuv_2 = t_jowwr_2 * t_6dtnj;
+    const real t_6d2n2 = t_gezs2 - (t_d5zcj * t_sbejl + t_lhd4o * t_3gtuv_2);
+    const real t_ctrlp = t_6d2n2 * t_6dtnj_2 - t_bintu_9 * t_vfnyi;
+    const real t_qx7gx = t_a6ylt
+        - (t_lhd4o_2 * t_3gtuv_2 - t_d5zcj * t_sbejl_2)
+        - (lhub_alphazhub_ay * t_hg336 + khub_azhub_ay1 * t_ctrlp);
+    const real t_lwgwh = t_qx7gx * t_6dtnj_3 - t_bintu_10 * t_fmrgl;
+    const real t_lbhmq = bob1_r_y * t_a6ylt
+        + bob1_Nzz * bob1_r_z
+        - bob1_r_x * t_vhoa4
+        + t_4jexu
+        - (bob1_r_z * t_gezs2 - bob1_Nzy * bob1_r_y)
+        + (t_d5zcj * t_vpsgh + hub_K41 * t_3gtuv_2)
+        - (lhub_alphazhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_ctrlp)
+        - (lhub_alphazhub_az * t_rkwci + khub_alphaxhub_az2 * t_lwgwh);
+    const real t_4xg2l = t_lbhmq * ihub_alphax - t_leuxo_6 * t_z746k;
+    const real t_s2aes = hub_K51 * t_3gtuv_2
+        - t_d5zcj * t_jowwr
+        - (bob1_r_z * t_jowwr_2 - t_ohf57 + bob1_r_x * t_a6ylt)
+        - (lhub_alphazhub_ay * t_bdklq + khub_alphayhub_ay1 * t_ctrlp)
+        - (khub_alphayhub_az2 * t_lwgwh - lhub_alphazhub_az * t_fcjc7)
+        - (lhub_alphazhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_4xg2l);
+    const real t_4mhhi = t_s2aes * ihub_alphay - t_leuxo_7 * t_wyaqo;
+    const real t_yubhg = bob1_r_x * t_bthkv
+        - bob1_S2rz * t_psumj
+        - (bob1_r_y * t_7tula + t_leuxo)
+        - (yhub_alphax * t_4xg2l + lhub_alphazhub_alphax * t_nutht)
+        - (yhub_alphay * t_4mhhi + lhub_alphazhub_alphay * t_djpmg)
+        + (yhub_ax * t_3gtuv_2 + t_d5zcj * t_7tula)
+        - (yhub_ay * t_ctrlp + lhub_alphazhub_ay * t_6ciuu)
+        - (yhub_az * t_lwgwh + lhub_alphazhub_az * t_sx63q);
+    const real t_bns3v = bob1_r_x * t_riizn
+        + bob1_r_x * t_gezs2
+        + (bob1_r_y * t_jowwr_2 + t_ohf57_2)
+        - (t_d5zcj * t_jowwr_2 + t_bjkdc * t_3gtuv_2)
+        - (lhub_alphazhub_ay * t_6d2n2 + khub_alphazhub_ay1 * t_ctrlp)
+        - (lhub_alphazhub_az * t_qx7gx + khub_alphazhub_az2 * t_lwgwh)
+        - (lhub_alphazhub_alphax * t_lbhmq + khub_alphazhub_alphax3 * t_4xg2l)
+        - (lhub_alphazhub_alphay * t_s2aes + khub_alphazhub_alphay4 * t_4mhhi);
+    const real t_b4hi2 = t_yubhg * ihub_alphaz - t_leuxo_8 * t_bns3v;
+    const real t_m2523 = t_djpmg * ihub_alphay - t_taqqh * t_wyaqo - (lhub_alphazhub_alphay * t_b4hi2 + hub_alphaz * t_4mhhi);
+    const real t_ji4if = t_nutht * ihub_alphax
+        - t_mk4ri * t_z746k
+        - (lhub_alphayhub_alphax * t_m2523 + hub_alphay * t_7dkll)
+        - (lhub_alphazhub_alphax * t_b4hi2 + hub_alphaz * t_4xg2l);
+    const real t_miuqz = t_sx63q * t_6dtnj_3
+        - t_qkxsr * t_fmrgl
+        - (lhub_alphaxhub_az * t_ji4if + hub_alphax * t_3gttm)
+        - (lhub_alphayhub_az * t_m2523 - hub_alphay * t_gu63d)
+        - (lhub_alphazhub_az * t_b4hi2 + hub_alphaz * t_lwgwh);
+    const real t_eonmk = t_6ciuu * t_6dtnj_2
+        - t_temm3 * t_vfnyi
+        - (lhub_alphaxhub_ay * t_ji4if + hub_alphax * t_b3oon)
+        - (lhub_alphayhub_ay * t_m2523 + hub_alphay * t_lh46h)
+        - (lhub_alphazhub_ay * t_b4hi2 + hub_alphaz * t_ctrlp)
+        - (lhub_azhub_ay * t_miuqz + hub_az * t_yo3xz);
+    const real t_uvqau = p[l2] * cos_phi2;
+    const real t_hakeo = sin_theta2 * t_uvqau;
     const real t_uvqau_2 = p[l2] * sin_phi2;
-    const real t_zn4xc = p[I2] * (W12 * t_uvqau - w_x2 * (Wn2 * t_uvqau_2) + t_dkl52 * (p[l2] * t_2t7vh_4));
-    const real t_ruxfo = th_2 * t_ri6qi * (p[m2] * ((q_2 + q_2) * t_uvqau));
-    const real t_mcl5q = th_2 * (t_zn4xc - loss_theta2 * t_uvqau) - t_c6wyu * t_ruxfo;
-    const real t_c7w7r = cos_theta2 * t_mcl5q;
-    const real t_543fb_2 = tension2 * cos_phi2 - sin_phi2 * t_so6fl - (cos_phi2 * t_wnk6h - t_ki236_2);
-    const real t_3mqca = b1 * t_5vgja + t_gousg * t_543fb - (t_c7w7r + sin_theta2 * t_543fb_2);
-    const real t_wxz3r = p[I2] * t_ruxfo;
-    const real t_d7y7v = t_skjof_2 + t_wxz3r;
-    const real t_3jnxd = S_sq2 * t_d7y7v;
-    const real t_6soyk = t_3jnxd - t_wxz3r - (t_gousg * t_qh7lx + t_f2nhc * t_5vgja);
-    const real t_qh7lx_2 = cos_theta2 * t_skjof;
-    const real t_5vgja_2 = t_qh7lx_2 * t_6dtnj + t_jza4m_2 * t_skjof_2;
-    const real t_xzcqa = SC2 * t_d7y7v - (t_gousg_2 * t_qh7lx + t_f2nhc * t_5vgja_2);
-    const real t_f7u6l = t_xzcqa * t_6dtnj_2 - t_bintu_4 * t_6soyk;
-    const real t_c7w7r_2 = sin_theta2 * t_mcl5q;
-    const real t_id3bm = b1 * t_5vgja_2
-        + t_gousg_2 * t_543fb
-        - (cos_theta2 * t_543fb_2 - t_c7w7r_2)
-        - (X_y2 * t_f7u6l + K_L32 * t_3mqca);
-    const real t_x2cnp = t_skjof_2
-        - t_3jnxd
-        - (K_L32 * t_xzcqa + t_7exg5 * t_f7u6l)
-        - (t_gousg_2 * t_qh7lx_2 + t_f2nhc_2 * t_5vgja_2);
-    const real t_qzymo = wth_2 * t_uvqau - q_2 * t_wxz3r;
-    const real t_764jb = sin_theta2 * t_qzymo;
-    const real t_764jb_2 = cos_theta2 * t_qzymo;
-    const real t_k2jbt = Bc_2 * t_6dtnj + t_4pum4 * t_skjof_2;
-    const real t_ryshl = t_764jb_2 - sin_theta2 * Bs_2 + (t_w6lcf * t_qh7lx + t_f2nhc * t_k2jbt);
-    const real t_uznhk = t_ryshl * t_6dtnj_2 - t_bo5xl * t_6soyk;
-    const real t_taqg4 = t_764jb
-        + cos_theta2 * Bs_2
-        + (t_eoupv * t_xzcqa + t_7exg5 * t_uznhk)
-        - (t_w6lcf * t_qh7lx_2 + t_f2nhc_2 * t_k2jbt);
-    const real t_hffrp = t_taqg4 * t_6dtnj_3 - t_bintu_5 * t_x2cnp;
-    const real t_7t4zp = t_3hay7 * Bc_2 + p[l2] * t_wnk6h;
-    const real t_ubbzk = q_2 * t_mcl5q + F_n2 * t_uvqau;
-    const real t_akdb6 = b1 * t_k2jbt
-        + t_w6lcf * t_543fb
-        - (t_7t4zp - t_ubbzk)
-        + (X_y2 * t_uznhk + t_eoupv * t_3mqca)
-        - (X_y3 * t_hffrp + K_L43 * t_id3bm);
-    const real t_r343y = wq_2 * t_uvqau + q_2 * t_qzymo;
-    const real t_7g2br = t_r343y
-        - (t_eoupv * t_ryshl + t_ly572 * t_uznhk)
-        - (K_L43 * t_taqg4 + t_e2ygr * t_hffrp)
-        - (t_w6lcf * Bc_2 + t_hig3c_6 * t_k2jbt);
-    const real t_qqpow = wth_2 * t_uvqau_2 - g_2 * t_wxz3r;
-    const real t_cvj6x = wg_2 * t_uvqau + q_2 * t_qqpow;
-    const real t_qmq4b = cos_theta2 * t_cvj6x;
-    const real t_xm3he = e2 * Bs_2;
-    const real t_6zvid = e2 * t_skjof_2;
-    const real t_cbqyz = Bs_2 + t_6zvid;
-    const real t_2ws67 = t_qqpow - t_cbqyz;
-    const real t_jqvng = S_sq2 * t_2ws67;
-    const real t_ln3qe = Bc_2 + e2 * t_skjof;
-    const real t_jiaxv = sin_theta2 * t_ln3qe;
-    const real t_ccnzx = t_jiaxv * t_6dtnj + t_jza4m_3 * t_skjof_2;
-    const real t_kc3v7 = t_qqpow - t_jqvng - t_764jb_2 - (t_thnvm * t_qh7lx + t_f2nhc * t_ccnzx);
-    const real t_llvll = t_kc3v7 * t_6dtnj_2 - t_bintu_6 * t_6soyk;
-    const real t_jqvng_2 = SC2 * t_2ws67;
-    const real t_sj2hx = t_764jb
-        - t_jqvng_2
-        - (K_L52 * t_xzcqa + t_7exg5 * t_llvll)
-        - (t_thnvm * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx);
-    const real t_fa2f5 = t_sj2hx * t_6dtnj_3 - t_bintu_7 * t_x2cnp;
-    const real t_qsge7 = t_r343y
-        - t_qmq4b
-        + sin_theta2 * t_xm3he
-        + (K_L52 * t_ryshl + t_ly572 * t_llvll)
-        - (K_L53 * t_taqg4 + t_e2ygr * t_fa2f5)
-        - (t_thnvm * Bc_2 + t_hig3c_6 * t_ccnzx);
-    const real t_zubvz = t_qsge7 * t_6dtnj_4 - t_bintu_8 * t_7g2br;
-    const real t_mm232 = t_7t4zp + e2 * t_543fb_2;
-    const real t_xpnzu = b1 * t_ccnzx
-        + t_thnvm * t_543fb
-        - (sin_theta2 * t_mm232 - t_ubbzk + (g_2 * t_c7w7r + t_lbh6o * t_uvqau_2))
-        - (X_y2 * t_llvll + K_L52 * t_3mqca)
-        - (X_y3 * t_fa2f5 + K_L53 * t_id3bm)
-        - (X_y4 * t_zubvz + K_L54 * t_akdb6);
-    const real t_v6ktv = wg_2 * t_uvqau_2 + g_2 * t_qqpow;
-    const real t_cc4zp = e2 * t_6zvid - K(-2.0) * t_xm3he;
-    const real t_ku6ce = t_cc4zp - t_v6ktv;
-    const real t_4jhiy = S_sq2 * t_ku6ce;
-    const real t_rpc4g = t_v6ktv
-        + t_r343y
-        + t_4jhiy
-        + K(-2.0) * t_qmq4b
-        - (K_L52 * t_kc3v7 + t_7exg5_2 * t_llvll)
-        - (K_L53 * t_sj2hx + t_g6lxe * t_fa2f5)
-        - (K_L54 * t_qsge7 + t_wi63m * t_zubvz)
-        - (t_thnvm * t_jiaxv + t_6iku5 * t_ccnzx);
-    const real t_qmq4b_2 = sin_theta2 * t_cvj6x;
-    const real t_jiaxv_2 = cos_theta2 * t_ln3qe;
-    const real t_ccnzx_2 = t_jiaxv_2 * t_6dtnj + t_jza4m_4 * t_skjof_2;
-    const real t_vvhbc = t_jqvng_2 + (t_thnvm_2 * t_qh7lx + t_f2nhc * t_ccnzx_2);
-    const real t_woi5m = t_vvhbc * t_6dtnj_2 - t_l3pbw * t_6soyk;
-    const real t_nh3eu = t_jqvng
-        + t_cbqyz
-        + (t_o5wmi * t_xzcqa + t_7exg5 * t_woi5m)
-        - (t_thnvm_2 * t_qh7lx_2 + t_f2nhc_2 * t_ccnzx_2);
-    const real t_rg6fi = t_nh3eu * t_6dtnj_3 - t_bintu_9 * t_x2cnp;
-    const real t_lpsyz = t_qmq4b_2
-        + cos_theta2 * t_xm3he
-        - (t_o5wmi * t_ryshl + t_ly572 * t_woi5m)
-        - (K_L63 * t_taqg4 + t_e2ygr * t_rg6fi)
-        - (t_thnvm_2 * Bc_2 + t_hig3c_6 * t_ccnzx_2);
-    const real t_6uzyz = t_lpsyz * t_6dtnj_4 - t_bintu_10 * t_7g2br;
-    const real t_fbgfe = t_qmq4b_2
-        + SC2 * t_ku6ce
-        + (t_o5wmi * t_kc3v7 + t_7exg5_2 * t_woi5m)
-        - (K_L63 * t_sj2hx + t_g6lxe * t_rg6fi)
-        - (K_L64 * t_qsge7 + t_wi63m * t_6uzyz)
-        - (t_thnvm_2 * t_jiaxv + t_6iku5 * t_ccnzx_2);
-    const real t_7u26n = t_fbgfe * t_6dtnj_5 - t_bintu_11 * t_rpc4g;
-    const real t_kfm3n = b1 * t_ccnzx_2
-        + t_thnvm_2 * t_543fb
-        - (cos_theta2 * t_mm232 - (g_2 * t_c7w7r_2 + t_lbh6o_2 * t_uvqau_2))
-        + (X_y2 * t_woi5m + t_o5wmi * t_3mqca)
-        - (X_y3 * t_rg6fi + K_L63 * t_id3bm)
-        - (X_y4 * t_6uzyz + K_L64 * t_akdb6)
-        - (X_y5 * t_7u26n + K_L65 * t_xpnzu);
-    const real t_komcn = t_cc4zp
-        - t_4jhiy
-        - (t_o5wmi * t_vvhbc + t_du5u3 * t_woi5m)
-        - (K_L63 * t_nh3eu + t_hbw2v * t_rg6fi)
-        - (K_L64 * t_lpsyz + t_7ergp * t_6uzyz)
-        - (K_L65 * t_fbgfe + t_n4u4m * t_7u26n)
-        - (t_thnvm_2 * t_jiaxv_2 + t_6iku5_2 * t_ccnzx_2);
-    const real t_vwmuz = t_kfm3n * t_6dtnj_6 - t_bintu_12 * t_komcn;
-    const real t_qglxt = t_xpnzu * t_6dtnj_5 - t_temm3_3 * t_rpc4g - (X_x6 * t_7u26n + K_L65 * t_vwmuz);
-    const real t_432ch = t_akdb6 * t_6dtnj_4
-        - t_temm3_2 * t_7g2br
-        - (X_x5 * t_zubvz + K_L54 * t_qglxt)
-        - (X_x6 * t_6uzyz + K_L64 * t_vwmuz);
-    const real t_cqi2s = t_id3bm * t_6dtnj_3
-        - t_qkxsr * t_x2cnp
-        - (X_x4 * t_hffrp + K_L43 * t_432ch)
-        - (X_x5 * t_fa2f5 + K_L53 * t_qglxt)
-        - (X_x6 * t_rg6fi + K_L63 * t_vwmuz);
-    const real t_q3jvz = t_3mqca * t_6dtnj_2
-        - t_temm3 * t_6soyk
-        - (X_x3 * t_f7u6l + K_L32 * t_cqi2s)
-        + (X_x4 * t_uznhk + t_eoupv * t_432ch)
-        - (X_x5 * t_llvll + K_L52 * t_qglxt)
-        + (X_x6 * t_woi5m + t_o5wmi * t_vwmuz);
-    const real t_yrmpr = t_u5rk4_5 * t_6dtnj;
-    const real t_doiln = x[wy] * cos_theta2 - x[wz] * sin_theta2;
-    const real t_b6zig = cos_phi2 * t_doiln;
-    const real t_b6zig_2 = sin_phi2 * t_doiln;
-    const real t_lzmvu = B_2 * (chi2 * t_b6zig - t_2t7vh * t_b6zig_2 - w_x2 * t_doiln);
-    const real t_doiln_2 = x[wy] * sin_theta2 + x[wz] * cos_theta2;
-    const real t_fp5th = t_popww * (t_2t7vh_2 * t_b6zig - t_jsckv * t_doiln_2);
-    const real t_7wlqf = sin_phi2 * t_lzmvu - cos_phi2 * t_fp5th;
-    const real t_elik3 = p[I2] * (t_dkl52 * (p[l2] * t_b6zig_2) + t_a3tjf * t_doiln_2 - w_x2 * (lc_2 * t_doiln_2));
-    const real t_elab3 = th_2 * t_elik3;
-    const real t_tdlks = cos_theta2 * t_elab3 - t_lbh6o_2;
-    const real t_7wlqf_2 = sin_phi2 * t_fp5th + cos_phi2 * t_lzmvu;
-    const real t_uj3mw = b1 * t_yrmpr + t_gousg * t_7wlqf - (t_tdlks + (t_u5rk4_3 - sin_theta2 * t_7wlqf_2));
-    const real t_so6aj = (sin_theta2 + sin_theta2) * cos_theta2;
-    const real t_bu6uv = tn11_2 * t_so6aj;
-    const real t_k4opm = t_bu6uv - (t_gousg * t_u5rk4_5 + t_f2nhc * t_yrmpr);
-    const real t_le4xr = cos_theta2 * cos_theta2 - S_sq2;
-    const real t_yrmpr_2 = t_u5rk4_4 * t_6dtnj;
-    const real t_xocma = tn11_2 * t_le4xr - (t_gousg_2 * t_u5rk4_5 - t_f2nhc * t_yrmpr_2);
-    const real t_3zwx6 = t_xocma * t_6dtnj_2 - t_bintu_4 * t_k4opm;
-    const real t_tdlks_2 = sin_theta2 * t_elab3 + t_lbh6o;
-    const real t_nievy = t_gousg_2 * t_7wlqf
-        - b1 * t_yrmpr_2
-        + (t_tdlks_2 + (cos_theta2 * t_7wlqf_2 + t_u5rk4_2))
-        - (X_y2 * t_3zwx6 + K_L32 * t_uj3mw);
-    const real t_657e2 = t_gousg_2 * t_u5rk4_4
-        + t_f2nhc_2 * t_yrmpr_2
-        - (t_bu6uv + (K_L32 * t_xocma + t_7exg5 * t_3zwx6));
-    const real t_u5rk4_7 = wq_2 * cos_theta2;
-    const real t_u5rk4_8 = wq_2 * sin_theta2;
-    const real t_od34j = t_u5rk4 - t_u5rk4_8 + t_w6lcf * t_u5rk4_5;
-    const real t_liyj7 = t_od34j * t_6dtnj_2 - t_bo5xl * t_k4opm;
-    const real t_6l7ig = t_u5rk4_7 + t_u5rk4_6 + (t_eoupv * t_xocma + t_7exg5 * t_liyj7) + t_w6lcf * t_u5rk4_4;
-    const real t_qa7bm = t_6l7ig * t_6dtnj_3 - t_bintu_5 * t_657e2;
-    const real t_jzvsy = p[l2] * t_lzmvu;
-    const real t_yblni = q_2 * t_elab3;
-    const real t_cdrb4 = t_w6lcf * t_7wlqf
-        - (t_jzvsy - t_yblni)
-        + (X_y2 * t_liyj7 + t_eoupv * t_uj3mw)
-        - (X_y3 * t_qa7bm + K_L43 * t_nievy);
-    const real t_uu7ed = t_eoupv * t_od34j + t_ly572 * t_liyj7 + (K_L43 * t_6l7ig + t_e2ygr * t_qa7bm);
-    const real t_u5rk4_9 = wqg_2 * sin_theta2;
-    const real t_yjwot = t_vsqil * t_so6aj;
-    const real t_gsxk4 = t_oja3l_2 * t_6dtnj;
-    const real t_b5kk7 = t_u5rk4_8 - t_yjwot - (t_thnvm * t_u5rk4_5 + t_f2nhc * t_gsxk4);
-    const real t_h5jmh = t_b5kk7 * t_6dtnj_2 - t_bintu_6 * t_k4opm;
-    const real t_pwjew = t_vsqil * t_le4xr;
-    const real t_pumzh = t_u5rk4_7
-        - t_pwjew
-        - (K_L52 * t_xocma + t_7exg5 * t_h5jmh)
-        - (t_f2nhc_2 * t_gsxk4 - t_thnvm * t_u5rk4_4);
-    const real t_dnes5 = t_pumzh * t_6dtnj_3 - t_bintu_7 * t_657e2;
-    const real t_4xquj = t_u5rk4_9
-        + t_zkamf_2
-        + (K_L52 * t_od34j + t_ly572 * t_h5jmh)
-        - (K_L53 * t_6l7ig + t_e2ygr * t_dnes5)
-        - t_hig3c_6 * t_gsxk4;
-    const real t_playo = t_4xquj * t_6dtnj_4 + t_bintu_8 * t_uu7ed;
-    const real t_ys4pi = t_jzvsy - e2 * t_7wlqf_2;
-    const real t_3cnvj = b1 * t_gsxk4
-        + t_thnvm * t_7wlqf
-        - (sin_theta2 * t_ys4pi + t_4d6tt_2 - t_yblni + g_2 * t_tdlks)
-        - (X_y2 * t_h5jmh + K_L52 * t_uj3mw)
-        - (X_y3 * t_dnes5 + K_L53 * t_nievy)
-        - (X_y4 * t_playo + K_L54 * t_cdrb4);
-    const real t_bu6uv_2 = tn44_2 * t_so6aj;
-    const real t_k4ci6 = t_bu6uv_2
-        - K(-2.0) * t_u5rk4_9
-        - (K_L52 * t_b5kk7 + t_7exg5_2 * t_h5jmh)
-        - (K_L53 * t_pumzh + t_g6lxe * t_dnes5)
-        - (K_L54 * t_4xquj + t_wi63m * t_playo)
-        - (t_thnvm * t_oja3l_2 + t_6iku5 * t_gsxk4);
-    const real t_u5rk4_10 = wqg_2 * cos_theta2;
-    const real t_gsxk4_2 = t_oja3l * t_6dtnj;
-    const real t_dshy3 = t_pwjew + (t_thnvm_2 * t_u5rk4_5 - t_f2nhc * t_gsxk4_2);
-    const real t_qcwbd = t_dshy3 * t_6dtnj_2 - t_l3pbw * t_k4opm;
-    const real t_37hcc = t_yjwot
-        + (t_o5wmi * t_xocma + t_7exg5 * t_qcwbd)
-        + (t_thnvm_2 * t_u5rk4_4 + t_f2nhc_2 * t_gsxk4_2);
-    const real t_y46k5 = t_37hcc * t_6dtnj_3 - t_bintu_9 * t_657e2;
-    const real t_taaop = t_u5rk4_10
-        - t_zkamf
-        - (t_o5wmi * t_od34j + t_ly572 * t_qcwbd)
-        - (K_L63 * t_6l7ig + t_e2ygr * t_y46k5)
-        + t_hig3c_6 * t_gsxk4_2;
-    const real t_b7miw = t_taaop * t_6dtnj_4 + t_bintu_10 * t_uu7ed;
-    const real t_22mqs = t_u5rk4_10
-        + tn44_2 * t_le4xr
-        + (t_o5wmi * t_b5kk7 + t_7exg5_2 * t_qcwbd)
-        - (K_L63 * t_pumzh + t_g6lxe * t_y46k5)
-        - (K_L64 * t_4xquj + t_wi63m * t_b7miw)
-        - (t_thnvm_2 * t_oja3l_2 - t_6iku5 * t_gsxk4_2);
-    const real t_btqak = t_22mqs * t_6dtnj_5 - t_bintu_11 * t_k4ci6;
-    const real t_5leh7 = t_thnvm_2 * t_7wlqf
-        - b1 * t_gsxk4_2
-        - (cos_theta2 * t_ys4pi - t_4d6tt - g_2 * t_tdlks_2)
-        + (X_y2 * t_qcwbd + t_o5wmi * t_uj3mw)
-        - (X_y3 * t_y46k5 + K_L63 * t_nievy)
-        - (X_y4 * t_b7miw + K_L64 * t_cdrb4)
-        - (X_y5 * t_btqak + K_L65 * t_3cnvj);
-    const real t_n7gya = t_bu6uv_2
-        + (t_o5wmi * t_dshy3 + t_du5u3 * t_qcwbd)
-        + (K_L63 * t_37hcc + t_hbw2v * t_y46k5)
-        + (K_L64 * t_taaop + t_7ergp * t_b7miw)
-        + (K_L65 * t_22mqs + t_n4u4m * t_btqak);
-    const real t_dcvgt = t_5leh7 * t_6dtnj_6 - t_bintu_12 * (t_thnvm_2 * t_oja3l + t_6iku5_2 * t_gsxk4_2 - t_n7gya);
-    const real t_ab6m2 = t_3cnvj * t_6dtnj_5 - t_temm3_3 * t_k4ci6 - (X_x6 * t_btqak + K_L65 * t_dcvgt);
-    const real t_ly3kq = t_cdrb4 * t_6dtnj_4
-        + t_temm3_2 * t_uu7ed
-        - (X_x5 * t_playo + K_L54 * t_ab6m2)
-        - (X_x6 * t_b7miw + K_L64 * t_dcvgt);
-    const real t_b3jpw = t_nievy * t_6dtnj_3
-        - t_qkxsr * t_657e2
-        - (X_x4 * t_qa7bm + K_L43 * t_ly3kq)
-        - (X_x5 * t_dnes5 + K_L53 * t_ab6m2)
-        - (X_x6 * t_y46k5 + K_L63 * t_dcvgt);
-    const real t_aixc2 = t_uj3mw * t_6dtnj_2
-        - t_temm3 * t_k4opm
-        - (X_x3 * t_3zwx6 + K_L32 * t_b3jpw)
-        + (X_x4 * t_liyj7 + t_eoupv * t_ly3kq)
-        - (X_x5 * t_h5jmh + K_L52 * t_ab6m2)
-        + (X_x6 * t_qcwbd + t_o5wmi * t_dcvgt);
-    const real t_chz6j = th_1 * (p[I1] * (t_plqy5 + t_plqy5));
-    const real t_l5d5q = cos_theta1 * t_chz6j;
-    const real t_77voe = t_6nwd2 * t_lcyz4;
-    const real t_333yc = k1 * p[eps1];
-    const real t_rkxcf = sin_phi1 * t_77voe + cos_phi1 * t_333yc;
-    const real t_rkxcf_2 = sin_phi1 * t_333yc - cos_phi1 * t_77voe;
-    const real t_skreg = t_l5d5q + sin_theta1 * t_rkxcf + t_gousg * t_rkxcf_2;
-    const real t_l5d5q_2 = sin_theta1 * t_chz6j;
-    const real t_zwvdp = t_gousg_2 * t_rkxcf_2 - (t_l5d5q_2 - cos_theta1 * t_rkxcf) - K_L32 * t_skreg;
-    const real t_wjlbq = p[l1] * t_333yc;
-    const real t_fipfj = q_1 * t_chz6j;
-    const real t_vxmji = t_w6lcf * t_rkxcf_2
-        - (t_wjlbq + t_fipfj - p[eps1])
-        + t_eoupv * t_skreg
-        - K_L43 * t_zwvdp;
-    const real t_2owbo = t_wjlbq - e1 * t_rkxcf;
+    const real t_hakeo_2 = cos_theta2 * t_uvqau_2;
+    const real t_4bmxt = x[wx] * t_hakeo - bob2_twice1 * t_hakeo_2 - x[wy] * t_uvqau_2 - bob2_twice2 * t_hakeo;
+    const real t_hakeo_3 = sin_theta2 * t_uvqau_2;
+    const real t_hakeo_4 = cos_theta2 * t_uvqau;
+    const real t_tw5as = x[wz] * t_uvqau_2 - bob2_twice1 * t_hakeo_3 + bob2_twice2 * t_hakeo_4 - x[wx] * t_hakeo_4;
+    const real t_rtozb = p[m2] * (x[wy] * t_4bmxt - bob2_v11 * t_uvqau_2 - x[wz] * t_tw5as);
+    const real t_juc2v = bob2_twice1 * t_uvqau + x[wy] * t_hakeo_4 - x[wz] * t_hakeo;
+    const real t_5n2hp = x[wz] * t_juc2v
+        - bob2_v21 * t_hakeo_2
+        - bob2_v11 * t_hakeo
+        - bob2_v22 * t_hakeo
+        - x[wx] * t_4bmxt;
+    const real t_dx3vx = p[m2] * t_5n2hp;
+    const real t_d5c7e = x[wx] * t_tw5as
+        + bob2_v21 * t_hakeo_3
+        - bob2_v11 * t_hakeo_4
+        - bob2_v22 * t_hakeo_4
+        - x[wy] * t_juc2v;
+    const real t_ilxnt = p[m2] * t_d5c7e;
+    const real t_fgvn2 = bob2_r1_x * t_rtozb
+        + bob2_Fx * t_uvqau
+        + (bob2_r1_y * t_dx3vx - bob2_Fy * t_hakeo_3)
+        + (bob2_r1_z * t_ilxnt - bob2_Fz * t_hakeo_2);
+    const real t_tc6cu = p[m2] * t_hakeo_3;
+    const real t_tpqyi = t_tc6cu * t_mxpm2;
+    const real t_hcc3k = bob2_r_y * t_ilxnt + bob2_Fz * t_hakeo - (bob2_r_z * t_dx3vx + bob2_Fy * t_hakeo_4);
+    const real t_tc6cu_2 = p[m2] * t_hakeo_4;
+    const real t_pjhy4 = t_nww6q * ((sin_phi2 + sin_phi2) * cos_phi2);
+    const real t_u2fmg = t_tc6cu_2 * t_ymfue - bob2_S2ty * t_ymfue * t_pjhy4;
+    const real t_h6hty = bob2_S1ty * t_fgvn2
+        - t_xyjt2 * t_tpqyi
+        - t_dx3vx
+        - (bob2_S2ty * t_hcc3k + bob2_Q2 * t_u2fmg);
+    const real t_xau4q = p[m2] * t_uvqau;
+    const real t_gdxxl = bob2_S1ty * t_xau4q - bob2_g1_x * t_tpqyi;
+    const real t_x2ffi = t_xau4q * t_mxpm2;
+    const real t_gdxxl_2 = bob2_g1_x * t_x2ffi + bob2_S1tx * t_xau4q;
+    const real t_gizzd = t_gdxxl * t_6dtnj + t_jza4m * t_gdxxl_2;
+    const real t_6doat = bob2_S1tx * t_fgvn2 + t_xyjt2 * t_x2ffi - t_rtozb;
+    const real t_tkzjt = t_h6hty + (yhub_ax * t_gizzd + t_skn5h * t_6doat);
+    const real t_qedpc = bob2_g1_y * t_tpqyi + bob2_S1ty * t_tc6cu - (bob2_g2_y * t_u2fmg + bob2_S2ty * t_tc6cu_2);
+    const real t_i5vxj = t_qedpc - (t_skn5h * t_gdxxl + t_lhd4o * t_gizzd);
+    const real t_tc6cu_3 = p[m2] * t_hakeo_2;
+    const real t_tpqyi_2 = t_tc6cu_3 * t_mxpm2;
+    const real t_tc6cu_4 = p[m2] * t_hakeo;
+    const real t_otfml = t_tc6cu_4 * t_ymfue - t_i7psf * t_ymfue * t_pjhy4;
+    const real t_whvwg = bob2_S1tz * t_fgvn2
+        - t_xyjt2 * t_tpqyi_2
+        - t_ilxnt
+        + (t_i7psf * t_hcc3k + bob2_Q2 * t_otfml);
+    const real t_r6avn = bob2_r_z * t_gdxxl + t_s4byp * t_hakeo_4;
+    const real t_gdxxl_3 = bob2_S1tz * t_xau4q - bob2_g1_x * t_tpqyi_2;
+    const real t_r6avn_2 = bob2_r_y * t_gdxxl_3 + t_s4byp_2 * t_hakeo;
+    const real t_mwxoz = bob2_S1rx * t_xau4q;
+    const real t_kvglz = t_r6avn - (t_r6avn_2 + t_mwxoz);
+    const real t_v3yvq = t_kvglz * t_6dtnj + t_bintu_2 * t_gdxxl_2;
+    const real t_hkky7 = bob2_g2_y * t_otfml + t_i7psf * t_tc6cu_2 + (bob2_g1_y * t_tpqyi_2 + bob2_S1tz * t_tc6cu);
+    const real t_i77ir = bob2_S1rx * t_tc6cu;
+    const real t_dc7lt = bob2_r_y * t_hkky7
+        + bob2_Myz * t_hakeo
+        + t_i77ir
+        - (bob2_r_z * t_qedpc + bob2_Myy * t_hakeo_4);
+    const real t_yujux = t_dc7lt + (lhub_alphaxhub_ax * t_gdxxl + t_lhd4o * t_v3yvq);
+    const real t_34xg6 = t_yujux * t_6dtnj_2 - t_bintu_3 * t_i5vxj;
+    const real t_ck3wm = bob2_g1_z * t_tpqyi_2 + bob2_S1tz * t_tc6cu_3 - (t_zludf * t_otfml + t_i7psf * t_tc6cu_4);
+    const real t_i77ir_2 = bob2_S1rx * t_tc6cu_3;
+    const real t_zqnrn = bob2_r_y * t_ck3wm
+        + bob2_Mzz * t_hakeo
+        + t_i77ir_2
+        - (bob2_r_z * t_hkky7 + bob2_Myz * t_hakeo_4);
+    const real t_gizzd_2 = t_gdxxl_3 * t_6dtnj + t_jza4m_2 * t_gdxxl_2;
+    const real t_p2vva = t_hkky7 - (t_skn5h_2 * t_gdxxl + t_lhd4o * t_gizzd_2);
+    const real t_saw4t = t_zqnrn
+        + (lhub_alphaxhub_ax * t_gdxxl_3 + t_lhd4o_2 * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_p2vva + khub_azhub_ay1 * t_34xg6);
+    const real t_6xzzo = t_p2vva * t_6dtnj_2 - t_bintu_5 * t_i5vxj;
+    const real t_ruy6n = t_ck3wm
+        - (t_skn5h_2 * t_gdxxl_3 + t_lhd4o_2 * t_gizzd_2)
+        - (lhub_azhub_ay * t_p2vva + khub_azhub_ay1 * t_6xzzo);
+    const real t_3c5jx = t_saw4t * t_6dtnj_3 - t_bintu_4 * t_ruy6n;
+    const real t_yyiil = t_whvwg
+        + (yhub_ax * t_gizzd_2 + t_skn5h_2 * t_6doat)
+        - (yhub_ay * t_6xzzo + lhub_azhub_ay * t_tkzjt);
+    const real t_apcyr = bob2_r_y * t_whvwg
+        + bob2_fz * t_hakeo
+        + bob2_S1rx * t_fgvn2
+        - (bob2_r_z * t_h6hty + bob2_fy * t_hakeo_4)
+        - (yhub_ax * t_v3yvq + lhub_alphaxhub_ax * t_6doat)
+        - (yhub_ay * t_34xg6 + lhub_alphaxhub_ay * t_tkzjt)
+        - (yhub_az * t_3c5jx + lhub_alphaxhub_az * t_yyiil);
+    const real t_fi7vr = bob2_r_y * t_zqnrn
+        + bob2_Nxz * t_hakeo
+        - (t_gxq2p_3 * t_hakeo - bob2_r_y * t_i77ir_2)
+        + (t_gxq2p_2 * t_hakeo_4 - bob2_r_z * t_i77ir)
+        - (bob2_r_z * t_dc7lt + bob2_Nxy * t_hakeo_4)
+        - (lhub_alphaxhub_ax * t_kvglz + hub_K41 * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_yujux + khub_alphaxhub_ay1 * t_34xg6)
+        - (lhub_alphaxhub_az * t_saw4t + khub_alphaxhub_az2 * t_3c5jx);
+    const real t_6csm5 = bob2_r_z * t_gdxxl_3 + t_s4byp_2 * t_hakeo_4 + (bob2_r_x * t_ck3wm + bob2_Mzz * t_uvqau_2);
+    const real t_cwpy5 = bob2_r_x * t_hkky7 + bob2_Myz * t_uvqau_2;
+    const real t_63aef = t_r6avn + t_cwpy5;
+    const real t_abdh5 = bob2_Mxx * t_hakeo_4 - bob2_r_z * t_gdxxl_2 + (bob2_r_x * t_gdxxl_3 + t_s4byp_2 * t_uvqau_2);
+    const real t_6sxhy = t_abdh5 * t_6dtnj + t_bintu_6 * t_gdxxl_2;
+    const real t_4lgjh = lhub_alphayhub_ax * t_gdxxl + t_lhd4o * t_6sxhy - t_63aef;
+    const real t_el2za = t_4lgjh * t_6dtnj_2 - t_bintu_7 * t_i5vxj;
+    const real t_lfgrk = lhub_alphayhub_ax * t_gdxxl_3
+        + t_lhd4o_2 * t_6sxhy
+        - t_6csm5
+        - (lhub_alphayhub_ay * t_p2vva + khub_azhub_ay1 * t_el2za);
+    const real t_xkkmh = t_lfgrk * t_6dtnj_3 - t_bintu_8 * t_ruy6n;
+    const real t_3acqu = t_gxq2p_3 * t_uvqau_2
+        - bob2_r_x * t_i77ir_2
+        - (bob2_r_z * t_mwxoz + t_gxq2p * t_hakeo_4 + (bob2_r_y * t_6csm5 + t_wudhu * t_hakeo))
+        + (bob2_r_z * t_63aef + t_wudhu_2 * t_hakeo_4)
+        - (lhub_alphayhub_ax * t_kvglz + hub_K41 * t_6sxhy)
+        - (lhub_alphayhub_ay * t_yujux + khub_alphaxhub_ay1 * t_el2za)
+        - (lhub_alphayhub_az * t_saw4t + khub_alphaxhub_az2 * t_xkkmh);
+    const real t_3xv4u = t_3acqu * ihub_alphax - t_leuxo_5 * t_fi7vr;
+    const real t_gkrkj = bob2_r_z * t_6doat
+        + bob2_fx * t_hakeo_4
+        - (bob2_r_x * t_whvwg + bob2_fz * t_uvqau_2)
+        - (yhub_alphax * t_3xv4u + lhub_alphayhub_alphax * t_apcyr)
+        - (yhub_ax * t_6sxhy + lhub_alphayhub_ax * t_6doat)
+        - (yhub_ay * t_el2za + lhub_alphayhub_ay * t_tkzjt)
+        - (yhub_az * t_xkkmh + lhub_alphayhub_az * t_yyiil);
+    const real t_rao6x = bob2_r_z * t_abdh5
+        + bob2_Nyx * t_hakeo_4
+        + (bob2_r_x * t_6csm5 + t_wudhu * t_uvqau_2)
+        - (lhub_alphayhub_ax * t_abdh5 + hub_K51 * t_6sxhy)
+        - (lhub_alphayhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_el2za)
+        - (lhub_alphayhub_az * t_lfgrk + khub_alphayhub_az2 * t_xkkmh)
+        - (lhub_alphayhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_3xv4u);
+    const real t_f7x2s = bob2_S2rz * t_ymfue * t_pjhy4;
+    const real t_absy6 = t_cwpy5 + (bob2_S2rz * t_tc6cu_4 - t_zludf * t_f7x2s) + t_r6avn_2;
+    const real t_kivv2 = bob2_S2rz * t_tc6cu_2 - bob2_g2_y * t_f7x2s;
+    const real t_akdyj = bob2_r_x * t_qedpc
+        + bob2_Myy * t_uvqau_2
+        - t_kivv2
+        + (bob2_r_y * t_gdxxl + t_s4byp * t_hakeo);
+    const real t_abdh5_2 = bob2_r_x * t_gdxxl + t_s4byp * t_uvqau_2 + (bob2_Mxx * t_hakeo - bob2_r_y * t_gdxxl_2);
+    const real t_cfksr = t_abdh5_2 * t_6dtnj + t_aphi5 * t_gdxxl_2;
+    const real t_2u2xo = t_akdyj - (t_d5zcj * t_gdxxl + t_lhd4o * t_cfksr);
+    const real t_u3vw5 = t_2u2xo * t_6dtnj_2 - t_bintu_9 * t_i5vxj;
+    const real t_m447y = t_absy6
+        - (t_d5zcj * t_gdxxl_3 + t_lhd4o_2 * t_cfksr)
+        - (lhub_alphazhub_ay * t_p2vva + khub_azhub_ay1 * t_u3vw5);
+    const real t_e6v3q = t_m447y * t_6dtnj_3 - t_bintu_10 * t_ruy6n;
+    const real t_w44wv = bob2_r_y * t_absy6
+        + bob2_Nzz * t_hakeo
+        - (t_gxq2p_2 * t_uvqau_2 - bob2_r_x * t_i77ir)
+        + (bob2_r_y * t_mwxoz + t_gxq2p * t_hakeo)
+        - (bob2_r_z * t_akdyj + bob2_Nzy * t_hakeo_4)
+        + (t_d5zcj * t_kvglz + hub_K41 * t_cfksr)
+        - (lhub_alphazhub_ay * t_yujux + khub_alphaxhub_ay1 * t_u3vw5)
+        - (lhub_alphazhub_az * t_saw4t + khub_alphaxhub_az2 * t_e6v3q);
+    const real t_vdg7r = t_w44wv * ihub_alphax - t_leuxo_6 * t_fi7vr;
+    const real t_jnoos = t_d5zcj * t_abdh5
+        + hub_K51 * t_cfksr
+        - (bob2_r_z * t_abdh5_2 + t_ykkjc * t_hakeo_4 + (bob2_r_x * t_absy6 + bob2_Nzz * t_uvqau_2))
+        - (lhub_alphazhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_u3vw5)
+        - (lhub_alphazhub_az * t_lfgrk + khub_alphayhub_az2 * t_e6v3q)
+        - (lhub_alphazhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_vdg7r);
+    const real t_vfn4g = t_jnoos * ihub_alphay - t_leuxo_7 * t_rao6x;
+    const real t_glbh4 = bob2_r_x * t_h6hty
+        + bob2_fy * t_uvqau_2
+        - (bob2_S2rz * t_hcc3k - bob2_Q2 * t_f7x2s)
+        - (bob2_r_y * t_6doat + bob2_fx * t_hakeo)
+        - (yhub_alphax * t_vdg7r + lhub_alphazhub_alphax * t_apcyr)
+        - (yhub_alphay * t_vfn4g + lhub_alphazhub_alphay * t_gkrkj)
+        + (yhub_ax * t_cfksr + t_d5zcj * t_6doat)
+        - (yhub_ay * t_u3vw5 + lhub_alphazhub_ay * t_tkzjt)
+        - (yhub_az * t_e6v3q + lhub_alphazhub_az * t_yyiil);
+    const real t_xhrco = bob2_r_x * t_akdyj
+        + bob2_Nzy * t_uvqau_2
+        - (bob2_r_x * t_kivv2 + t_s4byp_3 * t_uvqau_2)
+        + (bob2_r_y * t_abdh5_2 + t_ykkjc * t_hakeo)
+        + p[I2] * t_f7x2s
+        - (t_d5zcj * t_abdh5_2 + t_bjkdc * t_cfksr)
+        - (lhub_alphazhub_ay * t_2u2xo + khub_alphazhub_ay1 * t_u3vw5)
+        - (lhub_alphazhub_az * t_m447y + khub_alphazhub_az2 * t_e6v3q)
+        - (lhub_alphazhub_alphax * t_w44wv + khub_alphazhub_alphax3 * t_vdg7r)
+        - (lhub_alphazhub_alphay * t_jnoos + khub_alphazhub_alphay4 * t_vfn4g);
+    const real t_4talm = t_glbh4 * ihub_alphaz - t_leuxo_8 * t_xhrco;
+    const real t_velm2 = t_gkrkj * ihub_alphay - t_taqqh * t_rao6x - (lhub_alphazhub_alphay * t_4talm + hub_alphaz * t_vfn4g);
+    const real t_guegs = t_apcyr * ihub_alphax
+        - t_mk4ri * t_fi7vr
+        - (lhub_alphayhub_alphax * t_velm2 + hub_alphay * t_3xv4u)
+        - (lhub_alphazhub_alphax * t_4talm + hub_alphaz * t_vdg7r);
+    const real t_24dmr = t_yyiil * t_6dtnj_3
+        - t_qkxsr * t_ruy6n
+        - (lhub_alphaxhub_az * t_guegs + hub_alphax * t_3c5jx)
+        - (lhub_alphayhub_az * t_velm2 + hub_alphay * t_xkkmh)
+        - (lhub_alphazhub_az * t_4talm + hub_alphaz * t_e6v3q);
+    const real t_3n2wr = t_tkzjt * t_6dtnj_2
+        - t_temm3 * t_i5vxj
+        - (lhub_alphaxhub_ay * t_guegs + hub_alphax * t_34xg6)
+        - (lhub_alphayhub_ay * t_velm2 + hub_alphay * t_el2za)
+        - (lhub_alphazhub_ay * t_4talm + hub_alphaz * t_u3vw5)
+        - (lhub_azhub_ay * t_24dmr + hub_az * t_6xzzo);
+    const real t_dziuo = t_j5f44_4 - bob2_twice1 * bob2_r1_y - bob2_twice2 * bob2_r_z;
+    const real t_dziuo_2 = bob2_twice1 * bob2_r1_z - bob2_twice2 * bob2_r_y + t_j5f44_3;
+    const real t_snsd6 = p[m2] * (x[wy] * t_dziuo - x[wz] * t_dziuo_2);
+    const real t_ze7uv = bob2_v21 * bob2_r1_y
+        + x[wz] * t_ipz3m_2
+        + bob2_v11 * bob2_r_z
+        + bob2_v22 * bob2_r_z
+        + x[wx] * t_dziuo;
+    const real t_lfebj = p[m2] * t_ze7uv;
+    const real t_wd4uz = x[wx] * t_dziuo_2
+        - bob2_v21 * bob2_r1_z
+        + bob2_v11 * bob2_r_y
+        + bob2_v22 * bob2_r_y
+        + x[wy] * t_ipz3m_2;
+    const real t_bo4fn = p[m2] * t_wd4uz;
+    const real t_tfrtk = bob2_r1_x * t_snsd6
+        + (bob2_Fy * bob2_r1_z - bob2_r1_y * t_lfebj)
+        + (bob2_r1_z * t_bo4fn - bob2_Fz * bob2_r1_y);
+    const real t_zludf_2 = p[m2] * bob2_r1_z;
+    const real t_uxdew = t_zludf_2 * t_mxpm2;
+    const real t_me6ue = bob2_r_y * t_bo4fn + bob2_Fz * bob2_r_z + (bob2_r_z * t_lfebj + bob2_Fy * bob2_r_y);
+    const real t_zludf_3 = p[m2] * bob2_r_y;
+    const real t_i7psf_2 = t_zludf_3 * t_ymfue;
+    const real t_uawwz = bob2_S1ty * t_tfrtk
+        + t_xyjt2 * t_uxdew
+        + t_lfebj
+        - (bob2_S2ty * t_me6ue - bob2_Q2 * t_i7psf_2);
+    const real t_wm5zt = bob2_g1_x * t_uxdew;
+    const real t_suyzo = t_wm5zt * t_6dtnj;
+    const real t_no3qu = bob2_S1tx * t_tfrtk - t_snsd6;
+    const real t_42cgi = t_uawwz + (yhub_ax * t_suyzo + t_skn5h * t_no3qu);
+    const real t_xw4iu = bob2_g2_y * t_i7psf_2 + bob2_S2ty * t_zludf_3 - (bob2_g1_y * t_uxdew + bob2_S1ty * t_zludf_2);
+    const real t_6annt = t_xw4iu - (t_skn5h * t_wm5zt + t_lhd4o * t_suyzo);
+    const real t_zludf_4 = p[m2] * bob2_r1_y;
+    const real t_uxdew_2 = t_zludf_4 * t_mxpm2;
+    const real t_zludf_5 = p[m2] * bob2_r_z;
+    const real t_i7psf_3 = t_zludf_5 * t_ymfue;
+    const real t_hrjzn = bob2_S1tz * t_tfrtk
+        - t_xyjt2 * t_uxdew_2
+        - t_bo4fn
+        + (t_i7psf * t_me6ue + bob2_Q2 * t_i7psf_3);
+    const real t_kuduc = bob2_r_z * t_wm5zt - t_6j24m_3;
+    const real t_wm5zt_2 = bob2_g1_x * t_uxdew_2;
+    const real t_kuduc_2 = t_6j24m_4 - bob2_r_y * t_wm5zt_2;
+    const real t_nbmlu = t_kuduc - t_kuduc_2;
+    const real t_ox35p_2 = t_nbmlu * t_6dtnj;
+    const real t_saiyb = bob2_g2_y * t_i7psf_3 - t_i7psf * t_zludf_3 - (bob2_S1tz * t_zludf_2 - bob2_g1_y * t_uxdew_2);
+    const real t_3rc6e = bob2_S1rx * t_zludf_2;
+    const real t_ooavl = bob2_r_y * t_saiyb + t_gvuud_2 - t_3rc6e - (bob2_r_z * t_xw4iu - bob2_Myy * bob2_r_y);
+    const real t_uflje = t_ooavl + (lhub_alphaxhub_ax * t_wm5zt + t_lhd4o * t_ox35p_2);
+    const real t_qfexh = t_uflje * t_6dtnj_2 - t_bintu_3 * t_6annt;
+    const real t_whsnm = bob2_g1_z * t_uxdew_2 + bob2_S1tz * t_zludf_4 - (t_zludf * t_i7psf_3 + t_i7psf * t_zludf_5);
+    const real t_3rc6e_2 = bob2_S1rx * t_zludf_4;
+    const real t_lpm7d = bob2_r_y * t_whsnm + bob2_Mzz * bob2_r_z + t_3rc6e_2 - (bob2_r_z * t_saiyb - t_gvuud);
+    const real t_suyzo_2 = t_wm5zt_2 * t_6dtnj;
+    const real t_wxyp5 = t_saiyb - (t_skn5h_2 * t_wm5zt - t_lhd4o * t_suyzo_2);
+    const real t_pdvac = t_lpm7d
+        + (t_lhd4o_2 * t_ox35p_2 - lhub_alphaxhub_ax * t_wm5zt_2)
+        - (lhub_alphaxhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qfexh);
+    const real t_ysnri = t_wxyp5 * t_6dtnj_2 - t_bintu_5 * t_6annt;
+    const real t_oh4nk = t_whsnm
+        + (t_skn5h_2 * t_wm5zt_2 + t_lhd4o_2 * t_suyzo_2)
+        - (lhub_azhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ysnri);
+    const real t_nafop = t_pdvac * t_6dtnj_3 - t_bintu_4 * t_oh4nk;
+    const real t_t2nxt = t_hrjzn
+        + (t_skn5h_2 * t_no3qu - yhub_ax * t_suyzo_2)
+        - (yhub_ay * t_ysnri + lhub_azhub_ay * t_42cgi);
+    const real t_bfi6o = bob2_r_y * t_hrjzn
+        + bob2_fz * bob2_r_z
+        + bob2_S1rx * t_tfrtk
+        - (bob2_r_z * t_uawwz - bob2_fy * bob2_r_y)
+        - (yhub_ax * t_ox35p_2 + lhub_alphaxhub_ax * t_no3qu)
+        - (yhub_ay * t_qfexh + lhub_alphaxhub_ay * t_42cgi)
+        - (yhub_az * t_nafop + lhub_alphaxhub_az * t_t2nxt);
+    const real t_cgkeu = bob2_r_y * t_lpm7d
+        + bob2_Nxz * bob2_r_z
+        - (t_gxq2p_3 * bob2_r_z - bob2_r_y * t_3rc6e_2)
+        + (bob2_r_z * t_3rc6e - t_gxq2p_2 * bob2_r_y)
+        - (bob2_r_z * t_ooavl - bob2_Nxy * bob2_r_y)
+        - (lhub_alphaxhub_ax * t_nbmlu + hub_K41 * t_ox35p_2)
+        - (lhub_alphaxhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qfexh)
+        - (lhub_alphaxhub_az * t_pdvac + khub_alphaxhub_az2 * t_nafop);
+    const real t_qlqcu = bob2_r_x * t_saiyb;
+    const real t_xu6l2 = t_kuduc + t_qlqcu;
+    const real t_zy3y4 = bob2_r_x * t_whsnm - (bob2_r_z * t_wm5zt_2 + t_6j24m_2);
+    const real t_d5os3 = t_4rrc5_2 + bob2_r_x * t_wm5zt_2;
+    const real t_6oizr = t_d5os3 * t_6dtnj;
+    const real t_bunjj = lhub_alphayhub_ax * t_wm5zt - t_lhd4o * t_6oizr - t_xu6l2;
+    const real t_qozvd = t_bunjj * t_6dtnj_2 - t_bintu_7 * t_6annt;
+    const real t_eepmq = t_zy3y4
+        + (lhub_alphayhub_ax * t_wm5zt_2 + t_lhd4o_2 * t_6oizr)
+        + (lhub_alphayhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qozvd);
+    const real t_3lumm = t_eepmq * t_6dtnj_3 + t_bintu_8 * t_oh4nk;
+    const real t_alpsg = bob2_r_z * t_xu6l2
+        - t_wudhu_2 * bob2_r_y
+        - (bob2_r_y * t_zy3y4 + t_wudhu * bob2_r_z - t_te2vp_2 + bob2_r_x * t_3rc6e_2)
+        - (lhub_alphayhub_ax * t_nbmlu - hub_K41 * t_6oizr)
+        - (lhub_alphayhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qozvd)
+        - (lhub_alphayhub_az * t_pdvac - khub_alphaxhub_az2 * t_3lumm);
+    const real t_fmy7q = t_alpsg * ihub_alphax - t_leuxo_5 * t_cgkeu;
+    const real t_rykp7 = bob2_r_z * t_no3qu
+        - t_leuxo_4
+        - bob2_r_x * t_hrjzn
+        - (yhub_alphax * t_fmy7q + lhub_alphayhub_alphax * t_bfi6o)
+        - (lhub_alphayhub_ax * t_no3qu - yhub_ax * t_6oizr)
+        - (yhub_ay * t_qozvd + lhub_alphayhub_ay * t_42cgi)
+        - (lhub_alphayhub_az * t_t2nxt - yhub_az * t_3lumm);
+    const real t_gydfe = bob2_r_x * t_zy3y4
+        - (bob2_r_z * t_d5os3 + bob2_Nyx * bob2_r_y)
+        + (lhub_alphayhub_ax * t_d5os3 + hub_K51 * t_6oizr)
+        - (lhub_alphayhub_ay * t_bunjj + khub_alphayhub_ay1 * t_qozvd)
+        + (lhub_alphayhub_az * t_eepmq + khub_alphayhub_az2 * t_3lumm)
+        - (lhub_alphayhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_fmy7q);
+    const real t_oc4wr = t_qlqcu + bob2_S2rz * t_zludf_5 + t_kuduc_2;
+    const real t_fytdw = bob2_S2rz * t_zludf_3;
+    const real t_bhtma = bob2_r_x * t_xw4iu + t_fytdw + (bob2_r_y * t_wm5zt + t_6j24m);
+    const real t_d5os3_2 = bob2_r_x * t_wm5zt + t_4rrc5;
+    const real t_6oizr_2 = t_d5os3_2 * t_6dtnj;
+    const real t_jx5kp = t_bhtma - (t_d5zcj * t_wm5zt + t_lhd4o * t_6oizr_2);
+    const real t_ribfq = t_jx5kp * t_6dtnj_2 - t_bintu_9 * t_6annt;
+    const real t_mm2og = t_oc4wr
+        - (t_lhd4o_2 * t_6oizr_2 - t_d5zcj * t_wm5zt_2)
+        - (lhub_alphazhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ribfq);
+    const real t_5k7jt = t_mm2og * t_6dtnj_3 - t_bintu_10 * t_oh4nk;
+    const real t_nkjie = bob2_r_y * t_oc4wr
+        + bob2_Nzz * bob2_r_z
+        - bob2_r_x * t_3rc6e
+        + t_te2vp
+        - (bob2_r_z * t_bhtma - bob2_Nzy * bob2_r_y)
+        + (t_d5zcj * t_nbmlu + hub_K41 * t_6oizr_2)
+        - (lhub_alphazhub_ay * t_uflje + khub_alphaxhub_ay1 * t_ribfq)
+        - (lhub_alphazhub_az * t_pdvac + khub_alphaxhub_az2 * t_5k7jt);
+    const real t_beucf = t_nkjie * ihub_alphax - t_leuxo_6 * t_cgkeu;
+    const real t_ugujw = hub_K51 * t_6oizr_2
+        - t_d5zcj * t_d5os3
+        - (bob2_r_z * t_d5os3_2 - t_dejsd + bob2_r_x * t_oc4wr)
+        - (lhub_alphazhub_ay * t_bunjj + khub_alphayhub_ay1 * t_ribfq)
+        - (khub_alphayhub_az2 * t_5k7jt - lhub_alphazhub_az * t_eepmq)
+        - (lhub_alphazhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_beucf);
+    const real t_gawj6 = t_ugujw * ihub_alphay - t_leuxo_7 * t_gydfe;
+    const real t_e33pm = bob2_r_x * t_uawwz
+        - bob2_S2rz * t_me6ue
+        - (bob2_r_y * t_no3qu + t_leuxo_2)
+        - (yhub_alphax * t_beucf + lhub_alphazhub_alphax * t_bfi6o)
+        - (yhub_alphay * t_gawj6 + lhub_alphazhub_alphay * t_rykp7)
+        + (yhub_ax * t_6oizr_2 + t_d5zcj * t_no3qu)
+        - (yhub_ay * t_ribfq + lhub_alphazhub_ay * t_42cgi)
+        - (yhub_az * t_5k7jt + lhub_alphazhub_az * t_t2nxt);
+    const real t_sbica = bob2_r_x * t_fytdw
+        + bob2_r_x * t_bhtma
+        + (bob2_r_y * t_d5os3_2 + t_dejsd_2)
+        - (t_d5zcj * t_d5os3_2 + t_bjkdc * t_6oizr_2)
+        - (lhub_alphazhub_ay * t_jx5kp + khub_alphazhub_ay1 * t_ribfq)
+        - (lhub_alphazhub_az * t_mm2og + khub_alphazhub_az2 * t_5k7jt)
+        - (lhub_alphazhub_alphax * t_nkjie + khub_alphazhub_alphax3 * t_beucf)
+        - (lhub_alphazhub_alphay * t_ugujw + khub_alphazhub_alphay4 * t_gawj6);
+    const real t_rqbif = t_e33pm * ihub_alphaz - t_leuxo_8 * t_sbica;
+    const real t_erlgo = t_rykp7 * ihub_alphay - t_taqqh * t_gydfe - (lhub_alphazhub_alphay * t_rqbif + hub_alphaz * t_gawj6);
+    const real t_dx7sk = t_bfi6o * ihub_alphax
+        - t_mk4ri * t_cgkeu
+        - (lhub_alphayhub_alphax * t_erlgo + hub_alphay * t_fmy7q)
+        - (lhub_alphazhub_alphax * t_rqbif + hub_alphaz * t_beucf);
+    const real t_656bn = t_t2nxt * t_6dtnj_3
+        - t_qkxsr * t_oh4nk
+        - (lhub_alphaxhub_az * t_dx7sk + hub_alphax * t_nafop)
+        - (lhub_alphayhub_az * t_erlgo - hub_alphay * t_3lumm)
+        - (lhub_alphazhub_az * t_rqbif + hub_alphaz * t_5k7jt);
+    const real t_hrfz5 = t_42cgi * t_6dtnj_2
+        - t_temm3 * t_6annt
+        - (lhub_alphaxhub_ay * t_dx7sk + hub_alphax * t_qfexh)
+        - (lhub_alphayhub_ay * t_erlgo + hub_alphay * t_qozvd)
+        - (lhub_alphazhub_ay * t_rqbif + hub_alphaz * t_ribfq)
+        - (lhub_azhub_ay * t_656bn + hub_az * t_ysnri);
+    const real t_2qjkk = bob1_r1_z + bob1_r1_z;
+    const real t_2qjkk_2 = bob1_r1_y + bob1_r1_y;
+    const real t_ca3ps = p[m1] * (bob1_r11_x * bob1_twice1 + x[wy] * t_2qjkk - x[wz] * t_2qjkk_2);
+    const real t_zc3wv = bob1_r1_x + bob1_r1_x;
+    const real t_yclr4 = p[m1] * (bob1_r1_z * bob1_twice2 + x[wz] * t_zc3wv - bob1_r_y * bob1_twice1 - x[wx] * t_2qjkk);
+    const real t_7q7m7 = p[m1] * (x[wx] * t_2qjkk_2 - bob1_r1_y * bob1_twice2 - bob1_r_z * bob1_twice1 - x[wy] * t_zc3wv);
+    const real t_h5vih = p[eps1] + bob1_r1_x * t_ca3ps + bob1_r1_y * t_yclr4 + bob1_r1_z * t_7q7m7;
+    const real t_lb4of = bob1_r_y * t_7q7m7 - bob1_r_z * t_yclr4;
+    const real t_w63ch = bob1_S1ty * t_h5vih - t_yclr4 - bob1_S2ty * t_lb4of;
+    const real t_eba7b = bob1_S1tx * t_h5vih - t_ca3ps;
+    const real t_2zqkp = t_w63ch + t_skn5h * t_eba7b;
+    const real t_35ujj = bob1_S1tz * t_h5vih - t_7q7m7 + t_rlquh * t_lb4of;
+    const real t_wq6hu = t_35ujj + t_skn5h_2 * t_eba7b - lhub_azhub_ay * t_2zqkp;
+    const real t_e6h2u = bob1_r_y * t_35ujj
+        + bob1_S1rx * t_h5vih
+        - bob1_r_z * t_w63ch
+        - lhub_alphaxhub_ax * t_eba7b
+        - lhub_alphaxhub_ay * t_2zqkp
+        - lhub_alphaxhub_az * t_wq6hu;
+    const real t_muelo = bob1_r_z * t_eba7b
+        - bob1_r_x * t_35ujj
+        - x[wz] * p[I1]
+        - lhub_alphayhub_alphax * t_e6h2u
+        - lhub_alphayhub_ax * t_eba7b
+        - lhub_alphayhub_ay * t_2zqkp
+        - lhub_alphayhub_az * t_wq6hu;
     const real t_cs5mc = x[wy] * p[I1];
-    const real t_sar7t = t_thnvm * t_rkxcf_2
-        - (sin_theta1 * t_2owbo + t_fipfj - t_cs5mc - g_1 * t_l5d5q)
-        - K_L52 * t_skreg
-        - K_L53 * t_zwvdp
-        - K_L54 * t_vxmji;
-    const real t_mv3gs = t_thnvm_2 * t_rkxcf_2
-        - (cos_theta1 * t_2owbo + g_1 * t_l5d5q_2 - x[wz] * p[I1])
-        + t_o5wmi * t_skreg
-        - K_L63 * t_zwvdp
-        - K_L64 * t_vxmji
-        - K_L65 * t_sar7t;
-    const real t_ay7fc = t_mv3gs * t_6dtnj_6;
-    const real t_4kdmy = t_sar7t * t_6dtnj_5 - K_L65 * t_ay7fc;
-    const real t_awufa = t_vxmji * t_6dtnj_4 - K_L54 * t_4kdmy - K_L64 * t_ay7fc;
-    const real t_endag = t_zwvdp * t_6dtnj_3 - K_L43 * t_awufa - K_L53 * t_4kdmy - K_L63 * t_ay7fc;
-    const real t_vo72x = t_skreg * t_6dtnj_2
-        - K_L32 * t_endag
-        + t_eoupv * t_awufa
-        - K_L52 * t_4kdmy
-        + t_o5wmi * t_ay7fc;
-    const real t_jydje_2 = B_1 * (Wt1 - t_m6nad);
-    const real t_6hq2o_2 = sin_phi1 * t_jydje_2 + t_7ucg7;
-    const real t_nu264 = th_1 * (p[I1] * (t_ux5vm - t_ownis) - q_1 * p[eps1]);
-    const real t_qayui = cos_theta1 * t_nu264;
-    const real t_6hq2o_3 = t_7ucg7_2 - cos_phi1 * t_jydje_2;
-    const real t_toy76 = t_gousg * t_6hq2o_2 - (t_qayui + sin_theta1 * t_6hq2o_3);
-    const real t_qayui_2 = sin_theta1 * t_nu264;
-    const real t_qojzg = t_gousg_2 * t_6hq2o_2 - (cos_theta1 * t_6hq2o_3 - t_qayui_2) - K_L32 * t_toy76;
-    const real t_fjruu_2 = p[l1] * t_jydje_2;
-    const real t_hu6qa = q_1 * t_nu264;
-    const real t_arn4c = t_w6lcf * t_6hq2o_2
-        - (t_fjruu_2 - t_hu6qa + t_cs5mc)
-        + t_eoupv * t_toy76
-        - K_L43 * t_qojzg;
-    const real t_wtzdu_2 = t_fjruu_2 + e1 * t_6hq2o_3;
-    const real t_nk4ax = t_thnvm * t_6hq2o_2
-        - (sin_theta1 * t_wtzdu_2 - (t_hu6qa + p[eps1]) + g_1 * t_qayui)
-        - K_L52 * t_toy76
-        - K_L53 * t_qojzg
-        - K_L54 * t_arn4c;
-    const real t_srwzm = t_thnvm_2 * t_6hq2o_2
-        - (cos_theta1 * t_wtzdu_2 + x[wx] * p[I1] - g_1 * t_qayui_2)
-        + t_o5wmi * t_toy76
-        - K_L63 * t_qojzg
-        - K_L64 * t_arn4c
-        - K_L65 * t_nk4ax;
-    const real t_iwjj7 = t_srwzm * t_6dtnj_6;
-    const real t_yjwrt = t_nk4ax * t_6dtnj_5 - K_L65 * t_iwjj7;
-    const real t_5offm = t_arn4c * t_6dtnj_4 - K_L54 * t_yjwrt - K_L64 * t_iwjj7;
-    const real t_izzse = t_qojzg * t_6dtnj_3 - K_L43 * t_5offm - K_L53 * t_yjwrt - K_L63 * t_iwjj7;
-    const real t_xrrik = t_toy76 * t_6dtnj_2
-        - K_L32 * t_izzse
-        + t_eoupv * t_5offm
-        - K_L52 * t_yjwrt
-        + t_o5wmi * t_iwjj7;
-    const real t_scpzb = th_2 * (p[I2] * (t_a3tjf + t_a3tjf));
-    const real t_333z2 = cos_theta2 * t_scpzb;
-    const real t_cy757 = t_popww * t_jsckv;
-    const real t_wktgs = k2 * p[eps2];
-    const real t_lejiq = sin_phi2 * t_cy757 + cos_phi2 * t_wktgs;
-    const real t_lejiq_2 = sin_phi2 * t_wktgs - cos_phi2 * t_cy757;
-    const real t_6n55s = t_333z2 + sin_theta2 * t_lejiq + t_gousg * t_lejiq_2;
-    const real t_333z2_2 = sin_theta2 * t_scpzb;
-    const real t_clpgo = t_gousg_2 * t_lejiq_2 - (t_333z2_2 - cos_theta2 * t_lejiq) - K_L32 * t_6n55s;
-    const real t_ehnro = q_2 * t_scpzb;
-    const real t_q5tus = p[l2] * t_wktgs;
-    const real t_wrrkw = t_w6lcf * t_lejiq_2
-        - (t_ehnro + t_q5tus - p[eps2])
-        + t_eoupv * t_6n55s
-        - K_L43 * t_clpgo;
-    const real t_fe4gz = t_q5tus - e2 * t_lejiq;
+    const real t_gx7rs = bob1_r_x * t_w63ch
+        + t_cs5mc
+        - bob1_S2rz * t_lb4of
+        - bob1_r_y * t_eba7b
+        - lhub_alphazhub_alphax * t_e6h2u
+        - lhub_alphazhub_alphay * t_muelo
+        + t_d5zcj * t_eba7b
+        - lhub_alphazhub_ay * t_2zqkp
+        - lhub_alphazhub_az * t_wq6hu;
+    const real t_c4d2o = t_gx7rs * ihub_alphaz;
+    const real t_mm4fs = t_muelo * ihub_alphay - lhub_alphazhub_alphay * t_c4d2o;
+    const real t_bdwhe = t_e6h2u * ihub_alphax - lhub_alphayhub_alphax * t_mm4fs - lhub_alphazhub_alphax * t_c4d2o;
+    const real t_rgusp = t_wq6hu * t_6dtnj_3 - lhub_alphaxhub_az * t_bdwhe - lhub_alphayhub_az * t_mm4fs - lhub_alphazhub_az * t_c4d2o;
+    const real t_rogid = t_2zqkp * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_bdwhe
+        - lhub_alphayhub_ay * t_mm4fs
+        - lhub_alphazhub_ay * t_c4d2o
+        - lhub_azhub_ay * t_rgusp;
+    const real t_2qjkk_3 = bob1_r_y + bob1_r_y;
+    const real t_we4rl = p[m1] * (t_x2cfd_2 - t_thr2m_2 + x[wx] * t_2qjkk_3);
+    const real t_2qjkk_4 = bob1_r_z + bob1_r_z;
+    const real t_yez77_2 = p[m1] * (x[wy] * t_2qjkk_3 + x[wz] * t_2qjkk_4);
+    const real t_we4rl_2 = p[m1] * (x[wx] * t_2qjkk_4 - t_x2cfd - t_thr2m);
+    const real t_5krsz = bob1_r1_y * t_we4rl - bob1_r1_x * t_yez77_2 + bob1_r1_z * t_we4rl_2;
+    const real t_ewtmc = bob1_r_y * t_we4rl_2 - p[eps1] - bob1_r_z * t_we4rl;
+    const real t_mrlrk = bob1_S1ty * t_5krsz - t_we4rl - bob1_S2ty * t_ewtmc;
+    const real t_jms6v = bob1_S1tx * t_5krsz + t_yez77_2;
+    const real t_td4xu = t_mrlrk + t_skn5h * t_jms6v;
+    const real t_joyva = bob1_S1tz * t_5krsz - t_we4rl_2 + t_rlquh * t_ewtmc;
+    const real t_ukkqw = t_joyva + t_skn5h_2 * t_jms6v - lhub_azhub_ay * t_td4xu;
+    const real t_f77v3 = bob1_r_y * t_joyva
+        + bob1_S1rx * t_5krsz
+        - bob1_r_z * t_mrlrk
+        - t_cs5mc
+        - lhub_alphaxhub_ax * t_jms6v
+        - lhub_alphaxhub_ay * t_td4xu
+        - lhub_alphaxhub_az * t_ukkqw;
+    const real t_ko7ph = bob1_r_z * t_jms6v
+        + x[wx] * p[I1]
+        - bob1_r_x * t_joyva
+        - lhub_alphayhub_alphax * t_f77v3
+        - lhub_alphayhub_ax * t_jms6v
+        - lhub_alphayhub_ay * t_td4xu
+        - lhub_alphayhub_az * t_ukkqw;
+    const real t_sxrzk = bob1_r_x * t_mrlrk
+        - bob1_S2rz * t_ewtmc
+        - bob1_r_y * t_jms6v
+        - lhub_alphazhub_alphax * t_f77v3
+        - lhub_alphazhub_alphay * t_ko7ph
+        + t_d5zcj * t_jms6v
+        - lhub_alphazhub_ay * t_td4xu
+        - lhub_alphazhub_az * t_ukkqw;
+    const real t_25oi5 = t_sxrzk * ihub_alphaz;
+    const real t_huxel = t_ko7ph * ihub_alphay - lhub_alphazhub_alphay * t_25oi5;
+    const real t_k6uvg = t_f77v3 * ihub_alphax - lhub_alphayhub_alphax * t_huxel - lhub_alphazhub_alphax * t_25oi5;
+    const real t_yqtoe = t_ukkqw * t_6dtnj_3 - lhub_alphaxhub_az * t_k6uvg - lhub_alphayhub_az * t_huxel - lhub_alphazhub_az * t_25oi5;
+    const real t_2ygnr = t_td4xu * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_k6uvg
+        - lhub_alphayhub_ay * t_huxel
+        - lhub_alphazhub_ay * t_25oi5
+        - lhub_azhub_ay * t_yqtoe;
+    const real t_2qjkk_5 = bob2_r1_z + bob2_r1_z;
+    const real t_2qjkk_6 = bob2_r1_y + bob2_r1_y;
+    const real t_cz2ns = p[m2] * (bob2_r11_x * bob2_twice1 + x[wy] * t_2qjkk_5 - x[wz] * t_2qjkk_6);
+    const real t_ilp7k = bob2_r1_x + bob2_r1_x;
+    const real t_sfl3v = p[m2] * (bob2_r1_z * bob2_twice2 + x[wz] * t_ilp7k - bob2_r_y * bob2_twice1 - x[wx] * t_2qjkk_5);
+    const real t_kzwh3 = p[m2] * (x[wx] * t_2qjkk_6 - bob2_r1_y * bob2_twice2 - bob2_r_z * bob2_twice1 - x[wy] * t_ilp7k);
+    const real t_kvxhz = p[eps2] + bob2_r1_x * t_cz2ns + bob2_r1_y * t_sfl3v + bob2_r1_z * t_kzwh3;
+    const real t_cg6ow = bob2_r_y * t_kzwh3 - bob2_r_z * t_sfl3v;
+    const real t_rrlf4 = bob2_S1ty * t_kvxhz - t_sfl3v - bob2_S2ty * t_cg6ow;
+    const real t_3j2ql = bob2_S1tx * t_kvxhz - t_cz2ns;
+    const real t_7z6zt = t_rrlf4 + t_skn5h * t_3j2ql;
+    const real t_r7mx7 = bob2_S1tz * t_kvxhz - t_kzwh3 + t_i7psf * t_cg6ow;
+    const real t_3qot4 = t_r7mx7 + t_skn5h_2 * t_3j2ql - lhub_azhub_ay * t_7z6zt;
+    const real t_b5v34 = bob2_r_y * t_r7mx7
+        + bob2_S1rx * t_kvxhz
+        - bob2_r_z * t_rrlf4
+        - lhub_alphaxhub_ax * t_3j2ql
+        - lhub_alphaxhub_ay * t_7z6zt
+        - lhub_alphaxhub_az * t_3qot4;
+    const real t_szbds = bob2_r_z * t_3j2ql
+        - bob2_r_x * t_r7mx7
+        - x[wz] * p[I2]
+        - lhub_alphayhub_alphax * t_b5v34
+        - lhub_alphayhub_ax * t_3j2ql
+        - lhub_alphayhub_ay * t_7z6zt
+        - lhub_alphayhub_az * t_3qot4;
     const real t_ak22y = x[wy] * p[I2];
-    const real t_waes2 = t_thnvm * t_lejiq_2
-        - (t_ehnro + sin_theta2 * t_fe4gz - t_ak22y - g_2 * t_333z2)
-        - K_L52 * t_6n55s
-        - K_L53 * t_clpgo
-        - K_L54 * t_wrrkw;
-    const real t_36qod = t_thnvm_2 * t_lejiq_2
-        - (cos_theta2 * t_fe4gz + g_2 * t_333z2_2 - x[wz] * p[I2])
-        + t_o5wmi * t_6n55s
-        - K_L63 * t_clpgo
-        - K_L64 * t_wrrkw
-        - K_L65 * t_waes2;
-    const real t_nrgcn = t_36qod * t_6dtnj_6;
-    const real t_vffct = t_waes2 * t_6dtnj_5 - K_L65 * t_nrgcn;
-    const real t_2drwm = t_wrrkw * t_6dtnj_4 - K_L54 * t_vffct - K_L64 * t_nrgcn;
-    const real t_viclo = t_clpgo * t_6dtnj_3 - K_L43 * t_2drwm - K_L53 * t_vffct - K_L63 * t_nrgcn;
-    const real t_yycfj = t_6n55s * t_6dtnj_2
-        - K_L32 * t_viclo
-        + t_eoupv * t_2drwm
-        - K_L52 * t_vffct
-        + t_o5wmi * t_nrgcn;
-    const real t_pq5z6_2 = B_2 * (Wt2 - t_4glor);
-    const real t_atghb_2 = sin_phi2 * t_pq5z6_2 + t_uxnqa;
-    const real t_xuu5g = th_2 * (p[I2] * (t_n2a3s - t_cmacw) - q_2 * p[eps2]);
-    const real t_ijtzg = cos_theta2 * t_xuu5g;
-    const real t_atghb_3 = t_uxnqa_2 - cos_phi2 * t_pq5z6_2;
-    const real t_mdekl = t_gousg * t_atghb_2 - (t_ijtzg + sin_theta2 * t_atghb_3);
-    const real t_ijtzg_2 = sin_theta2 * t_xuu5g;
-    const real t_ogoww = t_gousg_2 * t_atghb_2 - (cos_theta2 * t_atghb_3 - t_ijtzg_2) - K_L32 * t_mdekl;
-    const real t_kl2mz_2 = p[l2] * t_pq5z6_2;
-    const real t_iiver = q_2 * t_xuu5g;
-    const real t_5z5ip = t_w6lcf * t_atghb_2
-        - (t_kl2mz_2 - t_iiver + t_ak22y)
-        + t_eoupv * t_mdekl
-        - K_L43 * t_ogoww;
-    const real t_n4quw_2 = t_kl2mz_2 + e2 * t_atghb_3;
-    const real t_bw5z6 = t_thnvm * t_atghb_2
-        - (sin_theta2 * t_n4quw_2 - (t_iiver + p[eps2]) + g_2 * t_ijtzg)
-        - K_L52 * t_mdekl
-        - K_L53 * t_ogoww
-        - K_L54 * t_5z5ip;
-    const real t_hzf2m = t_thnvm_2 * t_atghb_2
-        - (cos_theta2 * t_n4quw_2 + x[wx] * p[I2] - g_2 * t_ijtzg_2)
-        + t_o5wmi * t_mdekl
-        - K_L63 * t_ogoww
-        - K_L64 * t_5z5ip
-        - K_L65 * t_bw5z6;
-    const real t_di3xg = t_hzf2m * t_6dtnj_6;
-    const real t_tdv6s = t_bw5z6 * t_6dtnj_5 - K_L65 * t_di3xg;
-    const real t_bldpr = t_5z5ip * t_6dtnj_4 - K_L54 * t_tdv6s - K_L64 * t_di3xg;
-    const real t_z32tr = t_ogoww * t_6dtnj_3 - K_L43 * t_bldpr - K_L53 * t_tdv6s - K_L63 * t_di3xg;
-    const real t_lz45f = t_mdekl * t_6dtnj_2
-        - K_L32 * t_z32tr
-        + t_eoupv * t_bldpr
-        - K_L52 * t_tdv6s
-        + t_o5wmi * t_di3xg;
-    const real t_buw7w = b1 * t_6dtnj * t_6dtnj;
-    const real t_gcnkg = (K_L65 * K_L54 - K_L64) * t_6dtnj_6;
-    const real t_iavt3 = K_L54 * t_6dtnj_5 + K_L65 * t_gcnkg;
-    const real t_fp5fy = t_6dtnj_4 + K_L54 * t_iavt3 - K_L64 * t_gcnkg;
-    const real t_lppxo = K_L53 * t_iavt3 - K_L43 * t_fp5fy - K_L63 * t_gcnkg;
-    const real t_s47r2 = t_eoupv * t_fp5fy - K_L32 * t_lppxo + K_L52 * t_iavt3 + t_o5wmi * t_gcnkg;
-    const real t_bintu_13 = K_L65 * t_6dtnj_6;
-    const real t_4sbjs = K_L64 * t_6dtnj_6 - K_L54 * t_bintu_13;
-    const real t_ocu7b = K_L63 * t_6dtnj_6 - (K_L43 * t_4sbjs + K_L53 * t_bintu_13);
-    const real t_4jawv = t_eoupv * t_4sbjs - K_L32 * t_ocu7b - K_L52 * t_bintu_13 - t_o5wmi * t_6dtnj_6;
-    const real t_rvtxv = x_C * t_bintu_13;
-    const real t_nmaqm = t_6dtnj_5 + K_L65 * t_bintu_13;
-    const real t_4tcd4 = K_L64 * t_bintu_13 - K_L54 * t_nmaqm;
-    const real t_bagmr = K_L63 * t_bintu_13 - (K_L43 * t_4tcd4 + K_L53 * t_nmaqm);
-    const real t_o2r34 = t_eoupv * t_4tcd4 - K_L32 * t_bagmr - K_L52 * t_nmaqm - t_o5wmi * t_bintu_13;
-    const real t_lx7ez = t_gousg * t_gcu5g;
-    const real t_whsnl = K_L32 * t_lx7ez - (t_gousg_2 * t_gcu5g + f_x);
-    const real t_k6nbp = t_w6lcf * t_gcu5g + t_eoupv * t_lx7ez + K_L43 * t_whsnl;
-    const real t_gghjz = K_L52 * t_lx7ez - t_thnvm * t_gcu5g - K_L53 * t_whsnl + K_L54 * t_k6nbp;
-    const real t_krhvv = t_bknng * f_x
-        - t_thnvm_2 * t_gcu5g
-        - t_o5wmi * t_lx7ez
-        - K_L63 * t_whsnl
-        + K_L64 * t_k6nbp
-        - K_L65 * t_gghjz;
-    const real t_ncgmo = t_krhvv * t_6dtnj_6;
-    const real t_tbm3s = t_gghjz * t_6dtnj_5 - K_L65 * t_ncgmo;
-    const real t_bopyi = t_k6nbp * t_6dtnj_4 + K_L54 * t_tbm3s + K_L64 * t_ncgmo;
-    const real t_luyzm = t_whsnl * t_6dtnj_3 + K_L43 * t_bopyi - K_L53 * t_tbm3s - K_L63 * t_ncgmo;
-    const real t_d5lnx = t_o5wmi * t_ncgmo
-        - (t_lx7ez * t_6dtnj_2 + K_L32 * t_luyzm + t_eoupv * t_bopyi + K_L52 * t_tbm3s);
+    const real t_laoim = bob2_r_x * t_rrlf4
+        + t_ak22y
+        - bob2_S2rz * t_cg6ow
+        - bob2_r_y * t_3j2ql
+        - lhub_alphazhub_alphax * t_b5v34
+        - lhub_alphazhub_alphay * t_szbds
+        + t_d5zcj * t_3j2ql
+        - lhub_alphazhub_ay * t_7z6zt
+        - lhub_alphazhub_az * t_3qot4;
+    const real t_tftwt = t_laoim * ihub_alphaz;
+    const real t_tq3ox = t_szbds * ihub_alphay - lhub_alphazhub_alphay * t_tftwt;
+    const real t_42que = t_b5v34 * ihub_alphax - lhub_alphayhub_alphax * t_tq3ox - lhub_alphazhub_alphax * t_tftwt;
+    const real t_hc553 = t_3qot4 * t_6dtnj_3 - lhub_alphaxhub_az * t_42que - lhub_alphayhub_az * t_tq3ox - lhub_alphazhub_az * t_tftwt;
+    const real t_3qd3k = t_7z6zt * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_42que
+        - lhub_alphayhub_ay * t_tq3ox
+        - lhub_alphazhub_ay * t_tftwt
+        - lhub_azhub_ay * t_hc553;
+    const real t_2qjkk_7 = bob2_r_y + bob2_r_y;
+    const real t_iyv7p = p[m2] * (t_vagdy_2 - t_bhjcf_2 + x[wx] * t_2qjkk_7);
+    const real t_2qjkk_8 = bob2_r_z + bob2_r_z;
+    const real t_rcik7_2 = p[m2] * (x[wy] * t_2qjkk_7 + x[wz] * t_2qjkk_8);
+    const real t_iyv7p_2 = p[m2] * (x[wx] * t_2qjkk_8 - t_vagdy - t_bhjcf);
+    const real t_g5gof = bob2_r1_y * t_iyv7p - bob2_r1_x * t_rcik7_2 + bob2_r1_z * t_iyv7p_2;
+    const real t_qqql3 = bob2_r_y * t_iyv7p_2 - p[eps2] - bob2_r_z * t_iyv7p;
+    const real t_rdnbg = bob2_S1ty * t_g5gof - t_iyv7p - bob2_S2ty * t_qqql3;
+    const real t_rv5gh = bob2_S1tx * t_g5gof + t_rcik7_2;
+    const real t_tvbtt = t_rdnbg + t_skn5h * t_rv5gh;
+    const real t_btqoe = bob2_S1tz * t_g5gof - t_iyv7p_2 + t_i7psf * t_qqql3;
+    const real t_l2twa = t_btqoe + t_skn5h_2 * t_rv5gh - lhub_azhub_ay * t_tvbtt;
+    const real t_y3wxz = bob2_r_y * t_btqoe
+        + bob2_S1rx * t_g5gof
+        - bob2_r_z * t_rdnbg
+        - t_ak22y
+        - lhub_alphaxhub_ax * t_rv5gh
+        - lhub_alphaxhub_ay * t_tvbtt
+        - lhub_alphaxhub_az * t_l2twa;
+    const real t_db3zf = bob2_r_z * t_rv5gh
+        + x[wx] * p[I2]
+        - bob2_r_x * t_btqoe
+        - lhub_alphayhub_alphax * t_y3wxz
+        - lhub_alphayhub_ax * t_rv5gh
+        - lhub_alphayhub_ay * t_tvbtt
+        - lhub_alphayhub_az * t_l2twa;
+    const real t_2qmv3 = bob2_r_x * t_rdnbg
+        - bob2_S2rz * t_qqql3
+        - bob2_r_y * t_rv5gh
+        - lhub_alphazhub_alphax * t_y3wxz
+        - lhub_alphazhub_alphay * t_db3zf
+        + t_d5zcj * t_rv5gh
+        - lhub_alphazhub_ay * t_tvbtt
+        - lhub_alphazhub_az * t_l2twa;
+    const real t_tmfur = t_2qmv3 * ihub_alphaz;
+    const real t_gztk3 = t_db3zf * ihub_alphay - lhub_alphazhub_alphay * t_tmfur;
+    const real t_ipusj = t_y3wxz * ihub_alphax - lhub_alphayhub_alphax * t_gztk3 - lhub_alphazhub_alphax * t_tmfur;
+    const real t_bbsex = t_l2twa * t_6dtnj_3 - lhub_alphaxhub_az * t_ipusj - lhub_alphayhub_az * t_gztk3 - lhub_alphazhub_az * t_tmfur;
+    const real t_k2r3c = t_tvbtt * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_ipusj
+        - lhub_alphayhub_ay * t_gztk3
+        - lhub_alphazhub_ay * t_tmfur
+        - lhub_azhub_ay * t_bbsex;
+    const real t_buw7w = yhub_ax * t_6dtnj * t_6dtnj;
+    const real t_ffo2b = (lhub_alphazhub_alphay * lhub_alphayhub_alphax - lhub_alphazhub_alphax) * ihub_alphaz;
+    const real t_7nzpm = lhub_alphayhub_alphax * ihub_alphay + lhub_alphazhub_alphay * t_ffo2b;
+    const real t_gxsyp = ihub_alphax + lhub_alphayhub_alphax * t_7nzpm - lhub_alphazhub_alphax * t_ffo2b;
+    const real t_lrkim = lhub_alphayhub_az * t_7nzpm - lhub_alphaxhub_az * t_gxsyp - lhub_alphazhub_az * t_ffo2b;
+    const real t_n2bvn = lhub_alphayhub_ay * t_7nzpm - lhub_alphaxhub_ay * t_gxsyp - lhub_alphazhub_ay * t_ffo2b - lhub_azhub_ay * t_lrkim;
+    const real t_leuxo_9 = lhub_alphazhub_alphay * ihub_alphaz;
+    const real t_fzobt = ihub_alphay + lhub_alphazhub_alphay * t_leuxo_9;
+    const real t_t3bwg = lhub_alphazhub_alphax * t_leuxo_9 - lhub_alphayhub_alphax * t_fzobt;
+    const real t_a6tmu = lhub_alphazhub_az * t_leuxo_9 - (lhub_alphaxhub_az * t_t3bwg + lhub_alphayhub_az * t_fzobt);
+    const real t_uu4fj = lhub_alphazhub_ay * t_leuxo_9 - (lhub_alphaxhub_ay * t_t3bwg + lhub_alphayhub_ay * t_fzobt) - lhub_azhub_ay * t_a6tmu;
+    const real t_q5xyr = lhub_alphayhub_alphax * t_leuxo_9 - lhub_alphazhub_alphax * ihub_alphaz;
+    const real t_tbazx = lhub_alphayhub_az * t_leuxo_9 - lhub_alphaxhub_az * t_q5xyr - lhub_alphazhub_az * ihub_alphaz;
+    const real t_z2aus = lhub_alphayhub_ay * t_leuxo_9 - lhub_alphaxhub_ay * t_q5xyr - lhub_alphazhub_ay * ihub_alphaz - lhub_azhub_ay * t_tbazx;
+    const real t_lx7ez = t_skn5h * t_gcu5g;
+    const real t_whsnl = lhub_azhub_ay * t_lx7ez - (f_x + t_skn5h_2 * t_gcu5g);
+    const real t_xg6rc = lhub_alphaxhub_ax * t_gcu5g + lhub_alphaxhub_ay * t_lx7ez - lhub_alphaxhub_az * t_whsnl;
+    const real t_twllc = lhub_alphayhub_ax * t_gcu5g
+        - (t_yxxpc * f_x + lhub_alphayhub_alphax * t_xg6rc)
+        + lhub_alphayhub_ay * t_lx7ez
+        - lhub_alphayhub_az * t_whsnl;
+    const real t_s4mmy = lhub_alphazhub_ay * t_lx7ez
+        - (lhub_alphazhub_alphax * t_xg6rc + lhub_alphazhub_alphay * t_twllc + t_d5zcj * t_gcu5g)
+        - lhub_alphazhub_az * t_whsnl;
+    const real t_2edtq = t_s4mmy * ihub_alphaz;
+    const real t_zbpgr = t_twllc * ihub_alphay - lhub_alphazhub_alphay * t_2edtq;
+    const real t_cvlyv = t_xg6rc * ihub_alphax - lhub_alphayhub_alphax * t_zbpgr - lhub_alphazhub_alphax * t_2edtq;
+    const real t_sbmvi = t_whsnl * t_6dtnj_3 - lhub_alphaxhub_az * t_cvlyv - lhub_alphayhub_az * t_zbpgr - lhub_alphazhub_az * t_2edtq;
+    const real t_6sosq = t_lx7ez * t_6dtnj_2
+        + lhub_alphaxhub_ay * t_cvlyv
+        + lhub_alphayhub_ay * t_zbpgr
+        + lhub_alphazhub_ay * t_2edtq
+        + lhub_azhub_ay * t_sbmvi;
     const real t_ruxs4_2 = p[F] * cos_delta2;
     const real t_qswyw = p[F] * sin_delta2;
     const real t_jt7ew = cos_delta1 * t_qswyw;
-    const real t_javqf = t_ruxs4_2 - t_gousg * t_jt7ew;
+    const real t_javqf = t_ruxs4_2 - t_skn5h * t_jt7ew;
     const real t_ek6bh = sin_delta1 * t_qswyw;
-    const real t_siuvv = t_ek6bh - t_gousg_2 * t_jt7ew - K_L32 * t_javqf;
-    const real t_zfz4v = t_eoupv * t_javqf - t_w6lcf * t_jt7ew - K_L43 * t_siuvv;
-    const real t_53uvm = t_bknng * t_ruxs4_2
-        + t_thnvm * t_jt7ew
-        + K_L52 * t_javqf
-        + K_L53 * t_siuvv
-        + K_L54 * t_zfz4v;
-    const real t_x5ezl = t_o5wmi * t_javqf
-        - (t_bknng * t_ek6bh + t_thnvm_2 * t_jt7ew)
-        - K_L63 * t_siuvv
-        - K_L64 * t_zfz4v
-        + K_L65 * t_53uvm;
-    const real t_japvz = t_x5ezl * t_6dtnj_6;
-    const real t_gsfa3 = t_53uvm * t_6dtnj_5 + K_L65 * t_japvz;
-    const real t_adrt4 = t_zfz4v * t_6dtnj_4 + K_L54 * t_gsfa3 - K_L64 * t_japvz;
-    const real t_etz6k = t_siuvv * t_6dtnj_3 - K_L43 * t_adrt4 + K_L53 * t_gsfa3 - K_L63 * t_japvz;
-    const real t_cxlzo = t_javqf * t_6dtnj_2
-        - K_L32 * t_etz6k
-        + t_eoupv * t_adrt4
-        + K_L52 * t_gsfa3
-        + t_o5wmi * t_japvz;
+    const real t_siuvv = t_ek6bh - t_skn5h_2 * t_jt7ew - lhub_azhub_ay * t_javqf;
+    const real t_qqkyv = lhub_alphaxhub_ax * t_jt7ew - lhub_alphaxhub_ay * t_javqf - lhub_alphaxhub_az * t_siuvv;
+    const real t_l5i4w = t_yxxpc * t_ek6bh
+        - lhub_alphayhub_alphax * t_qqkyv
+        + lhub_alphayhub_ax * t_jt7ew
+        - lhub_alphayhub_ay * t_javqf
+        - lhub_alphayhub_az * t_siuvv;
+    const real t_gf7ub = t_yxxpc * t_ruxs4_2
+        + lhub_alphazhub_alphax * t_qqkyv
+        + lhub_alphazhub_alphay * t_l5i4w
+        + t_d5zcj * t_jt7ew
+        + lhub_alphazhub_ay * t_javqf
+        + lhub_alphazhub_az * t_siuvv;
+    const real t_r5nl7 = t_gf7ub * ihub_alphaz;
+    const real t_ot2c3 = t_l5i4w * ihub_alphay + lhub_alphazhub_alphay * t_r5nl7;
+    const real t_dpxww = t_qqkyv * ihub_alphax - lhub_alphayhub_alphax * t_ot2c3 + lhub_alphazhub_alphax * t_r5nl7;
+    const real t_qoxcs = t_siuvv * t_6dtnj_3 - lhub_alphaxhub_az * t_dpxww - lhub_alphayhub_az * t_ot2c3 + lhub_alphazhub_az * t_r5nl7;
+    const real t_vslcu = t_javqf * t_6dtnj_2
+        - lhub_alphaxhub_ay * t_dpxww
+        - lhub_alphayhub_ay * t_ot2c3
+        + lhub_alphazhub_ay * t_r5nl7
+        - lhub_azhub_ay * t_qoxcs;
+    const real t_leuxo_10 = -t_leuxo_9;
     const real t_gtmgm = cos_delta2 * cos_delta2;
     const real t_fler6 = sin_delta1 * sin_delta1;
     const real t_zbkpt = mv_sqrt(sin_delta2 * sin_delta2 + t_gtmgm * t_fler6);
@@ -1359,164 +1600,162 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[0] = SPLAT(K(0.0));
     J_x[1] = SPLAT(K(0.0));
     J_x[2] = SPLAT(K(0.0));
-    J_x[3] = t_4uruq - x_C * t_dtjyx;
-    J_x[4] = t_rg3c5 - x_C * t_qquhy;
-    J_x[5] = t_6swwx - x_C * t_aog3f;
+    J_x[3] = t_qzl7y;
+    J_x[4] = t_wmjpu;
+    J_x[5] = t_mipwa;
     J_x[6] = SPLAT(K(0.0));
     J_x[7] = SPLAT(K(0.0));
     J_x[8] = SPLAT(K(0.0));
-    J_x[9] = t_s3knn - x_C * t_lft7p;
-    J_x[10] = t_mpeef - x_C * t_ekzor;
-    J_x[11] = t_q3jvz - x_C * t_qglxt;
-    J_x[12] = t_aixc2 - x_C * t_ab6m2;
-    J_x[13] = t_vo72x - x_C * t_4kdmy;
-    J_x[14] = t_xrrik - x_C * t_yjwrt;
-    J_x[15] = t_yycfj - x_C * t_vffct;
-    J_x[16] = t_lz45f - x_C * t_tdv6s;
+    J_x[9] = t_tdl2j;
+    J_x[10] = t_eonmk;
+    J_x[11] = t_3n2wr;
+    J_x[12] = t_hrfz5;
+    J_x[13] = t_rogid;
+    J_x[14] = t_2ygnr;
+    J_x[15] = t_3qd3k;
+    J_x[16] = t_k2r3c;
     J_x[17] = SPLAT(K(0.0));
     J_x[18] = SPLAT(K(0.0));
     J_x[19] = SPLAT(K(0.0));
-    J_x[20] = t_fto3h - x_C * t_poebv;
-    J_x[21] = t_4f33v - x_C * t_3oeyp;
-    J_x[22] = t_2owzs - x_C * t_33kza;
+    J_x[20] = t_wyk26;
+    J_x[21] = t_7lqze;
+    J_x[22] = t_h7u2m;
     J_x[23] = SPLAT(K(0.0));
     J_x[24] = SPLAT(K(0.0));
     J_x[25] = SPLAT(K(0.0));
-    J_x[26] = t_p6rjk - x_C * t_lqn3n;
-    J_x[27] = t_moilf - x_C * t_nglnq;
-    J_x[28] = t_cqi2s - x_C * t_vwmuz;
-    J_x[29] = t_b3jpw - x_C * t_dcvgt;
-    J_x[30] = t_endag - x_C * t_ay7fc;
-    J_x[31] = t_izzse - x_C * t_iwjj7;
-    J_x[32] = t_viclo - x_C * t_nrgcn;
-    J_x[33] = t_z32tr - x_C * t_di3xg;
+    J_x[26] = t_ny2sw;
+    J_x[27] = t_miuqz;
+    J_x[28] = t_24dmr;
+    J_x[29] = t_656bn;
+    J_x[30] = t_rgusp;
+    J_x[31] = t_yqtoe;
+    J_x[32] = t_hc553;
+    J_x[33] = t_bbsex;
     J_x[34] = SPLAT(K(0.0));
     J_x[35] = SPLAT(K(0.0));
     J_x[36] = SPLAT(K(0.0));
-    J_x[37] = t_b2dl7;
-    J_x[38] = t_picgh;
-    J_x[39] = t_hclb6;
+    J_x[37] = t_phpis;
+    J_x[38] = t_7fe2m;
+    J_x[39] = t_qd4e4;
     J_x[40] = SPLAT(K(0.0));
     J_x[41] = SPLAT(K(0.0));
     J_x[42] = SPLAT(K(0.0));
-    J_x[43] = t_5t23e;
-    J_x[44] = t_jkjwu;
-    J_x[45] = t_432ch;
-    J_x[46] = t_ly3kq;
-    J_x[47] = t_awufa;
-    J_x[48] = t_5offm;
-    J_x[49] = t_2drwm;
-    J_x[50] = t_bldpr;
+    J_x[43] = t_zqm65;
+    J_x[44] = t_ji4if;
+    J_x[45] = t_guegs;
+    J_x[46] = t_dx7sk;
+    J_x[47] = t_bdwhe;
+    J_x[48] = t_k6uvg;
+    J_x[49] = t_42que;
+    J_x[50] = t_ipusj;
     J_x[51] = SPLAT(K(0.0));
     J_x[52] = SPLAT(K(0.0));
     J_x[53] = SPLAT(K(0.0));
-    J_x[54] = x[wz] - t_poebv;
-    J_x[55] = -t_3oeyp;
-    J_x[56] = x[wx] - t_33kza;
+    J_x[54] = t_hkods;
+    J_x[55] = t_qrgdf;
+    J_x[56] = t_y5lqi;
     J_x[57] = SPLAT(K(0.0));
     J_x[58] = SPLAT(K(0.0));
     J_x[59] = SPLAT(K(0.0));
-    J_x[60] = -t_lqn3n;
-    J_x[61] = -t_nglnq;
-    J_x[62] = -t_vwmuz;
-    J_x[63] = -t_dcvgt;
-    J_x[64] = -t_ay7fc;
-    J_x[65] = -t_iwjj7;
-    J_x[66] = -t_nrgcn;
-    J_x[67] = -t_di3xg;
+    J_x[60] = t_6jmjs;
+    J_x[61] = t_m2523;
+    J_x[62] = t_velm2;
+    J_x[63] = t_erlgo;
+    J_x[64] = t_mm4fs;
+    J_x[65] = t_huxel;
+    J_x[66] = t_tq3ox;
+    J_x[67] = t_gztk3;
     J_x[68] = SPLAT(K(0.0));
     J_x[69] = SPLAT(K(0.0));
     J_x[70] = SPLAT(K(0.0));
-    J_x[71] = t_dtjyx - x[wy];
-    J_x[72] = t_qquhy - x[wx];
-    J_x[73] = t_aog3f;
+    J_x[71] = t_dsuqb;
+    J_x[72] = t_s3jo5;
+    J_x[73] = t_4jvum;
     J_x[74] = SPLAT(K(0.0));
     J_x[75] = SPLAT(K(0.0));
     J_x[76] = SPLAT(K(0.0));
-    J_x[77] = t_lft7p;
-    J_x[78] = t_ekzor;
-    J_x[79] = t_qglxt;
-    J_x[80] = t_ab6m2;
-    J_x[81] = t_4kdmy;
-    J_x[82] = t_yjwrt;
-    J_x[83] = t_vffct;
-    J_x[84] = t_tdv6s;
+    J_x[77] = t_3apbh;
+    J_x[78] = t_b4hi2;
+    J_x[79] = t_4talm;
+    J_x[80] = t_rqbif;
+    J_x[81] = t_c4d2o;
+    J_x[82] = t_25oi5;
+    J_x[83] = t_tftwt;
+    J_x[84] = t_tmfur;
     J_x[85] = SPLAT(K(0.0));
     J_x[86] = SPLAT(K(0.0));
     J_x[87] = SPLAT(K(0.0));
-    J_x[88] = t_n5fmh * t_6dtnj
-        + t_gousg * t_4uruq
-        + t_gousg_2 * t_fto3h
-        + t_w6lcf * t_b2dl7
-        + t_thnvm * t_dtjyx
-        + t_thnvm_2 * t_poebv;
-    J_x[89] = t_6xltc * t_6dtnj
-        + t_gousg * t_rg3c5
-        + t_gousg_2 * t_4f33v
-        + t_w6lcf * t_picgh
-        + t_thnvm * t_qquhy
-        + t_thnvm_2 * t_3oeyp
-        + x_C * t_wussy;
-    J_x[90] = t_6xltc_2 * t_6dtnj
-        + t_gousg * t_6swwx
-        + t_gousg_2 * t_2owzs
-        + t_w6lcf * t_hclb6
-        + t_thnvm * t_aog3f
-        + t_thnvm_2 * t_33kza
-        + x_C * t_pzkfy;
+    J_x[88] = t_y3f4s * t_6dtnj
+        - lhub_alphaxhub_ax * t_phpis
+        - lhub_alphayhub_ax * t_hkods
+        + t_d5zcj * t_dsuqb
+        + t_skn5h * t_qzl7y
+        + t_skn5h_2 * t_wyk26;
+    J_x[89] = t_szlq7 * t_6dtnj
+        - lhub_alphaxhub_ax * t_7fe2m
+        - lhub_alphayhub_ax * t_qrgdf
+        + t_d5zcj * t_s3jo5
+        + t_skn5h * t_wmjpu
+        + t_skn5h_2 * t_7lqze;
+    J_x[90] = t_5v6cv * t_6dtnj
+        - lhub_alphaxhub_ax * t_qd4e4
+        - lhub_alphayhub_ax * t_y5lqi
+        + t_d5zcj * t_4jvum
+        + t_skn5h * t_mipwa
+        + t_skn5h_2 * t_h7u2m;
     J_x[91] = SPLAT(K(0.0));
     J_x[92] = SPLAT(K(0.0));
     J_x[93] = SPLAT(K(0.0));
-    J_x[94] = t_2pazi * t_6dtnj
-        + t_buw7w * t_c3bgc_2
-        + (X_x2 * t_zczsz + t_gousg * t_s3knn)
-        + (X_x3 * t_zczsz_2 + t_gousg_2 * t_p6rjk)
-        + (X_x4 * t_aqch6 + t_w6lcf * t_5t23e)
-        + (X_x5 * t_zjzn6 + t_thnvm * t_lft7p)
-        + (X_x6 * t_zjzn6_2 + t_thnvm_2 * t_lqn3n);
-    J_x[95] = t_zwln6 * t_6dtnj
-        + (X_x2 * t_3l2rq + t_gousg * t_mpeef)
-        + (t_gousg_2 * t_moilf - X_x3 * t_3l2rq_2)
-        + t_w6lcf * t_jkjwu
-        + (X_x5 * t_oria2 + t_thnvm * t_ekzor)
-        + (t_thnvm_2 * t_nglnq - X_x6 * t_oria2_2);
-    J_x[96] = t_543fb * t_6dtnj
-        + t_buw7w * t_skjof_2
-        + (X_x2 * t_5vgja + t_gousg * t_q3jvz)
-        + (X_x3 * t_5vgja_2 + t_gousg_2 * t_cqi2s)
-        + (X_x4 * t_k2jbt + t_w6lcf * t_432ch)
-        + (X_x5 * t_ccnzx + t_thnvm * t_qglxt)
-        + (X_x6 * t_ccnzx_2 + t_thnvm_2 * t_vwmuz);
-    J_x[97] = t_7wlqf * t_6dtnj
-        + (X_x2 * t_yrmpr + t_gousg * t_aixc2)
-        + (t_gousg_2 * t_b3jpw - X_x3 * t_yrmpr_2)
-        + t_w6lcf * t_ly3kq
-        + (X_x5 * t_gsxk4 + t_thnvm * t_ab6m2)
-        + (t_thnvm_2 * t_dcvgt - X_x6 * t_gsxk4_2);
-    J_x[98] = t_rkxcf_2 * t_6dtnj
-        + t_gousg * t_vo72x
-        + t_gousg_2 * t_endag
-        + t_w6lcf * t_awufa
-        + t_thnvm * t_4kdmy
-        + t_thnvm_2 * t_ay7fc;
-    J_x[99] = t_6hq2o_2 * t_6dtnj
-        + t_gousg * t_xrrik
-        + t_gousg_2 * t_izzse
-        + t_w6lcf * t_5offm
-        + t_thnvm * t_yjwrt
-        + t_thnvm_2 * t_iwjj7;
-    J_x[100] = t_lejiq_2 * t_6dtnj
-        + t_gousg * t_yycfj
-        + t_gousg_2 * t_viclo
-        + t_w6lcf * t_2drwm
-        + t_thnvm * t_vffct
-        + t_thnvm_2 * t_nrgcn;
-    J_x[101] = t_atghb_2 * t_6dtnj
-        + t_gousg * t_lz45f
-        + t_gousg_2 * t_z32tr
-        + t_w6lcf * t_bldpr
-        + t_thnvm * t_tdv6s
-        + t_thnvm_2 * t_di3xg;
+    J_x[94] = t_svqlx * t_6dtnj
+        + t_buw7w * t_ct5c5_2
+        - (lhub_alphaxhub_ax * t_zqm65 + hub_alphax * t_yn7jp)
+        - (lhub_alphayhub_ax * t_6jmjs + hub_alphay * t_qnmp3)
+        + (t_d5zcj * t_3apbh + hub_alphaz * t_xqryn)
+        + (t_skn5h * t_tdl2j + hub_ay * t_37sne)
+        + (t_skn5h_2 * t_ny2sw + hub_az * t_37sne_2);
+    J_x[95] = t_7tula * t_6dtnj
+        - (lhub_alphaxhub_ax * t_ji4if + hub_alphax * t_ox35p)
+        - (lhub_alphayhub_ax * t_m2523 - hub_alphay * t_3gtuv)
+        + (t_d5zcj * t_b4hi2 + hub_alphaz * t_3gtuv_2)
+        + (t_skn5h * t_eonmk + hub_ay * t_pkgfk)
+        + (t_skn5h_2 * t_miuqz - hub_az * t_pkgfk_2);
+    J_x[96] = t_6doat * t_6dtnj
+        + t_buw7w * t_gdxxl_2
+        - (lhub_alphaxhub_ax * t_guegs + hub_alphax * t_v3yvq)
+        - (lhub_alphayhub_ax * t_velm2 + hub_alphay * t_6sxhy)
+        + (t_d5zcj * t_4talm + hub_alphaz * t_cfksr)
+        + (t_skn5h * t_3n2wr + hub_ay * t_gizzd)
+        + (t_skn5h_2 * t_24dmr + hub_az * t_gizzd_2);
+    J_x[97] = t_no3qu * t_6dtnj
+        - (lhub_alphaxhub_ax * t_dx7sk + hub_alphax * t_ox35p_2)
+        - (lhub_alphayhub_ax * t_erlgo - hub_alphay * t_6oizr)
+        + (t_d5zcj * t_rqbif + hub_alphaz * t_6oizr_2)
+        + (t_skn5h * t_hrfz5 + hub_ay * t_suyzo)
+        + (t_skn5h_2 * t_656bn - hub_az * t_suyzo_2);
+    J_x[98] = t_eba7b * t_6dtnj
+        - lhub_alphaxhub_ax * t_bdwhe
+        - lhub_alphayhub_ax * t_mm4fs
+        + t_d5zcj * t_c4d2o
+        + t_skn5h * t_rogid
+        + t_skn5h_2 * t_rgusp;
+    J_x[99] = t_jms6v * t_6dtnj
+        - lhub_alphaxhub_ax * t_k6uvg
+        - lhub_alphayhub_ax * t_huxel
+        + t_d5zcj * t_25oi5
+        + t_skn5h * t_2ygnr
+        + t_skn5h_2 * t_yqtoe;
+    J_x[100] = t_3j2ql * t_6dtnj
+        - lhub_alphaxhub_ax * t_42que
+        - lhub_alphayhub_ax * t_tq3ox
+        + t_d5zcj * t_tftwt
+        + t_skn5h * t_3qd3k
+        + t_skn5h_2 * t_hc553;
+    J_x[101] = t_rv5gh * t_6dtnj
+        - lhub_alphaxhub_ax * t_ipusj
+        - lhub_alphayhub_ax * t_gztk3
+        + t_d5zcj * t_tmfur
+        + t_skn5h * t_k2r3c
+        + t_skn5h_2 * t_bbsex;
     J_x[102] = SPLAT(K(0.0));
     J_x[103] = SPLAT(K(0.0));
     J_x[104] = SPLAT(K(0.0));
@@ -1534,58 +1773,51 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[116] = SPLAT(K(0.0));
     J_x[117] = SPLAT(K(0.0));
     J_x[118] = SPLAT(K(0.0));
-    J_u[0] = t_s47r2 + x_C * t_iavt3;
-    J_u[1] = t_4jawv - t_rvtxv;
-    J_u[2] = t_o2r34 - x_C * t_nmaqm;
-    J_u[3] = t_d5lnx - x_C * t_tbm3s;
-    J_u[4] = t_cxlzo + x_C * t_gsfa3;
-    J_u[5] = t_lppxo - x_C * t_gcnkg;
-    J_u[6] = t_ocu7b + x_C * t_6dtnj_6;
-    J_u[7] = t_bagmr + t_rvtxv;
-    J_u[8] = t_luyzm - x_C * t_ncgmo;
-    J_u[9] = t_etz6k - x_C * t_japvz;
-    J_u[10] = t_fp5fy;
-    J_u[11] = t_4sbjs;
-    J_u[12] = t_4tcd4;
-    J_u[13] = -t_bopyi;
-    J_u[14] = t_adrt4;
-    J_u[15] = -t_gcnkg;
-    J_u[16] = t_6dtnj_6;
-    J_u[17] = t_bintu_13;
-    J_u[18] = -t_ncgmo;
-    J_u[19] = -t_japvz;
-    J_u[20] = -t_iavt3;
-    J_u[21] = t_bintu_13;
-    J_u[22] = t_nmaqm;
-    J_u[23] = t_tbm3s;
-    J_u[24] = -t_gsfa3;
-    J_u[25] = t_gousg * t_s47r2
-        + t_gousg_2 * t_lppxo
-        + t_w6lcf * t_fp5fy
-        - t_thnvm * t_iavt3
-        + t_thnvm_2 * t_gcnkg;
-    J_u[26] = t_gousg * t_4jawv
-        + t_gousg_2 * t_ocu7b
-        + t_w6lcf * t_4sbjs
-        + t_thnvm * t_bintu_13
-        - t_thnvm_2 * t_6dtnj_6;
-    J_u[27] = t_gousg * t_o2r34
-        + t_gousg_2 * t_bagmr
-        + t_w6lcf * t_4tcd4
-        + t_thnvm * t_nmaqm
-        - t_thnvm_2 * t_bintu_13;
-    J_u[28] = t_gousg * t_d5lnx
-        - t_gcu5g * t_6dtnj
-        + t_gousg_2 * t_luyzm
-        - t_w6lcf * t_bopyi
-        + t_thnvm * t_tbm3s
-        + t_thnvm_2 * t_ncgmo;
-    J_u[29] = t_gousg * t_cxlzo
-        - t_jt7ew * t_6dtnj
-        + t_gousg_2 * t_etz6k
-        + t_w6lcf * t_adrt4
-        - t_thnvm * t_gsfa3
-        + t_thnvm_2 * t_japvz;
+    J_u[0] = t_n2bvn;
+    J_u[1] = t_uu4fj;
+    J_u[2] = t_z2aus;
+    J_u[3] = -t_6sosq;
+    J_u[4] = t_vslcu;
+    J_u[5] = t_lrkim;
+    J_u[6] = t_a6tmu;
+    J_u[7] = t_tbazx;
+    J_u[8] = t_sbmvi;
+    J_u[9] = t_qoxcs;
+    J_u[10] = t_gxsyp;
+    J_u[11] = t_t3bwg;
+    J_u[12] = t_q5xyr;
+    J_u[13] = t_cvlyv;
+    J_u[14] = t_dpxww;
+    J_u[15] = -t_7nzpm;
+    J_u[16] = t_fzobt;
+    J_u[17] = t_leuxo_10;
+    J_u[18] = t_zbpgr;
+    J_u[19] = t_ot2c3;
+    J_u[20] = t_ffo2b;
+    J_u[21] = t_leuxo_10;
+    J_u[22] = ihub_alphaz;
+    J_u[23] = t_2edtq;
+    J_u[24] = -t_r5nl7;
+    J_u[25] = lhub_alphayhub_ax * t_7nzpm
+        - lhub_alphaxhub_ax * t_gxsyp
+        + t_d5zcj * t_ffo2b
+        + t_skn5h * t_n2bvn
+        + t_skn5h_2 * t_lrkim;
+    J_u[26] = t_skn5h * t_uu4fj
+        - (lhub_alphaxhub_ax * t_t3bwg + lhub_alphayhub_ax * t_fzobt + t_d5zcj * t_leuxo_9)
+        + t_skn5h_2 * t_a6tmu;
+    J_u[27] = lhub_alphayhub_ax * t_leuxo_9
+        - lhub_alphaxhub_ax * t_q5xyr
+        + t_d5zcj * ihub_alphaz
+        + t_skn5h * t_z2aus
+        + t_skn5h_2 * t_tbazx;
+    J_u[28] = t_d5zcj * t_2edtq
+        - (t_gcu5g * t_6dtnj + lhub_alphaxhub_ax * t_cvlyv + lhub_alphayhub_ax * t_zbpgr)
+        - t_skn5h * t_6sosq
+        + t_skn5h_2 * t_sbmvi;
+    J_u[29] = t_skn5h * t_vslcu
+        - (t_jt7ew * t_6dtnj + lhub_alphaxhub_ax * t_dpxww + lhub_alphayhub_ax * t_ot2c3 + t_d5zcj * t_r5nl7)
+        + t_skn5h_2 * t_qoxcs;
     J_u[30] = SPLAT(K(0.0));
     J_u[31] = SPLAT(K(0.0));
     J_u[32] = SPLAT(K(0.0));

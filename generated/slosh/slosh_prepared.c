@@ -8,122 +8,65 @@
 
 /* Places of h. */
 enum {
-    rhs_h_t_gbl6n,
-    rhs_h_k1,
-    rhs_h_me1,
-    rhs_h_t_6nwd2,
-    rhs_h_mv1,
-    rhs_h_t_jx6g7,
-    rhs_h_k2,
-    rhs_h_me2,
-    rhs_h_t_popww,
-    rhs_h_mv2,
-    rhs_h_M_C,
-    rhs_h_x_C,
-    rhs_h_J_C1,
-    rhs_h_J_C3,
-    rhs_h_J_C2,
-    rhs_h_e1,
-    rhs_h_e2,
-    rhs_h_B_1,
-    rhs_h_Bl_1,
-    rhs_h_t_xdulz,
-    rhs_h_B_2,
-    rhs_h_Bl_2,
-    rhs_h_t_uohf6,
-    rhs_h_t_47igz,
-    rhs_h_t_fcuad,
-    rhs_h_t_z4fbq,
-    rhs_h_t_sfymc,
-    rhs_h_t_g7pzr,
-    rhs_h_t_urwo6,
-    rhs_h_t_bknng,
-    rhs_h_t_ibe72,
-    rhs_h_t_r7vy7,
+    rhs_h_t_wbepk,
+    rhs_h_t_vpzmf,
+    rhs_h_bob1_S1rx,
+    rhs_h_t_nww6q,
+    rhs_h_t_mxpm2,
+    rhs_h_bob2_S1rx,
+    rhs_h_total_Jxx,
+    rhs_h_total_Jyy,
+    rhs_h_total_Jzz,
+    rhs_h_total_mass,
+    rhs_h_t_cub74,
+    rhs_h_hub_K44_fixed,
+    rhs_h_t_yxxpc,
 };
 
-/* part of rhs that is computed once per run; 73 operations. */
+/* part of rhs that is computed once per run; 32 operations. */
 void slosh_rhs_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real k1 = t_wywjk * p[l1];
-    const real me1 = t_wywjk * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real k2 = t_jzg7x * p[l2];
-    const real me2 = t_jzg7x * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1rx = p[I2] * t_mxpm2;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
-    const real Bl_1 = B_1 * p[l1];
-    const real B_2 = me2 * p[l2];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    h[rhs_h_t_gbl6n] = t_gbl6n;
-    h[rhs_h_k1] = k1;
-    h[rhs_h_me1] = me1;
-    h[rhs_h_t_6nwd2] = t_6nwd2;
-    h[rhs_h_mv1] = mv1;
-    h[rhs_h_t_jx6g7] = t_jx6g7;
-    h[rhs_h_k2] = k2;
-    h[rhs_h_me2] = me2;
-    h[rhs_h_t_popww] = t_popww;
-    h[rhs_h_mv2] = mv2;
-    h[rhs_h_M_C] = M_C;
-    h[rhs_h_x_C] = x_C;
-    h[rhs_h_J_C1] = J_C1;
-    h[rhs_h_J_C3] = J_C3;
-    h[rhs_h_J_C2] = J_C2;
-    h[rhs_h_e1] = e1;
-    h[rhs_h_e2] = e2;
-    h[rhs_h_B_1] = B_1;
-    h[rhs_h_Bl_1] = Bl_1;
-    h[rhs_h_t_xdulz] = me1 * (e1 * e1);
-    h[rhs_h_B_2] = B_2;
-    h[rhs_h_Bl_2] = Bl_2;
-    h[rhs_h_t_uohf6] = me2 * (e2 * e2);
-    h[rhs_h_t_47igz] = M_C + mv1 + mv2;
-    h[rhs_h_t_fcuad] = e1 * me1;
-    h[rhs_h_t_z4fbq] = e2 * me2;
-    h[rhs_h_t_sfymc] = t_sfymc;
-    h[rhs_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[rhs_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[rhs_h_t_bknng] = p[b] + p[d] + x_C;
-    h[rhs_h_t_ibe72] = K(1.0) / p[m1];
-    h[rhs_h_t_r7vy7] = K(1.0) / p[m2];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    h[rhs_h_t_wbepk] = t_wbepk;
+    h[rhs_h_t_vpzmf] = t_vpzmf;
+    h[rhs_h_bob1_S1rx] = bob1_S1rx;
+    h[rhs_h_t_nww6q] = t_nww6q;
+    h[rhs_h_t_mxpm2] = t_mxpm2;
+    h[rhs_h_bob2_S1rx] = bob2_S1rx;
+    h[rhs_h_total_Jxx] = total_Jxx;
+    h[rhs_h_total_Jyy] = total_Jyy;
+    h[rhs_h_total_Jzz] = total_Jzz;
+    h[rhs_h_total_mass] = total_mass;
+    h[rhs_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
+    h[rhs_h_hub_K44_fixed] = hub_K44_fixed;
+    h[rhs_h_t_yxxpc] = p[b] + p[d];
 }
 
 /* Places of w. */
 enum {
     rhs_w_f_x,
     rhs_w_f_y,
-    rhs_w_t_724t4,
     rhs_w_t_gcu5g,
-    rhs_w_t_32nrs,
+    rhs_w_t_z5ten,
+    rhs_w_t_vkvws,
 };
 
 /* part of rhs that is computed when the input changes; 10 operations. */
@@ -132,7 +75,7 @@ void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
     enum { delta1 = SLOSH_U_DELTA1 };
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
-    enum { t_bknng = rhs_h_t_bknng };
+    enum { t_yxxpc = rhs_h_t_yxxpc };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     const real t_ruxs4 = cos_delta2 * p[F];
@@ -141,12 +84,12 @@ void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
     const real t_gcu5g = t_ruxs4 * sin_delta1;
     w[rhs_w_f_x] = f_x;
     w[rhs_w_f_y] = f_y;
-    w[rhs_w_t_724t4] = f_y * h[t_bknng];
     w[rhs_w_t_gcu5g] = t_gcu5g;
-    w[rhs_w_t_32nrs] = t_gcu5g * h[t_bknng];
+    w[rhs_w_t_z5ten] = t_gcu5g * h[t_yxxpc];
+    w[rhs_w_t_vkvws] = f_y * h[t_yxxpc];
 }
 
-/* the rest of rhs; 612 operations. */
+/* the rest of rhs; 688 operations. */
 void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -156,341 +99,370 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     enum { theta1_dot = SLOSH_X_THETA1_DOT, phi2_dot = SLOSH_X_PHI2_DOT };
     enum { theta2_dot = SLOSH_X_THETA2_DOT };
     enum { Mx = SLOSH_U_MX, My = SLOSH_U_MY, Mz = SLOSH_U_MZ };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
-    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2, eps2 = SLOSH_P_EPS2 };
-    enum { t_gbl6n = rhs_h_t_gbl6n };
-    enum { k1 = rhs_h_k1 };
-    enum { me1 = rhs_h_me1 };
-    enum { t_6nwd2 = rhs_h_t_6nwd2 };
-    enum { mv1 = rhs_h_mv1 };
-    enum { t_jx6g7 = rhs_h_t_jx6g7 };
-    enum { k2 = rhs_h_k2 };
-    enum { me2 = rhs_h_me2 };
-    enum { t_popww = rhs_h_t_popww };
-    enum { mv2 = rhs_h_mv2 };
-    enum { M_C = rhs_h_M_C };
-    enum { x_C = rhs_h_x_C };
-    enum { J_C1 = rhs_h_J_C1 };
-    enum { J_C3 = rhs_h_J_C3 };
-    enum { J_C2 = rhs_h_J_C2 };
-    enum { e1 = rhs_h_e1 };
-    enum { e2 = rhs_h_e2 };
-    enum { B_1 = rhs_h_B_1 };
-    enum { Bl_1 = rhs_h_Bl_1 };
-    enum { t_xdulz = rhs_h_t_xdulz };
-    enum { B_2 = rhs_h_B_2 };
-    enum { Bl_2 = rhs_h_Bl_2 };
-    enum { t_uohf6 = rhs_h_t_uohf6 };
-    enum { t_47igz = rhs_h_t_47igz };
-    enum { t_fcuad = rhs_h_t_fcuad };
-    enum { t_z4fbq = rhs_h_t_z4fbq };
-    enum { t_sfymc = rhs_h_t_sfymc };
-    enum { t_g7pzr = rhs_h_t_g7pzr };
-    enum { t_urwo6 = rhs_h_t_urwo6 };
-    enum { t_ibe72 = rhs_h_t_ibe72 };
-    enum { t_r7vy7 = rhs_h_t_r7vy7 };
+    enum { t_wbepk = rhs_h_t_wbepk };
+    enum { t_vpzmf = rhs_h_t_vpzmf };
+    enum { bob1_S1rx = rhs_h_bob1_S1rx };
+    enum { t_nww6q = rhs_h_t_nww6q };
+    enum { t_mxpm2 = rhs_h_t_mxpm2 };
+    enum { bob2_S1rx = rhs_h_bob2_S1rx };
+    enum { total_Jxx = rhs_h_total_Jxx };
+    enum { total_Jyy = rhs_h_total_Jyy };
+    enum { total_Jzz = rhs_h_total_Jzz };
+    enum { total_mass = rhs_h_total_mass };
+    enum { t_cub74 = rhs_h_t_cub74 };
+    enum { hub_K44_fixed = rhs_h_hub_K44_fixed };
     enum { f_x = rhs_w_f_x };
     enum { f_y = rhs_w_f_y };
-    enum { t_724t4 = rhs_w_t_724t4 };
     enum { t_gcu5g = rhs_w_t_gcu5g };
-    enum { t_32nrs = rhs_w_t_32nrs };
+    enum { t_z5ten = rhs_w_t_z5ten };
+    enum { t_vkvws = rhs_w_t_vkvws };
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real g_1 = h[e1] - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real g_2 = h[e2] - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - h[t_sfymc] * x[wy] * x[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_6faq6 = t_bap4n * t_cl3z7;
-    const real t_c34go = K52 - t_f2nhc * t_6faq6;
-    const real K_L52 = t_c34go * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_qom6d = t_dvxnj * t_cl3z7;
-    const real t_d5rou = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_qom6d;
-    const real t_6but2 = t_d5rou * t_6dtnj;
-    const real t_e2mz5 = K43 + t_iy2us * t_6but2 - t_f2nhc_2 * t_qom6d;
-    const real t_6dtnj_2 = K(1.0) / K_D3;
-    const real K_L43 = t_e2mz5 * t_6dtnj_2;
-    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
-    const real K_L53 = t_rkny3 * t_6dtnj_2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
-    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
-    const real t_bk7yo = t_6lnfz * t_6dtnj;
-    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
-    const real K_L63 = t_qksxh * t_6dtnj_2;
-    const real K_D4 = K44 - t_d5rou * t_6but2 - t_e2mz5 * K_L43 - t_dvxnj * t_qom6d;
-    const real t_37ldw = K54 + t_d5rou * K_L52 - t_e2mz5 * K_L53 - t_dvxnj * t_6faq6;
-    const real t_6dtnj_3 = K(1.0) / K_D4;
-    const real K_L54 = t_37ldw * t_6dtnj_3;
-    const real t_ute3y = K64 - t_d5rou * t_bk7yo - t_e2mz5 * K_L63 - t_dvxnj * t_6faq6_2;
-    const real K_L64 = t_ute3y * t_6dtnj_3;
-    const real K_D5 = K55
-        - t_c34go * K_L52
-        - t_rkny3 * K_L53
-        - t_37ldw * K_L54
-        - t_bap4n * t_6faq6;
-    const real t_h6jxz = K65
-        + t_c34go * t_bk7yo
-        - t_rkny3 * K_L63
-        - t_37ldw * K_L64
-        - t_bap4n * t_6faq6_2;
-    const real t_jxcfv = K(1.0) / K_D5;
-    const real K_L65 = t_h6jxz * t_jxcfv;
-    const real K_D6 = K66
-        - t_6lnfz * t_bk7yo
-        - t_qksxh * K_L63
-        - t_ute3y * K_L64
-        - t_h6jxz * K_L65
-        - t_bap4n_2 * t_6faq6_2;
-    const real b1 = w[f_x]
-        + (t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
-    const real b2 = w[f_y] - n2;
-    const real b4 = u[Mx] - n4;
-    const real b5 = u[Mz] - n5 - w[t_724t4];
-    const real b6 = w[t_32nrs] - (u[My] + n6);
-    const real X_y2 = b2 + t_exl37 * b1;
-    const real X_y3 = t_exl37_2 * b1 - (w[t_gcu5g] + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_qom6d * b1 + t_6but2 * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_6faq6 * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_6faq6_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj
-        - K_L32 * X_x3
-        + t_6but2 * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_cl3z7
-        + t_exl37 * X_x2
-        + t_exl37_2 * X_x3
-        + t_qom6d * X_x4
-        + t_6faq6 * X_x5
-        + t_6faq6_2 * X_x6;
-    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
-    const real Gt_eta1 = G_t1 + eta1;
-    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
-    const real t_3ipx7 = X_x5 - W12;
-    const real t_hig3c_4 = X_x4 + X_x5;
-    const real t_hd5gx = zeta1
-        + X_x2 * cos_theta1
-        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_hig3c_4 * q_1
-        - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
-    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
-    const real Gt_eta2 = G_t2 + eta2;
-    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
-    const real t_s4hzu = zeta2
-        + X_x2 * cos_theta2
-        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_hig3c_4 * q_2
-        - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
-    dx[0] = X_x1 + t_rybsf * h[x_C] - x[vz] * x[wy] + x[vy] * x[wz];
-    dx[1] = X_x2 - X_x5 * h[x_C] + (x[vz] * x[wx] - x[vx] * x[wz]);
-    dx[2] = X_x3 - X_x6 * h[x_C] + (x[vx] * x[wy] - x[vy] * x[wx]);
-    dx[3] = X_x4;
-    dx[4] = W13 - X_x6;
-    dx[5] = t_3ipx7;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_S1tx = bob1_g1_x * h[t_vpzmf];
+    const real bob1_S1ty = bob1_g1_y * h[t_vpzmf];
+    const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
+    const real t_vbonl = K(1.0) / (p[I1] + h[t_wbepk] * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_vbonl;
+    const real bob1_S2rz = p[I1] * t_vbonl;
+    const real bob1_q2 = bob1_Q2 * t_vbonl;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_vkr4f = t_pj4i3 * t_vbonl;
+    const real bob1_Myz = t_vkr4f * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_vkr4f * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_oe5we = bob1_S1ty * bob1_g1_x;
+    const real t_hsg6x = t_oe5we * bob1_r_z;
+    const real t_oe5we_2 = bob1_S1tz * bob1_g1_x;
+    const real t_hsg6x_2 = t_oe5we_2 * bob1_r_y;
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_hsg6x - (t_hsg6x_2 + t_eoh4z);
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z_2 - bob1_Myy * bob1_r_z;
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z_3 - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_oe5we_2 * bob1_r_x;
+    const real t_o7nvy = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_o7nvy + t_oe5we * bob1_r_y;
+    const real t_mzegy = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_mzegy + bob1_Bzz + t_hsg6x_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_vkr4f;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_S1tx = bob2_g1_x * h[t_mxpm2];
+    const real bob2_S1ty = bob2_g1_y * h[t_mxpm2];
+    const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
+    const real t_h65fc = K(1.0) / (p[I2] + h[t_nww6q] * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_h65fc;
+    const real bob2_S2rz = p[I2] * t_h65fc;
+    const real bob2_q2 = bob2_Q2 * t_h65fc;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_6vqqi = t_zludf * t_h65fc;
+    const real bob2_Myz = t_6vqqi * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_6vqqi * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_yuijv = bob2_S1ty * bob2_g1_x;
+    const real t_gwnao = t_yuijv * bob2_r_z;
+    const real t_yuijv_2 = bob2_S1tz * bob2_g1_x;
+    const real t_gwnao_2 = t_yuijv_2 * bob2_r_y;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_gwnao - (t_gwnao_2 + t_qqbrl);
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl_2 - bob2_Myy * bob2_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl_3 - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_yuijv_2 * bob2_r_x;
+    const real t_vuoys = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_vuoys + t_yuijv * bob2_r_y;
+    const real t_y4gdo = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_y4gdo + bob2_Bzz + t_gwnao_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_6vqqi;
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real stream_z = h[t_cub74] * x[wy];
+    const real total_Hx = total_hx + h[total_Jxx] * x[wx];
+    const real total_Hy = h[total_Jyy] * x[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * x[wz];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_sxauh = t_oe5we_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_atyyu = t_yuijv_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_sxauh + t_atyyu);
+    const real t_sxauh_2 = t_hsg6x + t_mzegy;
+    const real t_atyyu_2 = t_gwnao + t_y4gdo;
+    const real hub_K54 = t_eoh4z_3 * bob1_r_x
+        - (t_eoh4z * bob1_r_z + t_sxauh * bob1_r_y + t_qqbrl * bob2_r_z + t_atyyu * bob2_r_y)
+        + t_sxauh_2 * bob1_r_z
+        + t_qqbrl_3 * bob2_r_x
+        + t_atyyu_2 * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_sxauh * bob1_r_x
+        + t_atyyu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z_2 * bob1_r_x
+        - t_qqbrl_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real t_qdbhd = t_oe5we * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_55wf6 = t_yuijv * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real hub_K66 = h[total_Jzz]
+        - t_o7nvy * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_vuoys * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_qdbhd * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_55wf6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_7maqq = h[t_cub74] * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * x[wx];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
+    const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
+    const real t_pb37n = t_oe5we + t_yuijv;
+    const real t_iafuq = t_pb37n * t_l63bo;
+    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
+    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - (t_sxauh_2 + t_atyyu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real t_tvu3r = t_mcuq4 * t_l63bo;
+    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
+    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r
+        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = w[f_x] + hub_b1;
+    const real yhub_ay = w[f_y] + hub_b2 + t_iafuq * yhub_ax;
+    const real yhub_az = hub_b3 - w[t_gcu5g] + t_iafuq_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
+    const real yhub_alphax = u[Mx] + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real yhub_alphay = u[My]
+        + hub_b5
+        - w[t_z5ten]
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real yhub_alphaz = u[Mz]
+        + hub_b6
+        - w[t_vkvws]
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_tvu3r * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_l63bo
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_tvu3r
+        + hub_ay * t_iafuq
+        + hub_az * t_iafuq_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_vkr4f * bob1_aPz;
+    const real t_24pqf = t_txuch * h[t_vpzmf]
+        + h[bob1_S1rx] * hub_alphax
+        + bob1_S1tx * bob1_aPx
+        + bob1_S1ty * bob1_aPy
+        + bob1_S1tz * bob1_aPz;
+    const real bob1_a1 = -t_24pqf;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_6vqqi * bob2_aPz;
+    const real t_2xo37 = t_xyjt2 * h[t_mxpm2]
+        + h[bob2_S1rx] * hub_alphax
+        + bob2_S1tx * bob2_aPx
+        + bob2_S1ty * bob2_aPy
+        + bob2_S1tz * bob2_aPz;
+    const real bob2_a1 = -t_2xo37;
+    dx[0] = x[vy] * x[wz] - x[vz] * x[wy] + hub_ax;
+    dx[1] = x[vz] * x[wx] - x[vx] * x[wz] + hub_ay;
+    dx[2] = x[vx] * x[wy] - x[vy] * x[wx] + hub_az;
+    dx[3] = hub_alphax;
+    dx[4] = hub_alphay;
+    dx[5] = hub_alphaz;
     dx[6] = x[wx];
     dx[7] = x[wy];
     dx[8] = x[wz];
@@ -498,114 +470,67 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     dx[10] = x[theta1_dot];
     dx[11] = x[phi2_dot];
     dx[12] = x[theta2_dot];
-    dx[13] = phi_acc1;
-    dx[14] = theta_acc1;
-    dx[15] = phi_acc2;
-    dx[16] = theta_acc2;
+    dx[13] = bob1_a1;
+    dx[14] = bob1_a2;
+    dx[15] = bob2_a1;
+    dx[16] = bob2_a2;
 }
 
 /* Places of h. */
 enum {
-    outputs_h_k1,
-    outputs_h_me1,
-    outputs_h_t_6nwd2,
-    outputs_h_mv1,
-    outputs_h_k2,
-    outputs_h_me2,
-    outputs_h_t_popww,
-    outputs_h_mv2,
-    outputs_h_M_C,
-    outputs_h_x_C,
-    outputs_h_J_C1,
-    outputs_h_J_C3,
-    outputs_h_J_C2,
-    outputs_h_e1,
-    outputs_h_e2,
-    outputs_h_B_1,
-    outputs_h_Bl_1,
-    outputs_h_t_xdulz,
-    outputs_h_B_2,
-    outputs_h_Bl_2,
-    outputs_h_t_uohf6,
-    outputs_h_t_47igz,
-    outputs_h_t_fcuad,
-    outputs_h_t_z4fbq,
-    outputs_h_t_sfymc,
-    outputs_h_t_g7pzr,
-    outputs_h_t_urwo6,
-    outputs_h_t_bknng,
+    outputs_h_t_wbepk,
+    outputs_h_t_vpzmf,
+    outputs_h_bob1_S1rx,
+    outputs_h_t_nww6q,
+    outputs_h_t_mxpm2,
+    outputs_h_bob2_S1rx,
+    outputs_h_total_Jxx,
+    outputs_h_total_Jyy,
+    outputs_h_total_Jzz,
+    outputs_h_total_mass,
+    outputs_h_t_cub74,
+    outputs_h_hub_K44_fixed,
+    outputs_h_t_yxxpc,
 };
 
-/* part of outputs that is computed once per run; 69 operations. */
+/* part of outputs that is computed once per run; 32 operations. */
 void slosh_outputs_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real mv1 = t_6nwd2 * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_popww = p[l2] * p[m2];
-    const real mv2 = t_popww * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1rx = p[I2] * t_mxpm2;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
-    const real Bl_1 = B_1 * p[l1];
-    const real B_2 = me2 * p[l2];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    h[outputs_h_k1] = k1;
-    h[outputs_h_me1] = me1;
-    h[outputs_h_t_6nwd2] = t_6nwd2;
-    h[outputs_h_mv1] = mv1;
-    h[outputs_h_k2] = k2;
-    h[outputs_h_me2] = me2;
-    h[outputs_h_t_popww] = t_popww;
-    h[outputs_h_mv2] = mv2;
-    h[outputs_h_M_C] = M_C;
-    h[outputs_h_x_C] = x_C;
-    h[outputs_h_J_C1] = J_C1;
-    h[outputs_h_J_C3] = J_C3;
-    h[outputs_h_J_C2] = J_C2;
-    h[outputs_h_e1] = e1;
-    h[outputs_h_e2] = e2;
-    h[outputs_h_B_1] = B_1;
-    h[outputs_h_Bl_1] = Bl_1;
-    h[outputs_h_t_xdulz] = me1 * (e1 * e1);
-    h[outputs_h_B_2] = B_2;
-    h[outputs_h_Bl_2] = Bl_2;
-    h[outputs_h_t_uohf6] = me2 * (e2 * e2);
-    h[outputs_h_t_47igz] = M_C + mv1 + mv2;
-    h[outputs_h_t_fcuad] = e1 * me1;
-    h[outputs_h_t_z4fbq] = e2 * me2;
-    h[outputs_h_t_sfymc] = t_sfymc;
-    h[outputs_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[outputs_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[outputs_h_t_bknng] = p[b] + p[d] + x_C;
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real total_mass = p[m] + p[m0];
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    h[outputs_h_t_wbepk] = t_wbepk;
+    h[outputs_h_t_vpzmf] = t_vpzmf;
+    h[outputs_h_bob1_S1rx] = bob1_S1rx;
+    h[outputs_h_t_nww6q] = t_nww6q;
+    h[outputs_h_t_mxpm2] = t_mxpm2;
+    h[outputs_h_bob2_S1rx] = bob2_S1rx;
+    h[outputs_h_total_Jxx] = total_Jxx;
+    h[outputs_h_total_Jyy] = total_Jyy;
+    h[outputs_h_total_Jzz] = total_Jzz;
+    h[outputs_h_total_mass] = total_mass;
+    h[outputs_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
+    h[outputs_h_hub_K44_fixed] = hub_K44_fixed;
+    h[outputs_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of outputs; 543 operations. */
+/* the rest of outputs; 636 operations. */
 void slosh_outputs_prepared(const real *x, const real *u, const real *p, const real *h, real *y)
 {
     enum { wx = SLOSH_X_WX };
@@ -617,378 +542,396 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     enum { Mx = SLOSH_U_MX, My = SLOSH_U_MY, Mz = SLOSH_U_MZ, delta1 = SLOSH_U_DELTA1 };
     enum { delta2 = SLOSH_U_DELTA2 };
     enum { F = SLOSH_P_F };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
-    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2, eps2 = SLOSH_P_EPS2 };
-    enum { k1 = outputs_h_k1 };
-    enum { me1 = outputs_h_me1 };
-    enum { t_6nwd2 = outputs_h_t_6nwd2 };
-    enum { mv1 = outputs_h_mv1 };
-    enum { k2 = outputs_h_k2 };
-    enum { me2 = outputs_h_me2 };
-    enum { t_popww = outputs_h_t_popww };
-    enum { mv2 = outputs_h_mv2 };
-    enum { M_C = outputs_h_M_C };
-    enum { x_C = outputs_h_x_C };
-    enum { J_C1 = outputs_h_J_C1 };
-    enum { J_C3 = outputs_h_J_C3 };
-    enum { J_C2 = outputs_h_J_C2 };
-    enum { e1 = outputs_h_e1 };
-    enum { e2 = outputs_h_e2 };
-    enum { B_1 = outputs_h_B_1 };
-    enum { Bl_1 = outputs_h_Bl_1 };
-    enum { t_xdulz = outputs_h_t_xdulz };
-    enum { B_2 = outputs_h_B_2 };
-    enum { Bl_2 = outputs_h_Bl_2 };
-    enum { t_uohf6 = outputs_h_t_uohf6 };
-    enum { t_47igz = outputs_h_t_47igz };
-    enum { t_fcuad = outputs_h_t_fcuad };
-    enum { t_z4fbq = outputs_h_t_z4fbq };
-    enum { t_sfymc = outputs_h_t_sfymc };
-    enum { t_g7pzr = outputs_h_t_g7pzr };
-    enum { t_urwo6 = outputs_h_t_urwo6 };
-    enum { t_bknng = outputs_h_t_bknng };
+    enum { t_wbepk = outputs_h_t_wbepk };
+    enum { t_vpzmf = outputs_h_t_vpzmf };
+    enum { bob1_S1rx = outputs_h_bob1_S1rx };
+    enum { t_nww6q = outputs_h_t_nww6q };
+    enum { t_mxpm2 = outputs_h_t_mxpm2 };
+    enum { bob2_S1rx = outputs_h_bob2_S1rx };
+    enum { total_Jxx = outputs_h_total_Jxx };
+    enum { total_Jyy = outputs_h_total_Jyy };
+    enum { total_Jzz = outputs_h_total_Jzz };
+    enum { total_mass = outputs_h_total_mass };
+    enum { t_cub74 = outputs_h_t_cub74 };
+    enum { hub_K44_fixed = outputs_h_hub_K44_fixed };
+    enum { t_yxxpc = outputs_h_t_yxxpc };
     real sin_delta2, cos_delta2; mv_sincos(u[delta2], &sin_delta2, &cos_delta2);
     real sin_delta1, cos_delta1; mv_sincos(u[delta1], &sin_delta1, &cos_delta1);
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real W12 = x[wx] * x[wy];
-    const real W13 = x[wx] * x[wz];
     const real t_ruxs4 = cos_delta2 * p[F];
     const real f_x = t_ruxs4 * cos_delta1;
     const real f_y = sin_delta2 * p[F];
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real p2 = Wn2 + x[phi2_dot];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real g_1 = h[e1] - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wq_1 = q_1 * wth_1;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real g_2 = h[e2] - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wq_2 = q_2 * wth_2;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_mallh = F_n1 * cos_theta1;
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - h[t_sfymc] * x[wy] * x[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_6faq6 = t_bap4n * t_cl3z7;
-    const real t_c34go = K52 - t_f2nhc * t_6faq6;
-    const real K_L52 = t_c34go * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_qom6d = t_dvxnj * t_cl3z7;
-    const real t_d5rou = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_qom6d;
-    const real t_6but2 = t_d5rou * t_6dtnj;
-    const real t_e2mz5 = K43 + t_iy2us * t_6but2 - t_f2nhc_2 * t_qom6d;
-    const real t_6dtnj_2 = K(1.0) / K_D3;
-    const real K_L43 = t_e2mz5 * t_6dtnj_2;
-    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
-    const real K_L53 = t_rkny3 * t_6dtnj_2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
-    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
-    const real t_bk7yo = t_6lnfz * t_6dtnj;
-    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
-    const real K_L63 = t_qksxh * t_6dtnj_2;
-    const real K_D4 = K44 - t_d5rou * t_6but2 - t_e2mz5 * K_L43 - t_dvxnj * t_qom6d;
-    const real t_37ldw = K54 + t_d5rou * K_L52 - t_e2mz5 * K_L53 - t_dvxnj * t_6faq6;
-    const real t_6dtnj_3 = K(1.0) / K_D4;
-    const real K_L54 = t_37ldw * t_6dtnj_3;
-    const real t_ute3y = K64 - t_d5rou * t_bk7yo - t_e2mz5 * K_L63 - t_dvxnj * t_6faq6_2;
-    const real K_L64 = t_ute3y * t_6dtnj_3;
-    const real K_D5 = K55
-        - t_c34go * K_L52
-        - t_rkny3 * K_L53
-        - t_37ldw * K_L54
-        - t_bap4n * t_6faq6;
-    const real t_h6jxz = K65
-        + t_c34go * t_bk7yo
-        - t_rkny3 * K_L63
-        - t_37ldw * K_L64
-        - t_bap4n * t_6faq6_2;
-    const real t_jxcfv = K(1.0) / K_D5;
-    const real K_L65 = t_h6jxz * t_jxcfv;
-    const real K_D6 = K66
-        - t_6lnfz * t_bk7yo
-        - t_qksxh * K_L63
-        - t_ute3y * K_L64
-        - t_h6jxz * K_L65
-        - t_bap4n_2 * t_6faq6_2;
-    const real b1 = f_x
-        + (t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2);
-    const real b2 = f_y - n2;
-    const real b4 = u[Mx] - n4;
-    const real b5 = u[Mz] - n5 - f_y * h[t_bknng];
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_S1tx = bob1_g1_x * h[t_vpzmf];
+    const real bob1_S1ty = bob1_g1_y * h[t_vpzmf];
+    const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
+    const real t_vbonl = K(1.0) / (p[I1] + h[t_wbepk] * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_vbonl;
+    const real bob1_S2rz = p[I1] * t_vbonl;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_vkr4f = t_pj4i3 * t_vbonl;
+    const real bob1_Myz = t_vkr4f * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_vkr4f * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_oe5we = bob1_S1ty * bob1_g1_x;
+    const real t_hsg6x = t_oe5we * bob1_r_z;
+    const real t_oe5we_2 = bob1_S1tz * bob1_g1_x;
+    const real t_hsg6x_2 = t_oe5we_2 * bob1_r_y;
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_hsg6x - (t_hsg6x_2 + t_eoh4z);
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z_2 - bob1_Myy * bob1_r_z;
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z_3 - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_oe5we_2 * bob1_r_x;
+    const real t_o7nvy = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_o7nvy + t_oe5we * bob1_r_y;
+    const real t_mzegy = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_mzegy + bob1_Bzz + t_hsg6x_2;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_vkr4f;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_S1tx = bob2_g1_x * h[t_mxpm2];
+    const real bob2_S1ty = bob2_g1_y * h[t_mxpm2];
+    const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
+    const real t_h65fc = K(1.0) / (p[I2] + h[t_nww6q] * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_h65fc;
+    const real bob2_S2rz = p[I2] * t_h65fc;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_6vqqi = t_zludf * t_h65fc;
+    const real bob2_Myz = t_6vqqi * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_6vqqi * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_yuijv = bob2_S1ty * bob2_g1_x;
+    const real t_gwnao = t_yuijv * bob2_r_z;
+    const real t_yuijv_2 = bob2_S1tz * bob2_g1_x;
+    const real t_gwnao_2 = t_yuijv_2 * bob2_r_y;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_gwnao - (t_gwnao_2 + t_qqbrl);
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl_2 - bob2_Myy * bob2_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl_3 - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_yuijv_2 * bob2_r_x;
+    const real t_vuoys = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_vuoys + t_yuijv * bob2_r_y;
+    const real t_y4gdo = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_y4gdo + bob2_Bzz + t_gwnao_2;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_6vqqi;
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real stream_z = h[t_cub74] * x[wy];
+    const real total_Hx = total_hx + h[total_Jxx] * x[wx];
+    const real total_Hy = h[total_Jyy] * x[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * x[wz];
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_sxauh = t_oe5we_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_atyyu = t_yuijv_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_sxauh + t_atyyu);
+    const real t_sxauh_2 = t_hsg6x + t_mzegy;
+    const real t_atyyu_2 = t_gwnao + t_y4gdo;
+    const real hub_K54 = t_eoh4z_3 * bob1_r_x
+        - (t_eoh4z * bob1_r_z + t_sxauh * bob1_r_y + t_qqbrl * bob2_r_z + t_atyyu * bob2_r_y)
+        + t_sxauh_2 * bob1_r_z
+        + t_qqbrl_3 * bob2_r_x
+        + t_atyyu_2 * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_sxauh * bob1_r_x
+        + t_atyyu * bob2_r_x;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z_2 * bob1_r_x
+        - t_qqbrl_2 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real t_qdbhd = t_oe5we * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_55wf6 = t_yuijv * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real hub_K66 = h[total_Jzz]
+        - t_o7nvy * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_vuoys * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_qdbhd * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_55wf6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_7maqq = h[t_cub74] * x[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * x[wz] - stream_z * x[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * x[wx];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
+    const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
+    const real t_pb37n = t_oe5we + t_yuijv;
+    const real t_iafuq = t_pb37n * t_l63bo;
+    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
+    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - (t_sxauh_2 + t_atyyu_2);
+    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real t_tvu3r = t_mcuq4 * t_l63bo;
+    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
+    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r
+        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real yhub_ay = f_y + hub_b2 + t_iafuq * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
-    const real b6 = t_gcu5g * h[t_bknng] - (u[My] + n6);
-    const real X_y2 = b2 + t_exl37 * b1;
-    const real X_y3 = t_exl37_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_qom6d * b1 + t_6but2 * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_6faq6 * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_6faq6_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj
-        - K_L32 * X_x3
-        + t_6but2 * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_cl3z7
-        + t_exl37 * X_x2
-        + t_exl37_2 * X_x3
-        + t_qom6d * X_x4
-        + t_6faq6 * X_x5
-        + t_6faq6_2 * X_x6;
-    y[0] = X_x2 - X_x5 * h[x_C];
-    y[1] = X_x3 - X_x6 * h[x_C];
-    y[2] = X_x4;
-    y[3] = W13 - X_x6;
-    y[4] = X_x5 - W12;
-    y[5] = X_x1 + t_rybsf * h[x_C];
+    const real yhub_az = hub_b3 - t_gcu5g + t_iafuq_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
+    const real yhub_alphax = u[Mx] + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real yhub_alphay = u[My]
+        + hub_b5
+        - t_gcu5g * h[t_yxxpc]
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real yhub_alphaz = u[Mz]
+        + hub_b6
+        - f_y * h[t_yxxpc]
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_tvu3r * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_l63bo
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_tvu3r
+        + hub_ay * t_iafuq
+        + hub_az * t_iafuq_2;
+    y[0] = hub_ay;
+    y[1] = hub_az;
+    y[2] = hub_alphax;
+    y[3] = hub_alphay;
+    y[4] = hub_alphaz;
+    y[5] = hub_ax;
     y[6] = mv_sqrt(sin_delta2 * sin_delta2 + cos_delta2 * cos_delta2 * (sin_delta1 * sin_delta1));
 }
 
 /* Places of h. */
 enum {
     actuate_h_t_xkg6l,
-    actuate_h_me1,
-    actuate_h_mv1,
-    actuate_h_me2,
-    actuate_h_mv2,
-    actuate_h_M_C,
-    actuate_h_e1,
-    actuate_h_e2,
-    actuate_h_B_1,
-    actuate_h_B_2,
-    actuate_h_t_47igz,
-    actuate_h_t_fcuad,
-    actuate_h_t_z4fbq,
-    actuate_h_t_bknng,
+    actuate_h_t_wbepk,
+    actuate_h_t_vpzmf,
+    actuate_h_bob1_S1rx,
+    actuate_h_t_nww6q,
+    actuate_h_t_mxpm2,
+    actuate_h_bob2_S1rx,
+    actuate_h_total_mass,
+    actuate_h_t_cub74,
+    actuate_h_t_yxxpc,
 };
 
-/* part of actuate that is computed once per run; 39 operations. */
+/* part of actuate that is computed once per run; 17 operations. */
 void slosh_actuate_prepare(const real *p, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0 };
     enum { h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real k1 = t_nkfhl * p[l1];
-    const real me1 = t_nkfhl * p[I1];
-    const real mv1 = p[l1] * p[m1] * k1;
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real k2 = t_xgfi7 * p[l2];
-    const real me2 = t_xgfi7 * p[I2];
-    const real mv2 = p[l2] * p[m2] * k2;
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real e2 = p[h2] - x_C;
-    const real B_1 = me1 * p[l1];
-    const real B_2 = me2 * p[l2];
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real bob2_S1rx = p[I2] * t_mxpm2;
+    const real total_mass = p[m] + p[m0];
     h[actuate_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
-    h[actuate_h_me1] = me1;
-    h[actuate_h_mv1] = mv1;
-    h[actuate_h_me2] = me2;
-    h[actuate_h_mv2] = mv2;
-    h[actuate_h_M_C] = M_C;
-    h[actuate_h_e1] = e1;
-    h[actuate_h_e2] = e2;
-    h[actuate_h_B_1] = B_1;
-    h[actuate_h_B_2] = B_2;
-    h[actuate_h_t_47igz] = M_C + mv1 + mv2;
-    h[actuate_h_t_fcuad] = e1 * me1;
-    h[actuate_h_t_z4fbq] = e2 * me2;
-    h[actuate_h_t_bknng] = p[b] + p[d] + x_C;
+    h[actuate_h_t_wbepk] = t_wbepk;
+    h[actuate_h_t_vpzmf] = t_vpzmf;
+    h[actuate_h_bob1_S1rx] = bob1_S1rx;
+    h[actuate_h_t_nww6q] = t_nww6q;
+    h[actuate_h_t_mxpm2] = t_mxpm2;
+    h[actuate_h_bob2_S1rx] = bob2_S1rx;
+    h[actuate_h_total_mass] = total_mass;
+    h[actuate_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
+    h[actuate_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of actuate; 197 operations. */
+/* the rest of actuate; 251 operations. */
 void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, const real *h, real *u)
 {
     enum { phi1 = SLOSH_X_PHI1, theta1 = SLOSH_X_THETA1, phi2 = SLOSH_X_PHI2 };
@@ -996,23 +939,19 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     enum { Mx_cmd = 0, My_cmd = 1, Mz_cmd = 2, delta1_cmd = 3 };
     enum { delta2_cmd = 4 };
     enum { F = SLOSH_P_F, delta1_max = SLOSH_P_DELTA1_MAX, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2 };
     enum { t_xkg6l = actuate_h_t_xkg6l };
-    enum { me1 = actuate_h_me1 };
-    enum { mv1 = actuate_h_mv1 };
-    enum { me2 = actuate_h_me2 };
-    enum { mv2 = actuate_h_mv2 };
-    enum { M_C = actuate_h_M_C };
-    enum { e1 = actuate_h_e1 };
-    enum { e2 = actuate_h_e2 };
-    enum { B_1 = actuate_h_B_1 };
-    enum { B_2 = actuate_h_B_2 };
-    enum { t_47igz = actuate_h_t_47igz };
-    enum { t_fcuad = actuate_h_t_fcuad };
-    enum { t_z4fbq = actuate_h_t_z4fbq };
-    enum { t_bknng = actuate_h_t_bknng };
+    enum { t_wbepk = actuate_h_t_wbepk };
+    enum { t_vpzmf = actuate_h_t_vpzmf };
+    enum { bob1_S1rx = actuate_h_bob1_S1rx };
+    enum { t_nww6q = actuate_h_t_nww6q };
+    enum { t_mxpm2 = actuate_h_t_mxpm2 };
+    enum { bob2_S1rx = actuate_h_bob2_S1rx };
+    enum { total_mass = actuate_h_total_mass };
+    enum { t_cub74 = actuate_h_t_cub74 };
+    enum { t_yxxpc = actuate_h_t_yxxpc };
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
@@ -1025,249 +964,218 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     const mask m_tdcs7 = LE(mv_fabs(u_cmd[delta2_cmd]), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_tdcs7, u_cmd[delta1_cmd], mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dd7v5 * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real q_1 = sin_phi1 * p[l1];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real g_1 = h[e1] - lc_1;
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real q_2 = sin_phi2 * p[l2];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real g_2 = h[e2] - lc_2;
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
+    const real t_rcy73 = cos_phi1 * p[l1];
+    const real bob1_r_x = p[h1] - t_rcy73;
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r1_y = t_rcy73 * sin_theta1;
+    const real bob1_r1_z = t_rcy73 * cos_theta1;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real t_uvqau = cos_phi2 * p[l2];
+    const real bob2_r_x = p[h2] - t_uvqau;
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r1_y = t_uvqau * sin_theta2;
+    const real bob2_r1_z = t_uvqau * cos_theta2;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob1_S1tx = bob1_g1_x * h[t_vpzmf];
+    const real bob1_S1ty = bob1_g1_y * h[t_vpzmf];
+    const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
+    const real t_vbonl = K(1.0) / (p[I1] + h[t_wbepk] * (sin_phi1 * sin_phi1));
+    const real bob1_S2ty = bob1_g2_y * t_vbonl;
+    const real bob1_S2rz = p[I1] * t_vbonl;
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_vkr4f = t_pj4i3 * t_vbonl;
+    const real bob1_Myz = t_vkr4f * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_vkr4f * t_pj4i3;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_oe5we = bob1_S1ty * bob1_g1_x;
+    const real t_hsg6x = t_oe5we * bob1_r_z;
+    const real t_oe5we_2 = bob1_S1tz * bob1_g1_x;
+    const real t_hsg6x_2 = t_oe5we_2 * bob1_r_y;
+    const real bob1_Nxx = t_hsg6x - (t_hsg6x_2 + h[bob1_S1rx] * bob1_g1_x);
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - h[bob1_S1rx] * bob1_g1_y - bob1_Myy * bob1_r_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - h[bob1_S1rx] * bob1_g1_z - bob1_Myz * bob1_r_z;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_oe5we_2 * bob1_r_x;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - bob1_S2rz * bob1_g2_y + t_oe5we * bob1_r_y;
+    const real t_f6ok4 = bob1_Myz * bob1_r_x;
+    const real bob1_Nzz = t_f6ok4 + bob1_Bzz + t_hsg6x_2;
+    const real bob2_S1tx = bob2_g1_x * h[t_mxpm2];
+    const real bob2_S1ty = bob2_g1_y * h[t_mxpm2];
+    const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
+    const real t_h65fc = K(1.0) / (p[I2] + h[t_nww6q] * (sin_phi2 * sin_phi2));
+    const real bob2_S2ty = bob2_g2_y * t_h65fc;
+    const real bob2_S2rz = p[I2] * t_h65fc;
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_6vqqi = t_zludf * t_h65fc;
+    const real bob2_Myz = t_6vqqi * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_6vqqi * t_zludf;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_yuijv = bob2_S1ty * bob2_g1_x;
+    const real t_gwnao = t_yuijv * bob2_r_z;
+    const real t_yuijv_2 = bob2_S1tz * bob2_g1_x;
+    const real t_gwnao_2 = t_yuijv_2 * bob2_r_y;
+    const real bob2_Nxx = t_gwnao - (t_gwnao_2 + h[bob2_S1rx] * bob2_g1_x);
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - h[bob2_S1rx] * bob2_g1_y - bob2_Myy * bob2_r_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - h[bob2_S1rx] * bob2_g1_z - bob2_Myz * bob2_r_z;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_yuijv_2 * bob2_r_x;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - bob2_S2rz * bob2_g2_y + t_yuijv * bob2_r_y;
+    const real t_ksd24 = bob2_Myz * bob2_r_x;
+    const real bob2_Nzz = t_ksd24 + bob2_Bzz + t_gwnao_2;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real hub_K53 = h[t_cub74]
+        - (t_oe5we_2 * bob1_r_z + bob1_Mzz * bob1_r_x + (t_yuijv_2 * bob2_r_z + bob2_Mzz * bob2_r_x));
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_pb37n = t_oe5we + t_yuijv;
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real t_iafuq = t_pb37n * t_l63bo;
+    const real kK2K21 = hub_K22 - t_pb37n * t_iafuq;
+    const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real kK3K21 = hub_K32 - t_pb37n * t_iafuq_2;
+    const real kK3K31 = hub_K33 - t_pb37n_2 * t_iafuq_2;
+    const real t_6dtnj = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
     const real t_appoi = p[F] * cos_delta2_act;
     const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
     const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_exl37 * df1_act;
-    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 / K_D3;
-    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    u[0] = u_cmd[Mx_cmd]
-        - (Bs_1 + Bs_2) * da_act_x1
-        - (wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2) * da_act_x2
-        + K43 * da_act_x3;
+    const real yda_act_y = df2_act + df1_act * t_iafuq;
+    const real yda_act_z = df3_act + df1_act * t_iafuq_2 - lK3K2 * yda_act_y;
+    const real da_act_z = yda_act_z / kK3K32;
+    const real da_act_y = yda_act_y * t_6dtnj - da_act_z * lK3K2;
+    const real da_act_x = df1_act * t_l63bo + da_act_y * t_iafuq + da_act_z * t_iafuq_2;
+    const real t_rrtda = da_act_x * (t_oe5we * bob1_r_x + bob1_Mxx * bob1_r_y + (t_yuijv * bob2_r_x + bob2_Mxx * bob2_r_y));
+    u[0] = u_cmd[Mx_cmd] + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     u[1] = u_cmd[My_cmd]
-        - h[t_bknng] * df3_act
-        + (t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2) * da_act_x1
-        + t_kd2xx_2 * da_act_x2
-        - K63 * da_act_x3;
-    u[2] = u_cmd[Mz_cmd]
-        - (t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2) * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + h[t_bknng] * df2_act;
+        - h[t_yxxpc] * df3_act
+        + da_act_x * hub_K51
+        - da_act_y * (t_hsg6x + t_f6ok4 + (t_gwnao + t_ksd24))
+        + da_act_z * hub_K53;
+    u[2] = u_cmd[Mz_cmd] - t_rrtda + da_act_y * hub_K62 + da_act_z * hub_K63 + h[t_yxxpc] * df2_act;
     u[3] = delta1_act;
     u[4] = delta2_act;
 }
 
 /* Places of h. */
 enum {
+    lyapunov_v1_h_t_cub74,
     lyapunov_v1_h_t_os4zj,
     lyapunov_v1_h_t_yx2kz,
-    lyapunov_v1_h_D1,
-    lyapunov_v1_h_me1,
+    lyapunov_v1_h_D_phi1,
+    lyapunov_v1_h_t_gbl6n,
     lyapunov_v1_h_t_nfvux,
     lyapunov_v1_h_t_frp3h,
-    lyapunov_v1_h_D2,
-    lyapunov_v1_h_me2,
-    lyapunov_v1_h_M_C,
-    lyapunov_v1_h_x_C,
-    lyapunov_v1_h_e1,
-    lyapunov_v1_h_t_6nwd2,
-    lyapunov_v1_h_k1,
-    lyapunov_v1_h_mv1,
-    lyapunov_v1_h_B_1,
-    lyapunov_v1_h_e2,
-    lyapunov_v1_h_t_popww,
-    lyapunov_v1_h_k2,
-    lyapunov_v1_h_mv2,
-    lyapunov_v1_h_B_2,
-    lyapunov_v1_h_W_theta1,
+    lyapunov_v1_h_D_phi2,
+    lyapunov_v1_h_t_jx6g7,
     lyapunov_v1_h_t_hyv47,
     lyapunov_v1_h_t_if7mv,
     lyapunov_v1_h_t_pi35k,
     lyapunov_v1_h_t_tmzpj,
+    lyapunov_v1_h_W_theta1,
     lyapunov_v1_h_W_theta2,
     lyapunov_v1_h_t_wvww5,
+    lyapunov_v1_h_total_mass,
     lyapunov_v1_h_ax_eq,
     lyapunov_v1_h_t_os4zj_2,
-    lyapunov_v1_h_t_fcuad,
-    lyapunov_v1_h_t_z4fbq,
-    lyapunov_v1_h_t_47igz,
+    lyapunov_v1_h_bob1_S1rx,
+    lyapunov_v1_h_bob2_S1rx,
     lyapunov_v1_h_t_62qfa,
     lyapunov_v1_h_t_y7rm6,
-    lyapunov_v1_h_J_C1,
-    lyapunov_v1_h_J_C3,
-    lyapunov_v1_h_J_C2,
-    lyapunov_v1_h_Bl_1,
-    lyapunov_v1_h_t_xdulz,
-    lyapunov_v1_h_Bl_2,
-    lyapunov_v1_h_t_uohf6,
-    lyapunov_v1_h_t_sfymc,
-    lyapunov_v1_h_t_g7pzr,
-    lyapunov_v1_h_t_urwo6,
-    lyapunov_v1_h_t_bknng,
+    lyapunov_v1_h_total_Jxx,
+    lyapunov_v1_h_total_Jyy,
+    lyapunov_v1_h_total_Jzz,
+    lyapunov_v1_h_hub_K44_fixed,
+    lyapunov_v1_h_t_yxxpc,
 };
 
-/* part of lyapunov_v1 that is computed once per run; 91 operations. */
+/* part of lyapunov_v1 that is computed once per run; 54 operations. */
 void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D, F = SLOSH_P_F };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9, r10 = SLOSH_LYAPUNOV_V1_C_R10 };
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real B_1 = me1 * p[l1];
-    const real e2 = p[h2] - x_C;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real B_2 = me2 * p[l2];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real total_mass = p[m] + p[m0];
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    h[lyapunov_v1_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
     h[lyapunov_v1_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_h_t_yx2kz] = t_yx2kz;
-    h[lyapunov_v1_h_D1] = D1;
-    h[lyapunov_v1_h_me1] = me1;
+    h[lyapunov_v1_h_D_phi1] = D_phi1;
+    h[lyapunov_v1_h_t_gbl6n] = t_gbl6n;
     h[lyapunov_v1_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_h_t_frp3h] = t_frp3h;
-    h[lyapunov_v1_h_D2] = D2;
-    h[lyapunov_v1_h_me2] = me2;
-    h[lyapunov_v1_h_M_C] = M_C;
-    h[lyapunov_v1_h_x_C] = x_C;
-    h[lyapunov_v1_h_e1] = e1;
-    h[lyapunov_v1_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v1_h_k1] = k1;
-    h[lyapunov_v1_h_mv1] = mv1;
-    h[lyapunov_v1_h_B_1] = B_1;
-    h[lyapunov_v1_h_e2] = e2;
-    h[lyapunov_v1_h_t_popww] = t_popww;
-    h[lyapunov_v1_h_k2] = k2;
-    h[lyapunov_v1_h_mv2] = mv2;
-    h[lyapunov_v1_h_B_2] = B_2;
-    h[lyapunov_v1_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_h_D_phi2] = D_phi2;
+    h[lyapunov_v1_h_t_jx6g7] = t_jx6g7;
     h[lyapunov_v1_h_t_hyv47] = t_hyv47;
     h[lyapunov_v1_h_t_if7mv] = t_hyv47 * p[I1];
     h[lyapunov_v1_h_t_pi35k] = t_pi35k;
     h[lyapunov_v1_h_t_tmzpj] = t_pi35k * p[I2];
+    h[lyapunov_v1_h_W_theta1] = W_theta1;
     h[lyapunov_v1_h_W_theta2] = W_theta2;
     h[lyapunov_v1_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_h_total_mass] = total_mass;
     h[lyapunov_v1_h_ax_eq] = ax_eq;
     h[lyapunov_v1_h_t_os4zj_2] = t_os4zj + t_os4zj;
-    h[lyapunov_v1_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v1_h_t_z4fbq] = e2 * me2;
-    h[lyapunov_v1_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v1_h_bob1_S1rx] = bob1_S1rx;
+    h[lyapunov_v1_h_bob2_S1rx] = bob2_S1rx;
     h[lyapunov_v1_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_h_t_y7rm6] = K(1.0) / p[F];
-    h[lyapunov_v1_h_J_C1] = J_C1;
-    h[lyapunov_v1_h_J_C3] = J_C3;
-    h[lyapunov_v1_h_J_C2] = J_C2;
-    h[lyapunov_v1_h_Bl_1] = Bl_1;
-    h[lyapunov_v1_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v1_h_Bl_2] = Bl_2;
-    h[lyapunov_v1_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v1_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v1_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v1_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_h_t_bknng] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_h_total_Jxx] = total_Jxx;
+    h[lyapunov_v1_h_total_Jyy] = total_Jyy;
+    h[lyapunov_v1_h_total_Jzz] = total_Jzz;
+    h[lyapunov_v1_h_hub_K44_fixed] = hub_K44_fixed;
+    h[lyapunov_v1_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v1; 985 operations. */
+/* the rest of lyapunov_v1; 1079 operations. */
 void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, const real *h, real *u)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -1286,512 +1194,525 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     enum { w1 = SLOSH_LYAPUNOV_V1_C_W1, w2 = SLOSH_LYAPUNOV_V1_C_W2 };
     enum { w3 = SLOSH_LYAPUNOV_V1_C_W3, w4 = SLOSH_LYAPUNOV_V1_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_cub74 = lyapunov_v1_h_t_cub74 };
     enum { t_os4zj = lyapunov_v1_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v1_h_t_yx2kz };
-    enum { D1 = lyapunov_v1_h_D1 };
-    enum { me1 = lyapunov_v1_h_me1 };
+    enum { D_phi1 = lyapunov_v1_h_D_phi1 };
+    enum { t_gbl6n = lyapunov_v1_h_t_gbl6n };
     enum { t_nfvux = lyapunov_v1_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_h_t_frp3h };
-    enum { D2 = lyapunov_v1_h_D2 };
-    enum { me2 = lyapunov_v1_h_me2 };
-    enum { M_C = lyapunov_v1_h_M_C };
-    enum { x_C = lyapunov_v1_h_x_C };
-    enum { e1 = lyapunov_v1_h_e1 };
-    enum { t_6nwd2 = lyapunov_v1_h_t_6nwd2 };
-    enum { k1 = lyapunov_v1_h_k1 };
-    enum { mv1 = lyapunov_v1_h_mv1 };
-    enum { B_1 = lyapunov_v1_h_B_1 };
-    enum { e2 = lyapunov_v1_h_e2 };
-    enum { t_popww = lyapunov_v1_h_t_popww };
-    enum { k2 = lyapunov_v1_h_k2 };
-    enum { mv2 = lyapunov_v1_h_mv2 };
-    enum { B_2 = lyapunov_v1_h_B_2 };
-    enum { W_theta1 = lyapunov_v1_h_W_theta1 };
+    enum { D_phi2 = lyapunov_v1_h_D_phi2 };
+    enum { t_jx6g7 = lyapunov_v1_h_t_jx6g7 };
     enum { t_hyv47 = lyapunov_v1_h_t_hyv47 };
     enum { t_if7mv = lyapunov_v1_h_t_if7mv };
     enum { t_pi35k = lyapunov_v1_h_t_pi35k };
     enum { t_tmzpj = lyapunov_v1_h_t_tmzpj };
+    enum { W_theta1 = lyapunov_v1_h_W_theta1 };
     enum { W_theta2 = lyapunov_v1_h_W_theta2 };
     enum { t_wvww5 = lyapunov_v1_h_t_wvww5 };
+    enum { total_mass = lyapunov_v1_h_total_mass };
     enum { ax_eq = lyapunov_v1_h_ax_eq };
     enum { t_os4zj_2 = lyapunov_v1_h_t_os4zj_2 };
-    enum { t_fcuad = lyapunov_v1_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v1_h_t_z4fbq };
-    enum { t_47igz = lyapunov_v1_h_t_47igz };
+    enum { bob1_S1rx = lyapunov_v1_h_bob1_S1rx };
+    enum { bob2_S1rx = lyapunov_v1_h_bob2_S1rx };
     enum { t_62qfa = lyapunov_v1_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_h_t_y7rm6 };
-    enum { J_C1 = lyapunov_v1_h_J_C1 };
-    enum { J_C3 = lyapunov_v1_h_J_C3 };
-    enum { J_C2 = lyapunov_v1_h_J_C2 };
-    enum { Bl_1 = lyapunov_v1_h_Bl_1 };
-    enum { t_xdulz = lyapunov_v1_h_t_xdulz };
-    enum { Bl_2 = lyapunov_v1_h_Bl_2 };
-    enum { t_uohf6 = lyapunov_v1_h_t_uohf6 };
-    enum { t_sfymc = lyapunov_v1_h_t_sfymc };
-    enum { t_g7pzr = lyapunov_v1_h_t_g7pzr };
-    enum { t_urwo6 = lyapunov_v1_h_t_urwo6 };
-    enum { t_bknng = lyapunov_v1_h_t_bknng };
+    enum { total_Jxx = lyapunov_v1_h_total_Jxx };
+    enum { total_Jyy = lyapunov_v1_h_total_Jyy };
+    enum { total_Jzz = lyapunov_v1_h_total_Jzz };
+    enum { hub_K44_fixed = lyapunov_v1_h_hub_K44_fixed };
+    enum { t_yxxpc = lyapunov_v1_h_t_yxxpc };
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real t_rzamr = cos_theta1 * x[wz];
-    const real t_uu2cl = sin_theta1 * x[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = x[wx] * x[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real t_adduy = cos_theta2 * x[wz];
-    const real t_t2zmi = sin_theta2 * x[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * h[t_gbl6n];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_257e4 = bob1_S1tz * bob1_g1_x;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real t_pj4i3 = bob1_r_y * p[m1];
     const real t_hjphj = sin_phi1 * sin_phi1;
     const real t_5zi7z = h[t_yx2kz] * t_hjphj;
+    const real t_6lcgq = K(1.0) / (p[I1] + t_5zi7z);
+    const real t_z6fjk = t_pj4i3 * t_6lcgq;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_z6fjk * t_pj4i3;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real t_gsydo = t_257e4 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * h[t_jx6g7];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_ewsjo = bob2_S1tz * bob2_g1_x;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_7wqqc = K(1.0) / (p[I2] + h[t_frp3h] * t_pt6a7);
+    const real t_34fwg = t_zludf * t_7wqqc;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_34fwg * t_zludf;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real t_pohor = t_ewsjo * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_gsydo + t_pohor);
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn - cos_theta2 * h[t_nfvux] * p[m2];
     const real D_theta1 = t_5zi7z + p[I1];  /* (26) */
     const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
     const real t_gsmye = t_nkpga * t_5zi7z;
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_hjphj_2 = sin_phi1 * cos_phi1;
-    const real t_tbwda = h[t_yx2kz] * cos_theta1;
-    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda;
-    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_tbwda_2 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_tbwda_2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_wywfd = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real t_tbwda = h[t_yx2kz] * sin_theta1;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
+    const real cy_theta1 = t_762ik - t_tbwda * t_hjphj_2;  /* (26) */
     const real t_vptxp = t_pt6a7 * h[t_frp3h];
     const real D_theta2 = t_vptxp + p[I2];  /* (26) */
     const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
     const real t_l53od = t_yy353 * t_vptxp;
-    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
-    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
-    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
-    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
-    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
+    const real cy_theta2 = t_ogbo3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
     const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
     const real t_f6jle = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_f6jle;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_f6jle;
     const real t_aqbxr = x[vz] * c[r2];
-    const real t_4goj4 = h[ax_eq] * gx_phi1;
-    const real t_glcdw = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l7f2e = h[ax_eq] * bob1_g1_x;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real t_l4ozg = cos_theta1 * x[wz] + sin_theta1 * x[wy];
+    const real t_rlilm = t_l4ozg * t_5zi7z;
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
     const real t_wube7 = x[wx] * x[wx];
-    const real t_rlilm = t_5zi7z * t_l4ozg;
-    const real k_phi1 = loss_phi1
-        - t_glcdw * t_wjugd
-        - t_glcdw * (Wn1 * Wn1)
-        - x[theta1_dot] * x[theta1_dot] * t_5zi7z_2
-        - t_5zi7z_2 * t_wube7
-        - (x[theta1_dot] + x[theta1_dot]) * t_rlilm
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_rlilm
+        - bob1_v22 * t_5zi7z_2
+        - t_wube7 * t_5zi7z_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
         - h[t_yx2kz] * t_l4ozg * x[wx]
-        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_os4zj_2] * t_hjphj * t_l4ozg * x[wx] * p[m1]
+        + h[t_os4zj] * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + h[t_os4zj_2] * t_l4ozg * t_hjphj * x[wx] * p[m1]
         + cos_phi1 * t_l4ozg * p[h1] * x[wx] * p[l1] * p[m1]
-        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
-    const real t_w4j4g = h[ax_eq] * gx_phi2;
-    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
-    const real t_2542d = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
+        + h[t_os4zj_2] * cos_phi1 * sin_phi1 * x[theta1_dot] * x[wx] * p[m1];  /* (25) */
+    const real t_nkfmr = h[ax_eq] * bob2_g1_x;
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * x[wz] + sin_theta2 * x[wy];
     const real t_7ovbh = t_doiln * t_doiln;
+    const real t_doiln_2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real t_2kwb7 = t_doiln * t_vptxp;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_vptxp_2
-        - t_2542d * t_7ovbh
-        - t_2542d * (Wn2 * Wn2)
-        - x[theta2_dot] * x[theta2_dot] * t_vptxp_2
-        - (x[theta2_dot] + x[theta2_dot]) * t_2kwb7
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_vptxp_2 * bob2_v22
+        - t_vptxp_2 * t_wube7
+        - t_2kwb7 * bob2_twice2
         - t_doiln * h[t_frp3h] * x[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + t_7ovbh * cos_phi2 * sin_phi2 * h[t_nfvux] * p[m2]
         + (t_doiln + t_doiln) * t_pt6a7 * h[t_nfvux] * x[wx] * p[m2]
         + t_doiln * cos_phi2 * p[h2] * x[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
+        + (cos_phi2 + cos_phi2) * sin_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real t_btjgw = D_theta1 * x[theta1_dot];
-    const real t_hjux3 = x[phi1_dot] + x[phi1_dot];
-    const real Dd_theta1 = t_5zi7z_2 * t_hjux3;
-    const real t_7tj6u = Dd_theta1 * x[theta1_dot];
-    const real t_prfqf = Wn1 * x[wx];
-    const real k_theta1 = loss_theta1
-        + t_glcdw * t_prfqf
-        + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
-        + t_7tj6u
-        - t_5zi7z_2 * t_prfqf
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real Dd_theta1 = bob1_twice1 * t_5zi7z_2;
+    const real t_coycc = Dd_theta1 * x[theta1_dot];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real t_hawtx = t_l4ozg_2 * x[wx];
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_rlilm
+        + bob1_v21 * t_5zi7z_2
+        + t_l4ozg_2 * t_rlilm
+        + t_ik6g5_2 * t_hawtx
+        - t_5zi7z_2 * t_hawtx
         - Dd_theta1 * x[wx];  /* (26) */
     const real t_bftmb = D_theta2 * x[theta2_dot];
-    const real t_mw75j = x[phi2_dot] + x[phi2_dot];
-    const real Dd_theta2 = t_vptxp_2 * t_mw75j;
-    const real t_yshzz = Dd_theta2 * x[theta2_dot];
-    const real t_prfqf_2 = Wn2 * x[wx];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_2kwb7
-        + t_2542d * t_prfqf_2
-        + t_2kwb7 * t_mw75j
-        + t_yshzz
-        - t_vptxp_2 * t_prfqf_2
-        - t_vptxp_2 * (x[wx] + x[wx]) * x[phi2_dot];  /* (26) */
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real Dd_theta2 = t_vptxp_2 * bob2_twice1;
+    const real t_mvmab = Dd_theta2 * x[theta2_dot];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real t_go56f = t_doiln_2 * x[wx];
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_2kwb7
+        + t_tkdjn_2 * t_go56f
+        + t_vptxp_2 * bob2_v21
+        + t_2kwb7 * bob2_twice1
+        - t_vptxp_2 * t_go56f
+        - Dd_theta2 * x[wx];  /* (26) */
     const real g1_v1 = x[att1] * c[r3]
         - t_aqbxr * x[vy]
-        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
-        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
-        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
-        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
+        - h[t_hyv47] * (t_l7f2e * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_nkfmr * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_coycc * t_5zi7z + t_5zi7z * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_mvmab * t_vptxp + t_vptxp * k_theta2))
         + x[vy] * x[vz] * c[r1];  /* (29) */
     const real t_a4jxz = x[wx] * c[w3] + g1_v1;
-    const real t_wij2f = x[vy] * c[r1];
-    const real t_o2gar = h[D1] * x[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
-    const real t_mqczk = sin_theta1 * gx_phi1;
-    const real t_hmyst = t_mqczk * p[h1];
-    const real cdz_phi1 = t_eunpd * x[theta1_dot] - t_hmyst * x[phi1_dot];
-    const real t_gifwv = h[D2] * x[phi2_dot];
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
-    const real t_7s3si = gx_phi2 * sin_theta2;
-    const real t_4urq3 = t_7s3si * p[h2];
-    const real cdz_phi2 = t_ikrsv * x[theta2_dot] - t_4urq3 * x[phi2_dot];
+    const real t_tlq7s = h[D_phi1] * x[phi1_dot];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
+    const real t_ik6g5_3 = gy_phi1 * p[h1];
+    const real cz_phi1 = t_ik6g5_3 - t_tbwda;  /* (25) */
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real cdy_phi1 = cz_phi1 * x[theta1_dot] + t_n4yir * x[phi1_dot];
+    const real t_ekjz2 = h[D_phi2] * x[phi2_dot];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn_3 = gy_phi2 * p[h2];
+    const real cz_phi2 = t_tkdjn_3 - t_wywfd;  /* (25) */
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
+    const real t_tbwda_2 = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda_2;
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2;  /* (26) */
-    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * x[theta1_dot];
+    const real cdy_theta1 = t_dfhzf * x[theta1_dot] + x[phi1_dot] * (t_ik6g5_3 + t_tbwda * t_hjphj - t_hjphj_3 * t_tbwda);
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2;  /* (26) */
-    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
-    const real g3_v1 = x[att3] * c[r7]
-        - t_wij2f * x[vx]
-        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
-        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
-    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
-        + h[t_pi35k] * t_ikrsv * cz_phi2
-        - t_nkpga * cy_theta1 * cz_theta1
-        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
-    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
+    const real cdy_theta2 = t_hkdmv * x[theta2_dot] + x[phi2_dot] * (t_tkdjn_3 + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real g2_v1 = x[att2] * c[r5]
+        + h[t_hyv47] * (t_l7f2e * t_eunpd + t_eunpd * k_phi1 + t_tlq7s * cdy_phi1)
+        + h[t_pi35k] * (t_nkfmr * t_ikrsv + t_ikrsv * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_nkpga * (t_coycc * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_mvmab * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
+        + x[vx] * x[vz] * c[r2];  /* (29) */
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_a4jxz - (x[wy] * c[w4] + g2_v1);
     const real f22_v1 = c[r6]
         - h[t_hyv47] * (t_eunpd * t_eunpd)
         - h[t_pi35k] * (t_ikrsv * t_ikrsv)
         - t_nkpga * (cy_theta1 * cy_theta1)
         - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_f6jle;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_suqla * t_6dtnj;
-    const real cdy_phi1 = t_n4yir * x[phi1_dot] + cz_phi1 * x[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * x[theta2_dot] + t_epql5 * x[phi2_dot];
-    const real cdy_theta1 = t_dfhzf * x[theta1_dot] + x[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2);
-    const real cdy_theta2 = t_hkdmv * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
-    const real g2_v1 = x[att2] * c[r5]
-        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
-        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
-        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
-        + x[vx] * x[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (x[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (x[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_f6jle;
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real t_wij2f = x[vy] * c[r1];
+    const real cdz_phi1 = t_eunpd * x[theta1_dot] - t_762ik * x[phi1_dot];
+    const real cdz_phi2 = t_ikrsv * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
+    const real cdz_theta1 = x[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2) - cy_theta1 * x[theta1_dot];
+    const real cdz_theta2 = x[phi2_dot] * (t_tkdjn + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
+    const real g3_v1 = x[att3] * c[r7]
+        - t_wij2f * x[vx]
+        - h[t_hyv47] * (t_l7f2e * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - h[t_pi35k] * (t_nkfmr * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_nkpga * (t_coycc * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_mvmab * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_a4jxz - (x[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
     const real f33_v1 = c[r8]
         - h[t_hyv47] * (cz_phi1 * cz_phi1)
         - h[t_pi35k] * (cz_phi2 * cz_phi2)
         - t_nkpga * (cz_theta1 * cz_theta1)
         - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real g_1 = h[e1] - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real g_2 = h[e2] - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_kd2xx + wqS_2;
-    const real W13 = x[wx] * x[wz];
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real t_vl3yj = h[t_hyv47] * (p[I1] * x[wx] - t_eunpd * x[wy] + cz_phi1 * x[wz] + t_o2gar);
-    const real t_afrcl = h[t_pi35k] * (p[I2] * x[wx] - t_ikrsv * x[wy] + cz_phi2 * x[wz] + t_gifwv);
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_z6fjk;
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_34fwg;
+    const real t_7maqq = h[t_cub74] * x[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * x[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_z6fjk * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_34fwg * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_5pi7n = h[t_hyv47] * (p[I1] * x[wx] - t_eunpd * x[wy] + cz_phi1 * x[wz] + t_tlq7s);
+    const real t_ldd6s = h[t_pi35k] * (p[I2] * x[wx] - t_ikrsv * x[wy] + cz_phi2 * x[wz] + t_ekjz2);
     const real t_c2kne = t_nkpga * (cy_theta1 * x[wy] - t_5zi7z * x[wx] + cz_theta1 * x[wz] + t_btjgw);
     const real t_v7ev3 = t_yy353 * (cy_theta2 * x[wy] - t_vptxp * x[wx] + cz_theta2 * x[wz] + t_bftmb);
     const real B_v1 = t_wij2f
-        - t_vl3yj * gy_phi1
-        - t_afrcl * gy_phi2
+        - t_5pi7n * gy_phi1
+        - t_ldd6s * gy_phi2
         - t_c2kne * gy_theta1
         - t_v7ev3 * gy_theta2;  /* (29) */
-    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
+    const real t_v6y3x = B_v1 * c[w1];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
     const real C_v1 = t_aqbxr
-        - t_vl3yj * gz_phi1
-        - t_afrcl * gz_phi2
-        + t_c2kne * t_mqczk
-        + t_v7ev3 * t_7s3si;  /* (29) */
-    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_ncnom;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_snurv = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_bap4n
-        + G3_v1 * t_bap4n_2
-        + t_f2nhc_2 * a2_v1
-        + t_f2nhc * a3_v1;
-    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_kd2xx
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_3tpbw * t_ncnom;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
-    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_zzkan = Pq_v1 * Pq_v1
+        - t_5pi7n * gz_phi1
+        - t_ldd6s * gz_phi2
+        + t_c2kne * t_y5hcm
+        + t_v7ev3 * t_xs3iz;  /* (29) */
+    const real t_zewnl = C_v1 * c[w2];
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z - bob1_Myz * bob1_r_z;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real t_ncnom = t_a4jxz * t_f6jle + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real t_mnmjp = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_6lcgq;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_nktwm = t_257e4 * bob1_r_y;
+    const real bob1_Nzz = t_mnmjp + bob1_Bzz + t_nktwm;
+    const real t_7ultv = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_7wqqc;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_fps4t = t_ewsjo * bob2_r_y;
+    const real bob2_Nzz = t_7ultv + bob2_Bzz + t_fps4t;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_v6y3x + hub_K33 * t_zewnl + hub_K43 * t_ncnom)
+        + hub_K63 * u_v1_x5;
+    const real bob1_S1tx = bob1_g1_x * h[t_gbl6n];
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * h[t_jx6g7];
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real bob1_S1ty = bob1_g1_y * h[t_gbl6n];
+    const real t_257e4_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * h[t_jx6g7];
+    const real t_ewsjo_2 = bob2_S1ty * bob2_g1_x;
+    const real t_2t2f4 = t_257e4_2 + t_ewsjo_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = h[t_cub74] * x[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * x[wz] - stream_z * x[wy];
+    const real t_2t2f4_2 = t_257e4 + t_ewsjo;
+    const real t_nktwm_2 = t_257e4_2 * bob1_r_z;
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_nktwm_2 - (t_nktwm + t_eoh4z_2);
+    const real t_fps4t_2 = t_ewsjo_2 * bob2_r_z;
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_fps4t_2 - (t_fps4t + t_qqbrl_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_257e4 * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_ewsjo * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_u7ptr = t_257e4_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_eyh7k = t_ewsjo_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_au6og = t_u7ptr + t_eyh7k;
+    const real q1_v1 = t_2t2f4 * t_v6y3x
+        - hub_b1
+        + t_2t2f4_2 * t_zewnl
+        - hub_K41 * t_ncnom
+        + hub_K51 * u_v1_x4
+        - t_au6og * u_v1_x5;
+    const real bob1_S2ty = bob1_g2_y * t_6lcgq;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_qozuo = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_qozuo + t_257e4_2 * bob1_r_y;
+    const real bob2_S2ty = bob2_g2_y * t_7wqqc;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_xekke = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_xekke + t_ewsjo_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z_3 - bob1_Myy * bob1_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_gsydo_2 = t_nktwm_2 + t_mnmjp;
+    const real t_pohor_2 = t_fps4t_2 + t_7ultv;
+    const real t_x4lvy = t_gsydo_2 + t_pohor_2;
+    const real t_uiflt = hub_b2
+        + hub_K22 * t_v6y3x
+        + hub_K32 * t_zewnl
+        + hub_K42 * t_ncnom
+        + t_x4lvy * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_uiflt;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_2t2f4 * q2_v1 - t_2t2f4_2 * q3_v1;
+    const real PP_v1 = hub_K11 * hub_K11 + t_2t2f4 * t_2t2f4 + t_2t2f4_2 * t_2t2f4_2;
+    const real t_5ckgv = Pq_v1 * Pq_v1
         - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_5ckgv));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real f3_v1 = q3_v1 - ax_v1 * t_2t2f4_2;
+    const real f2_v1 = q2_v1 - ax_v1 * t_2t2f4;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
     real sin_delta1_v1, cos_delta1_v1; mv_sincos(delta1_v1, &sin_delta1_v1, &cos_delta1_v1);
-    const real eBc_1 = Bc_1 * h[e1];
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - h[t_sfymc] * x[wy] * x[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
-    const real t_exl37_2 = t_f2nhc * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj_2;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
-    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + h[total_Jxx] * x[wx];
+    const real total_Hy = h[total_Jyy] * x[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * x[wz];
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_eoh4z * bob1_r_x
+        - (t_eoh4z_2 * bob1_r_z + t_gsydo * bob1_r_y + t_qqbrl_2 * bob2_r_z + t_pohor * bob2_r_y)
+        + t_gsydo_2 * bob1_r_z
+        + t_qqbrl * bob2_r_x
+        + t_pohor_2 * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_gsydo * bob1_r_x
+        + t_pohor * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z_3 * bob1_r_x
+        - t_qqbrl_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = h[total_Jzz]
+        - t_qozuo * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_xekke * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_u7ptr * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_eyh7k * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real t_seml2 = t_2t2f4 * t_l63bo;
+    const real kK2K21 = hub_K22 - t_2t2f4 * t_seml2;
+    const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
+    const real kK3K21 = hub_K32 - t_2t2f4 * t_seml2_2;
+    const real kK3K31 = hub_K33 - t_2t2f4_2 * t_seml2_2;
+    const real t_6dtnj_2 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_2;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_exl37 * df1_v1;
+    const real yda_v1_y = df2_v1 + df1_v1 * t_seml2;
     const real t_gu5fe = t_qh3cx * sin_delta1_v1;
-    const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 / K_D3;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
-    const real Mx_v1 = n4
-        + G2_v1 * K54
-        + G3_v1 * K64
-        - t_dvxnj * ax_v1
-        - t_dvxnj * da_v1_x1
-        - t_3tpbw * a2_v1
-        - t_3tpbw * da_v1_x2
-        + K43 * a3_v1
-        + K43 * da_v1_x3
-        - K44 * t_ncnom;
-    const real My_v1 = t_gu5fe * h[t_bknng]
-        - n6
-        - G2_v1 * K65
-        - G3_v1 * K66
-        + t_bap4n_2 * ax_v1
-        + t_bap4n_2 * da_v1_x1
-        + t_kd2xx * a2_v1
-        + t_kd2xx * da_v1_x2
-        - K63 * a3_v1
-        - K63 * da_v1_x3
-        + K64 * t_ncnom;
-    const real Mz_v1 = n5
-        + G2_v1 * K55
-        + G3_v1 * K65
-        - t_bap4n * ax_v1
-        - t_bap4n * da_v1_x1
-        + K52 * a2_v1
-        + K52 * da_v1_x2
-        + K53 * a3_v1
-        + K53 * da_v1_x3
-        - K54 * t_ncnom
-        + t_jczim * h[t_bknng];
+    const real yda_v1_z = df1_v1 * t_seml2_2 - (t_gu5fe + f3_v1) - lK3K2 * yda_v1_y;
+    const real da_v1_z = yda_v1_z / kK3K32;
+    const real da_v1_y = yda_v1_y * t_6dtnj_2 - da_v1_z * lK3K2;
+    const real da_v1_x = df1_v1 * t_l63bo + da_v1_y * t_seml2 + da_v1_z * t_seml2_2;
+    const real Mx_v1 = ax_v1 * hub_K41
+        - hub_b4
+        + da_v1_x * hub_K41
+        + da_v1_y * hub_K42
+        + da_v1_z * hub_K43
+        - hub_K42 * t_v6y3x
+        - hub_K43 * t_zewnl
+        - hub_K44 * t_ncnom
+        + hub_K54 * u_v1_x4
+        + hub_K64 * u_v1_x5;
+    const real t_ypeae = t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real My_v1 = ax_v1 * hub_K51
+        - hub_b5
+        + da_v1_x * hub_K51
+        - da_v1_y * t_x4lvy
+        + da_v1_z * hub_K53
+        + t_x4lvy * t_v6y3x
+        - hub_K53 * t_zewnl
+        - hub_K54 * t_ncnom
+        + hub_K55 * u_v1_x4
+        - t_ypeae * u_v1_x5
+        + t_gu5fe * h[t_yxxpc];
+    const real Mz_v1 = da_v1_y * hub_K62
+        - (hub_b6 + ax_v1 * t_au6og + da_v1_x * t_au6og)
+        + da_v1_z * hub_K63
+        - hub_K62 * t_v6y3x
+        - hub_K63 * t_zewnl
+        - hub_K64 * t_ncnom
+        - t_ypeae * u_v1_x4
+        + hub_K66 * u_v1_x5
+        + t_jczim * h[t_yxxpc];
     u[0] = Mx_v1;
     u[1] = My_v1;
     u[2] = Mz_v1;
@@ -1803,26 +1724,13 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
 enum {
     lyapunov_v1_loop_h_t_os4zj,
     lyapunov_v1_loop_h_t_yx2kz,
-    lyapunov_v1_loop_h_D1,
+    lyapunov_v1_loop_h_D_phi1,
     lyapunov_v1_loop_h_t_gbl6n,
-    lyapunov_v1_loop_h_me1,
     lyapunov_v1_loop_h_t_nfvux,
     lyapunov_v1_loop_h_t_frp3h,
-    lyapunov_v1_loop_h_D2,
+    lyapunov_v1_loop_h_D_phi2,
     lyapunov_v1_loop_h_t_jx6g7,
-    lyapunov_v1_loop_h_me2,
-    lyapunov_v1_loop_h_M_C,
-    lyapunov_v1_loop_h_x_C,
-    lyapunov_v1_loop_h_e1,
-    lyapunov_v1_loop_h_t_6nwd2,
-    lyapunov_v1_loop_h_k1,
-    lyapunov_v1_loop_h_mv1,
-    lyapunov_v1_loop_h_B_1,
-    lyapunov_v1_loop_h_e2,
-    lyapunov_v1_loop_h_t_popww,
-    lyapunov_v1_loop_h_k2,
-    lyapunov_v1_loop_h_mv2,
-    lyapunov_v1_loop_h_B_2,
+    lyapunov_v1_loop_h_t_cub74,
     lyapunov_v1_loop_h_W_theta1,
     lyapunov_v1_loop_h_t_hyv47,
     lyapunov_v1_loop_h_t_if7mv,
@@ -1830,106 +1738,65 @@ enum {
     lyapunov_v1_loop_h_t_tmzpj,
     lyapunov_v1_loop_h_W_theta2,
     lyapunov_v1_loop_h_t_wvww5,
+    lyapunov_v1_loop_h_total_mass,
     lyapunov_v1_loop_h_ax_eq,
     lyapunov_v1_loop_h_t_os4zj_2,
-    lyapunov_v1_loop_h_t_fcuad,
-    lyapunov_v1_loop_h_t_z4fbq,
-    lyapunov_v1_loop_h_t_47igz,
+    lyapunov_v1_loop_h_bob1_S1rx,
+    lyapunov_v1_loop_h_bob2_S1rx,
     lyapunov_v1_loop_h_t_62qfa,
     lyapunov_v1_loop_h_t_y7rm6,
     lyapunov_v1_loop_h_t_xkg6l,
-    lyapunov_v1_loop_h_J_C1,
-    lyapunov_v1_loop_h_J_C3,
-    lyapunov_v1_loop_h_J_C2,
-    lyapunov_v1_loop_h_Bl_1,
-    lyapunov_v1_loop_h_t_xdulz,
-    lyapunov_v1_loop_h_Bl_2,
-    lyapunov_v1_loop_h_t_uohf6,
-    lyapunov_v1_loop_h_t_sfymc,
-    lyapunov_v1_loop_h_t_g7pzr,
-    lyapunov_v1_loop_h_t_urwo6,
-    lyapunov_v1_loop_h_t_bknng,
-    lyapunov_v1_loop_h_t_ibe72,
-    lyapunov_v1_loop_h_t_r7vy7,
+    lyapunov_v1_loop_h_total_Jxx,
+    lyapunov_v1_loop_h_total_Jyy,
+    lyapunov_v1_loop_h_total_Jzz,
+    lyapunov_v1_loop_h_hub_K44_fixed,
+    lyapunov_v1_loop_h_t_yxxpc,
 };
 
-/* part of lyapunov_v1_loop that is computed once per run; 97 operations. */
+/* part of lyapunov_v1_loop that is computed once per run; 56 operations. */
 void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D, F = SLOSH_P_F, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9, r10 = SLOSH_LYAPUNOV_V1_C_R10 };
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real me1 = t_wywjk * p[I1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real me2 = t_jzg7x * p[I2];
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_wywjk * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real B_1 = me1 * p[l1];
-    const real e2 = p[h2] - x_C;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_jzg7x * p[l2];
-    const real mv2 = t_popww * k2;
-    const real B_2 = me2 * p[l2];
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real total_mass = p[m] + p[m0];
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
     h[lyapunov_v1_loop_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_loop_h_t_yx2kz] = t_yx2kz;
-    h[lyapunov_v1_loop_h_D1] = D1;
+    h[lyapunov_v1_loop_h_D_phi1] = D_phi1;
     h[lyapunov_v1_loop_h_t_gbl6n] = t_gbl6n;
-    h[lyapunov_v1_loop_h_me1] = me1;
     h[lyapunov_v1_loop_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_loop_h_t_frp3h] = t_frp3h;
-    h[lyapunov_v1_loop_h_D2] = D2;
+    h[lyapunov_v1_loop_h_D_phi2] = D_phi2;
     h[lyapunov_v1_loop_h_t_jx6g7] = t_jx6g7;
-    h[lyapunov_v1_loop_h_me2] = me2;
-    h[lyapunov_v1_loop_h_M_C] = M_C;
-    h[lyapunov_v1_loop_h_x_C] = x_C;
-    h[lyapunov_v1_loop_h_e1] = e1;
-    h[lyapunov_v1_loop_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v1_loop_h_k1] = k1;
-    h[lyapunov_v1_loop_h_mv1] = mv1;
-    h[lyapunov_v1_loop_h_B_1] = B_1;
-    h[lyapunov_v1_loop_h_e2] = e2;
-    h[lyapunov_v1_loop_h_t_popww] = t_popww;
-    h[lyapunov_v1_loop_h_k2] = k2;
-    h[lyapunov_v1_loop_h_mv2] = mv2;
-    h[lyapunov_v1_loop_h_B_2] = B_2;
+    h[lyapunov_v1_loop_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
     h[lyapunov_v1_loop_h_W_theta1] = W_theta1;
     h[lyapunov_v1_loop_h_t_hyv47] = t_hyv47;
     h[lyapunov_v1_loop_h_t_if7mv] = t_hyv47 * p[I1];
@@ -1937,30 +1804,22 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_h_t_tmzpj] = t_pi35k * p[I2];
     h[lyapunov_v1_loop_h_W_theta2] = W_theta2;
     h[lyapunov_v1_loop_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_loop_h_total_mass] = total_mass;
     h[lyapunov_v1_loop_h_ax_eq] = ax_eq;
     h[lyapunov_v1_loop_h_t_os4zj_2] = t_os4zj + t_os4zj;
-    h[lyapunov_v1_loop_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v1_loop_h_t_z4fbq] = e2 * me2;
-    h[lyapunov_v1_loop_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v1_loop_h_bob1_S1rx] = bob1_S1rx;
+    h[lyapunov_v1_loop_h_bob2_S1rx] = bob2_S1rx;
     h[lyapunov_v1_loop_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_loop_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
-    h[lyapunov_v1_loop_h_J_C1] = J_C1;
-    h[lyapunov_v1_loop_h_J_C3] = J_C3;
-    h[lyapunov_v1_loop_h_J_C2] = J_C2;
-    h[lyapunov_v1_loop_h_Bl_1] = Bl_1;
-    h[lyapunov_v1_loop_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v1_loop_h_Bl_2] = Bl_2;
-    h[lyapunov_v1_loop_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v1_loop_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v1_loop_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v1_loop_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_loop_h_t_bknng] = p[b] + p[d] + x_C;
-    h[lyapunov_v1_loop_h_t_ibe72] = K(1.0) / p[m1];
-    h[lyapunov_v1_loop_h_t_r7vy7] = K(1.0) / p[m2];
+    h[lyapunov_v1_loop_h_total_Jxx] = total_Jxx;
+    h[lyapunov_v1_loop_h_total_Jyy] = total_Jyy;
+    h[lyapunov_v1_loop_h_total_Jzz] = total_Jzz;
+    h[lyapunov_v1_loop_h_hub_K44_fixed] = hub_K44_fixed;
+    h[lyapunov_v1_loop_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v1_loop; 1298 operations. */
+/* the rest of lyapunov_v1_loop; 1367 operations. */
 void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -1980,26 +1839,13 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
     enum { t_os4zj = lyapunov_v1_loop_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v1_loop_h_t_yx2kz };
-    enum { D1 = lyapunov_v1_loop_h_D1 };
+    enum { D_phi1 = lyapunov_v1_loop_h_D_phi1 };
     enum { t_gbl6n = lyapunov_v1_loop_h_t_gbl6n };
-    enum { me1 = lyapunov_v1_loop_h_me1 };
     enum { t_nfvux = lyapunov_v1_loop_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_loop_h_t_frp3h };
-    enum { D2 = lyapunov_v1_loop_h_D2 };
+    enum { D_phi2 = lyapunov_v1_loop_h_D_phi2 };
     enum { t_jx6g7 = lyapunov_v1_loop_h_t_jx6g7 };
-    enum { me2 = lyapunov_v1_loop_h_me2 };
-    enum { M_C = lyapunov_v1_loop_h_M_C };
-    enum { x_C = lyapunov_v1_loop_h_x_C };
-    enum { e1 = lyapunov_v1_loop_h_e1 };
-    enum { t_6nwd2 = lyapunov_v1_loop_h_t_6nwd2 };
-    enum { k1 = lyapunov_v1_loop_h_k1 };
-    enum { mv1 = lyapunov_v1_loop_h_mv1 };
-    enum { B_1 = lyapunov_v1_loop_h_B_1 };
-    enum { e2 = lyapunov_v1_loop_h_e2 };
-    enum { t_popww = lyapunov_v1_loop_h_t_popww };
-    enum { k2 = lyapunov_v1_loop_h_k2 };
-    enum { mv2 = lyapunov_v1_loop_h_mv2 };
-    enum { B_2 = lyapunov_v1_loop_h_B_2 };
+    enum { t_cub74 = lyapunov_v1_loop_h_t_cub74 };
     enum { W_theta1 = lyapunov_v1_loop_h_W_theta1 };
     enum { t_hyv47 = lyapunov_v1_loop_h_t_hyv47 };
     enum { t_if7mv = lyapunov_v1_loop_h_t_if7mv };
@@ -2007,360 +1853,396 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     enum { t_tmzpj = lyapunov_v1_loop_h_t_tmzpj };
     enum { W_theta2 = lyapunov_v1_loop_h_W_theta2 };
     enum { t_wvww5 = lyapunov_v1_loop_h_t_wvww5 };
+    enum { total_mass = lyapunov_v1_loop_h_total_mass };
     enum { ax_eq = lyapunov_v1_loop_h_ax_eq };
     enum { t_os4zj_2 = lyapunov_v1_loop_h_t_os4zj_2 };
-    enum { t_fcuad = lyapunov_v1_loop_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v1_loop_h_t_z4fbq };
-    enum { t_47igz = lyapunov_v1_loop_h_t_47igz };
+    enum { bob1_S1rx = lyapunov_v1_loop_h_bob1_S1rx };
+    enum { bob2_S1rx = lyapunov_v1_loop_h_bob2_S1rx };
     enum { t_62qfa = lyapunov_v1_loop_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_loop_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v1_loop_h_t_xkg6l };
-    enum { J_C1 = lyapunov_v1_loop_h_J_C1 };
-    enum { J_C3 = lyapunov_v1_loop_h_J_C3 };
-    enum { J_C2 = lyapunov_v1_loop_h_J_C2 };
-    enum { Bl_1 = lyapunov_v1_loop_h_Bl_1 };
-    enum { t_xdulz = lyapunov_v1_loop_h_t_xdulz };
-    enum { Bl_2 = lyapunov_v1_loop_h_Bl_2 };
-    enum { t_uohf6 = lyapunov_v1_loop_h_t_uohf6 };
-    enum { t_sfymc = lyapunov_v1_loop_h_t_sfymc };
-    enum { t_g7pzr = lyapunov_v1_loop_h_t_g7pzr };
-    enum { t_urwo6 = lyapunov_v1_loop_h_t_urwo6 };
-    enum { t_bknng = lyapunov_v1_loop_h_t_bknng };
-    enum { t_ibe72 = lyapunov_v1_loop_h_t_ibe72 };
-    enum { t_r7vy7 = lyapunov_v1_loop_h_t_r7vy7 };
+    enum { total_Jxx = lyapunov_v1_loop_h_total_Jxx };
+    enum { total_Jyy = lyapunov_v1_loop_h_total_Jyy };
+    enum { total_Jzz = lyapunov_v1_loop_h_total_Jzz };
+    enum { hub_K44_fixed = lyapunov_v1_loop_h_hub_K44_fixed };
+    enum { t_yxxpc = lyapunov_v1_loop_h_t_yxxpc };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_rzamr = cos_theta1 * q[wz];
-    const real t_uu2cl = sin_theta1 * q[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real p1 = Wn1 + q[phi1_dot];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * cos_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_adduy = cos_theta2 * q[wz];
-    const real t_t2zmi = sin_theta2 * q[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_S1ty = bob1_g1_y * h[t_gbl6n];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_g2_y = bob1_r_z * p[m1];
     const real t_hjphj = sin_phi1 * sin_phi1;
     const real t_5zi7z = h[t_yx2kz] * t_hjphj;
-    const real D_theta1 = t_5zi7z + p[I1];  /* (26) */
-    const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
-    const real t_gsmye = t_nkpga * t_5zi7z;
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
+    const real D_theta1 = p[I1] + t_5zi7z;  /* (26) */
+    const real t_no54e = K(1.0) / D_theta1;
+    const real bob1_S2ty = bob1_g2_y * t_no54e;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_S2rz = p[I1] * t_no54e;
+    const real t_627tc = bob1_S2rz * bob1_g2_y;
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_257e4 = bob1_S1ty * bob1_g1_x;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_627tc + t_257e4 * bob1_r_y;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_S1ty = bob2_g1_y * h[t_jx6g7];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real D_theta2 = p[I2] + h[t_frp3h] * t_pt6a7;  /* (26) */
+    const real t_bhzog = K(1.0) / D_theta2;
+    const real bob2_S2ty = bob2_g2_y * t_bhzog;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_S2rz = p[I2] * t_bhzog;
+    const real t_m33lw = bob2_S2rz * bob2_g2_y;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_ewsjo = bob2_S1ty * bob2_g1_x;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_m33lw + t_ewsjo * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real t_fuxtv = t_5zi7z + p[I1];
+    const real t_jdjlg = h[W_theta1] / (t_fuxtv * t_fuxtv);
+    const real t_npbwl = t_jdjlg * t_5zi7z;
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
     const real t_n4yir = gy_theta1 * p[h1];
-    const real t_hjphj_2 = sin_phi1 * cos_phi1;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
     const real t_tbwda = h[t_yx2kz] * cos_theta1;
     const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda;
     const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
     const real t_ik6g5 = gy_phi1 * p[h1];
     const real t_tbwda_2 = h[t_yx2kz] * sin_theta1;
     const real cz_phi1 = t_ik6g5 - t_tbwda_2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
     const real t_tkdjn = gy_phi2 * p[h2];
     const real t_wywfd = sin_theta2 * h[t_frp3h];
     const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * sin_phi2;
     const real t_vptxp = t_pt6a7 * h[t_frp3h];
-    const real D_theta2 = t_vptxp + p[I2];  /* (26) */
-    const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
-    const real t_l53od = t_yy353 * t_vptxp;
-    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
+    const real t_f776a = t_vptxp + p[I2];
+    const real t_4blgr = h[W_theta2] / (t_f776a * t_f776a);
+    const real t_d27jg = t_4blgr * t_vptxp;
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_epql5 = gy_theta2 * p[h2];
-    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
     const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
     const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
     const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
-    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
-    const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
-    const real t_f6jle = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_f6jle;
+    const real f31_v1 = t_npbwl * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_d27jg * cz_theta2;  /* (29) */
+    const real f11_v1 = h[t_wvww5] - t_jdjlg * (t_5zi7z * t_5zi7z) - t_4blgr * (t_vptxp * t_vptxp);  /* (29) */
+    const real t_ba6ct = K(1.0) / f11_v1;
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_ba6ct;
     const real t_aqbxr = q[vz] * c[r2];
-    const real t_4goj4 = h[ax_eq] * gx_phi1;
-    const real t_glcdw = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l7f2e = h[ax_eq] * bob1_g1_x;
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real t_l4ozg = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real t_rlilm = t_l4ozg * t_5zi7z;
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
     const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_rlilm = t_5zi7z * t_l4ozg;
-    const real k_phi1 = loss_phi1
-        - t_glcdw * t_wjugd
-        - t_glcdw * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_5zi7z_2
-        - t_5zi7z_2 * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_rlilm
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_rlilm
+        - bob1_v22 * t_5zi7z_2
+        - t_wube7 * t_5zi7z_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
         - h[t_yx2kz] * t_l4ozg * q[wx]
-        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_os4zj_2] * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + h[t_os4zj] * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + h[t_os4zj_2] * t_l4ozg * t_hjphj * q[wx] * p[m1]
         + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_w4j4g = h[ax_eq] * gx_phi2;
-    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
-    const real t_2542d = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
+        + h[t_os4zj_2] * cos_phi1 * sin_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_nkfmr = h[ax_eq] * bob2_g1_x;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * q[wz] + sin_theta2 * q[wy];
     const real t_7ovbh = t_doiln * t_doiln;
+    const real t_doiln_2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
     const real t_2kwb7 = t_doiln * t_vptxp;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_vptxp_2
-        - t_2542d * t_7ovbh
-        - t_2542d * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_vptxp_2
-        - (q[theta2_dot] + q[theta2_dot]) * t_2kwb7
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_vptxp_2 * bob2_v22
+        - t_vptxp_2 * t_wube7
+        - t_2kwb7 * bob2_twice2
         - t_doiln * h[t_frp3h] * q[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + t_7ovbh * cos_phi2 * sin_phi2 * h[t_nfvux] * p[m2]
         + (t_doiln + t_doiln) * t_pt6a7 * h[t_nfvux] * q[wx] * p[m2]
         + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
-    const real t_btjgw = D_theta1 * q[theta1_dot];
-    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_5zi7z_2 * t_hjux3;
-    const real t_7tj6u = Dd_theta1 * q[theta1_dot];
-    const real t_prfqf = Wn1 * q[wx];
-    const real k_theta1 = loss_theta1
-        + t_glcdw * t_prfqf
-        + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
-        + t_7tj6u
-        - t_5zi7z_2 * t_prfqf
+        + (cos_phi2 + cos_phi2) * sin_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+    const real t_yblnx = t_fuxtv * q[theta1_dot];
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = bob1_twice1 * t_5zi7z_2;
+    const real t_coycc = Dd_theta1 * q[theta1_dot];
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real t_hawtx = t_l4ozg_2 * q[wx];
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_rlilm
+        + bob1_v21 * t_5zi7z_2
+        + t_l4ozg_2 * t_rlilm
+        + t_ik6g5_2 * t_hawtx
+        - t_5zi7z_2 * t_hawtx
         - Dd_theta1 * q[wx];  /* (26) */
-    const real t_bftmb = D_theta2 * q[theta2_dot];
-    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_vptxp_2 * t_mw75j;
-    const real t_yshzz = Dd_theta2 * q[theta2_dot];
-    const real t_prfqf_2 = Wn2 * q[wx];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_2kwb7
-        + t_2542d * t_prfqf_2
-        + t_2kwb7 * t_mw75j
-        + t_yshzz
-        - t_vptxp_2 * t_prfqf_2
-        - t_vptxp_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real t_sg5cm = t_f776a * q[theta2_dot];
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_vptxp_2 * bob2_twice1;
+    const real t_mvmab = Dd_theta2 * q[theta2_dot];
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real t_go56f = t_doiln_2 * q[wx];
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_2kwb7
+        + t_tkdjn_2 * t_go56f
+        + t_vptxp_2 * bob2_v21
+        + t_2kwb7 * bob2_twice1
+        - t_vptxp_2 * t_go56f
+        - Dd_theta2 * q[wx];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
-        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
-        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
-        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
+        - h[t_hyv47] * (t_l7f2e * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_nkfmr * p[I2] + p[I2] * k_phi2)
+        - t_jdjlg * (t_yblnx * Dd_theta1 - (t_coycc * t_5zi7z + t_5zi7z * k_theta1))
+        - t_4blgr * (t_sg5cm * Dd_theta2 - (t_mvmab * t_vptxp + t_vptxp * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real t_a4jxz = q[wx] * c[w3] + g1_v1;
     const real t_wij2f = q[vy] * c[r1];
-    const real t_o2gar = h[D1] * q[phi1_dot];
+    const real t_tlq7s = h[D_phi1] * q[phi1_dot];
     const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
-    const real t_mqczk = sin_theta1 * gx_phi1;
-    const real t_hmyst = t_mqczk * p[h1];
-    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_hmyst * q[phi1_dot];
-    const real t_gifwv = h[D2] * q[phi2_dot];
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
-    const real t_7s3si = gx_phi2 * sin_theta2;
-    const real t_4urq3 = t_7s3si * p[h2];
-    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_4urq3 * q[phi2_dot];
+    const real t_ik6g5_3 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5_3 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_762ik * q[phi1_dot];
+    const real t_ekjz2 = h[D_phi2] * q[phi2_dot];
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn_3 = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn_3 - cos_theta2 * h[t_nfvux] * p[m2];
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_ogbo3 * q[phi2_dot];
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real cy_theta1 = t_762ik - t_tbwda_2 * t_hjphj_2;  /* (26) */
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_tbwda - t_hjphj_3 * t_tbwda) - cy_theta1 * q[theta1_dot];
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
+    const real cy_theta2 = t_ogbo3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
-        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
-        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+        - h[t_hyv47] * (t_l7f2e * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - h[t_pi35k] * (t_nkfmr * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_jdjlg * (t_coycc * cz_theta1 + cz_theta1 * k_theta1 - t_yblnx * cdz_theta1)
+        - t_4blgr * (t_mvmab * cz_theta2 + cz_theta2 * k_theta2 - t_sg5cm * cdz_theta2);  /* (29) */
     const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
         + h[t_pi35k] * t_ikrsv * cz_phi2
-        - t_nkpga * cy_theta1 * cz_theta1
-        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
-    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
+        - t_jdjlg * cy_theta1 * cz_theta1
+        - t_4blgr * cy_theta2 * cz_theta2;  /* (29) */
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_npbwl * cy_theta1 + t_d27jg * cy_theta2;  /* (29) */
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
     const real f22_v1 = c[r6]
         - h[t_hyv47] * (t_eunpd * t_eunpd)
         - h[t_pi35k] * (t_ikrsv * t_ikrsv)
-        - t_nkpga * (cy_theta1 * cy_theta1)
-        - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_f6jle;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_suqla * t_6dtnj;
-    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
+        - t_jdjlg * (cy_theta1 * cy_theta1)
+        - t_4blgr * (cy_theta2 * cy_theta2);  /* (29) */
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_ba6ct;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
     const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
-    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2);
+    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_tbwda_2 * t_hjphj - t_hjphj_3 * t_tbwda_2);
     const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
     const real g2_v1 = q[att2] * c[r5]
-        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
-        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
-        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
+        + h[t_hyv47] * (t_l7f2e * t_eunpd + t_eunpd * k_phi1 + t_tlq7s * cdy_phi1)
+        + h[t_pi35k] * (t_nkfmr * t_ikrsv + t_ikrsv * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_jdjlg * (t_coycc * cy_theta1 + cy_theta1 * k_theta1 - t_yblnx * cdy_theta1)
+        - t_4blgr * (t_mvmab * cy_theta2 + cy_theta2 * k_theta2 - t_sg5cm * cdy_theta2)
         + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
     const real f33_v1 = c[r8]
         - h[t_hyv47] * (cz_phi1 * cz_phi1)
         - h[t_pi35k] * (cz_phi2 * cz_phi2)
-        - t_nkpga * (cz_theta1 * cz_theta1)
-        - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real g_1 = h[e1] - lc_1;
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real g_2 = h[e2] - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real W13 = q[wx] * q[wz];
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real t_vl3yj = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_afrcl = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_gifwv);
-    const real t_c2kne = t_nkpga * (cy_theta1 * q[wy] - t_5zi7z * q[wx] + cz_theta1 * q[wz] + t_btjgw);
-    const real t_v7ev3 = t_yy353 * (cy_theta2 * q[wy] - t_vptxp * q[wx] + cz_theta2 * q[wz] + t_bftmb);
+        - t_jdjlg * (cz_theta1 * cz_theta1)
+        - t_4blgr * (cz_theta2 * cz_theta2);  /* (29) */
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real stream_z = h[t_cub74] * q[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real t_5pi7n = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_ldd6s = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
+    const real t_mwonl = t_jdjlg * (cy_theta1 * q[wy] - t_5zi7z * q[wx] + cz_theta1 * q[wz] + t_yblnx);
+    const real t_3sihf = t_4blgr * (cy_theta2 * q[wy] - t_vptxp * q[wx] + cz_theta2 * q[wz] + t_sg5cm);
     const real B_v1 = t_wij2f
-        - t_vl3yj * gy_phi1
-        - t_afrcl * gy_phi2
-        - t_c2kne * gy_theta1
-        - t_v7ev3 * gy_theta2;  /* (29) */
-    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
+        - t_5pi7n * gy_phi1
+        - t_ldd6s * gy_phi2
+        - t_mwonl * gy_theta1
+        - t_3sihf * gy_theta2;  /* (29) */
+    const real t_v6y3x = B_v1 * c[w1];
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_w2w42 = t_pj4i3 * t_no54e;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * h[t_gbl6n];
+    const real bob1_Myz = t_w2w42 * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_xnocv = t_zludf * t_bhzog;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * h[t_jx6g7];
+    const real bob2_Myz = t_xnocv * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real C_v1 = t_aqbxr
-        - t_vl3yj * gz_phi1
-        - t_afrcl * gz_phi2
-        + t_c2kne * t_mqczk
-        + t_v7ev3 * t_7s3si;  /* (29) */
-    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_kd2xx_2
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_3tpbw * t_ncnom;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_wsv66 = t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_eptbw = t_wsv66
-        + G2_v1 * t_bap4n
-        + G3_v1 * t_bap4n_2
-        + t_f2nhc * a2_v1
-        + t_f2nhc_2 * a3_v1;
-    const real q1_v1 = t_dvxnj * t_ncnom - t_eptbw;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_ncnom;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1;
-    const real PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real t_zzkan = Pq_v1 * Pq_v1
+        - t_5pi7n * gz_phi1
+        - t_ldd6s * gz_phi2
+        + t_mwonl * t_y5hcm
+        + t_3sihf * t_xs3iz;  /* (29) */
+    const real t_zewnl = C_v1 * c[w2];
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z - bob1_Myy * bob1_r_z;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real t_mrpku = t_a4jxz * t_ba6ct + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real t_nktwm = t_257e4 * bob1_r_z;
+    const real t_ku3ch = bob1_Myz * bob1_r_x;
+    const real t_dzice = t_nktwm + t_ku3ch;
+    const real t_fps4t = t_ewsjo * bob2_r_z;
+    const real t_wg7vs = bob2_Myz * bob2_r_x;
+    const real t_dvwmw = t_fps4t + t_wg7vs;
+    const real t_4yjdc = t_dzice + t_dvwmw;
+    const real t_xkibm = hub_b2
+        + hub_K22 * t_v6y3x
+        + hub_K32 * t_zewnl
+        + hub_K42 * t_mrpku
+        + t_4yjdc * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_xkibm;
+    const real bob1_S1tx = bob1_g1_x * h[t_gbl6n];
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * h[t_jx6g7];
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real t_2t2f4 = t_257e4 + t_ewsjo;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real t_7maqq = h[t_cub74] * q[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * q[wz] - stream_z * q[wy];
+    const real t_257e4_2 = bob1_S1tz * bob1_g1_x;
+    const real t_ewsjo_2 = bob2_S1tz * bob2_g1_x;
+    const real t_2t2f4_2 = t_257e4_2 + t_ewsjo_2;
+    const real t_nktwm_2 = t_257e4_2 * bob1_r_y;
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_nktwm - (t_nktwm_2 + t_eoh4z_2);
+    const real t_fps4t_2 = t_ewsjo_2 * bob2_r_y;
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_fps4t - (t_fps4t_2 + t_qqbrl_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_257e4_2 * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_ewsjo_2 * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_u7ptr = t_257e4 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_eyh7k = t_ewsjo * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_au6og = t_u7ptr + t_eyh7k;
+    const real q1_v1 = t_2t2f4 * t_v6y3x
+        - hub_b1
+        + t_2t2f4_2 * t_zewnl
+        - hub_K41 * t_mrpku
+        + hub_K51 * u_v1_x4
+        - t_au6og * u_v1_x5;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_w2w42 * t_pj4i3;
+    const real t_dzice_2 = t_257e4_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_xnocv * t_zludf;
+    const real t_dvwmw_2 = t_ewsjo_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_dzice_2 + t_dvwmw_2);
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_w2w42;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_xnocv;
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * q[wx];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z_3 - bob1_Myz * bob1_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl_3 - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real bob1_Nzz = t_ku3ch + bob1_Bzz + t_nktwm_2;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real bob2_Nzz = t_wg7vs + bob2_Bzz + t_fps4t_2;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_v6y3x + hub_K33 * t_zewnl + hub_K43 * t_mrpku)
+        + hub_K63 * u_v1_x5;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_2t2f4 * q2_v1 - t_2t2f4_2 * q3_v1;
+    const real PP_v1 = hub_K11 * hub_K11 + t_2t2f4 * t_2t2f4 + t_2t2f4_2 * t_2t2f4_2;
+    const real t_5ckgv = Pq_v1 * Pq_v1
         - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_5ckgv));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc * ax_v1;
+    const real f2_v1 = q2_v1 - ax_v1 * t_2t2f4;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real delta2_v1 = mv_asin(sin_d2_v1);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v1, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1;
+    const real f3_v1 = q3_v1 - ax_v1 * t_2t2f4_2;
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
     real sin_delta2_v1, cos_delta2_v1; mv_sincos(delta2_v1, &sin_delta2_v1, &cos_delta2_v1);
@@ -2371,256 +2253,251 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
-    const real f_y = sin_delta2_act * p[F];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - h[t_sfymc] * q[wy] * q[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj_2;
-    const real t_6faq6 = t_bap4n * t_cl3z7;
-    const real t_c34go = K52 - t_f2nhc * t_6faq6;
-    const real K_L52 = t_c34go * t_6dtnj_2;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real t_qom6d = t_dvxnj * t_cl3z7;
-    const real t_3fteh = t_3tpbw + t_f2nhc * t_qom6d;
-    const real t_kgdxa = t_3fteh * t_6dtnj_2;
-    const real t_v4k64 = K43 + t_iy2us * t_kgdxa - t_f2nhc_2 * t_qom6d;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real K_L43 = t_v4k64 * t_6dtnj_3;
-    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
-    const real K_L53 = t_rkny3 * t_6dtnj_3;
-    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
-    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
-    const real t_bk7yo = t_6lnfz * t_6dtnj_2;
-    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
-    const real K_L63 = t_qksxh * t_6dtnj_3;
-    const real K_D4 = K44 - t_3fteh * t_kgdxa - t_v4k64 * K_L43 - t_dvxnj * t_qom6d;
-    const real t_kxzt7 = K54 + t_3fteh * K_L52 - t_v4k64 * K_L53 - t_dvxnj * t_6faq6;
-    const real t_6dtnj_4 = K(1.0) / K_D4;
-    const real K_L54 = t_kxzt7 * t_6dtnj_4;
-    const real t_bazvg = K64 - t_3fteh * t_bk7yo - t_v4k64 * K_L63 - t_dvxnj * t_6faq6_2;
-    const real K_L64 = t_bazvg * t_6dtnj_4;
-    const real K_D5 = K55
-        - t_c34go * K_L52
-        - t_rkny3 * K_L53
-        - t_kxzt7 * K_L54
-        - t_bap4n * t_6faq6;
-    const real t_7qylu = K65
-        + t_c34go * t_bk7yo
-        - t_rkny3 * K_L63
-        - t_kxzt7 * K_L64
-        - t_bap4n * t_6faq6_2;
-    const real t_jxcfv = K(1.0) / K_D5;
-    const real K_L65 = t_7qylu * t_jxcfv;
-    const real K_D6 = K66
-        - t_6lnfz * t_bk7yo
-        - t_qksxh * K_L63
-        - t_bazvg * K_L64
-        - t_7qylu * K_L65
-        - t_bap4n_2 * t_6faq6_2;
-    const real b1 = f_x + t_wsv66;
-    const real b2 = f_y - n2;
+    const real f_y = p[F] * sin_delta2_act;
+    const real bob1_q2 = bob1_Q2 * t_no54e;
+    const real bob2_q2 = bob2_Q2 * t_bhzog;
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + h[total_Jxx] * q[wx];
+    const real total_Hy = h[total_Jyy] * q[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * q[wz];
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_eoh4z_3 * bob1_r_x
+        - (t_eoh4z_2 * bob1_r_z + t_dzice_2 * bob1_r_y + t_qqbrl_2 * bob2_r_z + t_dvwmw_2 * bob2_r_y)
+        + t_dzice * bob1_r_z
+        + t_qqbrl_3 * bob2_r_x
+        + t_dvwmw * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_dzice_2 * bob1_r_x
+        + t_dvwmw_2 * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z * bob1_r_x
+        - t_qqbrl * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = h[total_Jzz]
+        - t_627tc * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_m33lw * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_u7ptr * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_eyh7k * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
+    const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
+    const real t_seml2 = t_2t2f4 * t_l63bo;
+    const real khub_ayhub_ay1 = hub_K22 - t_2t2f4 * t_seml2;
+    const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
+    const real khub_azhub_ay1 = hub_K32 - t_2t2f4 * t_seml2_2;
+    const real khub_azhub_az1 = hub_K33 - t_2t2f4_2 * t_seml2_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_2t2f4 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_2t2f4_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_2t2f4 * lhub_alphayhub_ax - t_4yjdc;
+    const real khub_alphayhub_az1 = hub_K53 + t_2t2f4_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_tvu3r = t_au6og * t_l63bo;
+    const real khub_alphazhub_ay1 = hub_K62 - t_2t2f4 * t_tvu3r;
+    const real khub_alphazhub_az1 = hub_K63 - t_2t2f4_2 * t_tvu3r;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real t_ypeae = t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r - t_ypeae;
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_au6og * t_tvu3r;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real t_4rwfu = sin_delta2_act * p[F];
+    const real yhub_ay = t_4rwfu + hub_b2 + t_seml2 * yhub_ax;
+    const real t_eoq7e = t_gbb3a * sin_delta1_act;
+    const real yhub_az = hub_b3 - t_eoq7e + t_seml2_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
     const real t_qh3cx = p[F] * cos_delta2_v1;
-    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_exl37 * df1_v1;
+    const real yda_v1_y = df2_v1 + df1_v1 * t_seml2;
     const real t_gu5fe = t_qh3cx * sin_delta1_v1;
-    const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
-    const real da_v1_x3 = da_v1_y3 * t_6dtnj_3;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
-    const real Mx_v1 = n4
-        + G2_v1 * K54
-        + G3_v1 * K64
-        - t_dvxnj * ax_v1
-        - t_dvxnj * da_v1_x1
-        - t_3tpbw * a2_v1
-        - t_3tpbw * da_v1_x2
-        + K43 * a3_v1
-        + K43 * da_v1_x3
-        - K44 * t_ncnom;
+    const real yda_v1_z = df1_v1 * t_seml2_2 - (t_gu5fe + f3_v1) - lhub_azhub_ay * yda_v1_y;
+    const real da_v1_z = yda_v1_z * t_6dtnj_3;
+    const real da_v1_y = yda_v1_y * t_6dtnj_2 - da_v1_z * lhub_azhub_ay;
+    const real da_v1_x = df1_v1 * t_l63bo + da_v1_y * t_seml2 + da_v1_z * t_seml2_2;
+    const real Mx_v1 = ax_v1 * hub_K41
+        - hub_b4
+        + da_v1_x * hub_K41
+        + da_v1_y * hub_K42
+        + da_v1_z * hub_K43
+        - hub_K42 * t_v6y3x
+        - hub_K43 * t_zewnl
+        - hub_K44 * t_mrpku
+        + hub_K54 * u_v1_x4
+        + hub_K64 * u_v1_x5;
     const real t_gbb3a_2 = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
-    const real df2_act = p[F] * sin_delta2_act - t_jczim;
-    const real da_act_y2 = df2_act + t_exl37 * df1_act;
+    const real df2_act = f_y - t_jczim;
+    const real yda_act_y = df2_act + df1_act * t_seml2;
     const real df3_act = t_vbwgu * p[F] - t_gbb3a_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
-    const real Mx = Mx_v1 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
-    const real b4 = Mx - n4;
-    const real Mz_v1 = n5
-        + G2_v1 * K55
-        + G3_v1 * K65
-        - t_bap4n * ax_v1
-        - t_bap4n * da_v1_x1
-        + K52 * a2_v1
-        + K52 * da_v1_x2
-        + K53 * a3_v1
-        + K53 * da_v1_x3
-        - K54 * t_ncnom
-        + t_jczim * h[t_bknng];
-    const real Mz = Mz_v1
-        - t_bap4n * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * h[t_bknng];
-    const real b5 = Mz - n5 - f_y * h[t_bknng];
-    const real t_eoq7e = t_gbb3a * sin_delta1_act;
-    const real My_v1 = t_gu5fe * h[t_bknng]
-        - n6
-        - G2_v1 * K65
-        - G3_v1 * K66
-        + t_bap4n_2 * ax_v1
-        + t_bap4n_2 * da_v1_x1
-        + t_kd2xx_2 * a2_v1
-        + t_kd2xx_2 * da_v1_x2
-        - K63 * a3_v1
-        - K63 * da_v1_x3
-        + K64 * t_ncnom;
+    const real yda_act_z = df3_act + df1_act * t_seml2_2 - lhub_azhub_ay * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_3;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay;
+    const real da_act_x = df1_act * t_l63bo + da_act_y * t_seml2 + da_act_z * t_seml2_2;
+    const real Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
+    const real yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real My_v1 = ax_v1 * hub_K51
+        - hub_b5
+        + da_v1_x * hub_K51
+        - da_v1_y * t_4yjdc
+        + da_v1_z * hub_K53
+        + t_4yjdc * t_v6y3x
+        - hub_K53 * t_zewnl
+        - hub_K54 * t_mrpku
+        + hub_K55 * u_v1_x4
+        - t_ypeae * u_v1_x5
+        + t_gu5fe * h[t_yxxpc];
     const real My = My_v1
-        - df3_act * h[t_bknng]
-        + t_bap4n_2 * da_act_x1
-        + t_kd2xx_2 * da_act_x2
-        - K63 * da_act_x3;
-    const real b6 = t_eoq7e * h[t_bknng] - (My + n6);
-    const real X_y2 = b2 + t_exl37 * b1;
-    const real X_y3 = t_exl37_2 * b1 - (t_eoq7e + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_qom6d * b1 + t_kgdxa * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_6faq6 * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_6faq6_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj_2
-        - K_L32 * X_x3
-        + t_kgdxa * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_cl3z7
-        + t_exl37 * X_x2
-        + t_exl37_2 * X_x3
-        + t_qom6d * X_x4
-        + t_6faq6 * X_x5
-        + t_6faq6_2 * X_x6;
-    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
-    const real Gt_eta1 = G_t1 + eta1;
-    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
-    const real t_3ipx7 = X_x5 - W12;
-    const real t_hig3c_4 = X_x4 + X_x5;
-    const real t_hd5gx = zeta1
-        + X_x2 * cos_theta1
-        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_hig3c_4 * q_1
-        - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
-    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
-    const real Gt_eta2 = G_t2 + eta2;
-    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
-    const real t_s4hzu = zeta2
-        + X_x2 * cos_theta2
-        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_hig3c_4 * q_2
-        - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
-    dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
-    dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
-    dq[3] = X_x4;
-    dq[4] = W13 - X_x6;
-    dq[5] = t_3ipx7;
+        + da_act_x * hub_K51
+        - da_act_y * t_4yjdc
+        + da_act_z * hub_K53
+        - df3_act * h[t_yxxpc];
+    const real yhub_alphay = My
+        + hub_b5
+        - t_eoq7e * h[t_yxxpc]
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real Mz_v1 = da_v1_y * hub_K62
+        - (hub_b6 + ax_v1 * t_au6og + da_v1_x * t_au6og)
+        + da_v1_z * hub_K63
+        - hub_K62 * t_v6y3x
+        - hub_K63 * t_zewnl
+        - hub_K64 * t_mrpku
+        - t_ypeae * u_v1_x4
+        + hub_K66 * u_v1_x5
+        + t_jczim * h[t_yxxpc];
+    const real Mz = Mz_v1
+        - da_act_x * t_au6og
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * h[t_yxxpc];
+    const real yhub_alphaz = Mz
+        + hub_b6
+        - t_4rwfu * h[t_yxxpc]
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_tvu3r * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj_2
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_l63bo
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_tvu3r
+        + hub_ay * t_seml2
+        + hub_az * t_seml2_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_w2w42 * bob1_aPz;
+    const real t_7k3xp = t_txuch * h[t_gbl6n]
+        + h[bob1_S1rx] * hub_alphax
+        + bob1_S1tx * bob1_aPx
+        + bob1_S1ty * bob1_aPy
+        + bob1_S1tz * bob1_aPz;
+    const real bob1_a1 = -t_7k3xp;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_xnocv * bob2_aPz;
+    const real t_erlkz = t_xyjt2 * h[t_jx6g7]
+        + h[bob2_S1rx] * hub_alphax
+        + bob2_S1tx * bob2_aPx
+        + bob2_S1ty * bob2_aPy
+        + bob2_S1tz * bob2_aPz;
+    const real bob2_a1 = -t_erlkz;
+    dq[0] = q[vy] * q[wz] - q[vz] * q[wy] + hub_ax;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] + hub_ay;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] + hub_az;
+    dq[3] = hub_alphax;
+    dq[4] = hub_alphay;
+    dq[5] = hub_alphaz;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -2628,164 +2505,112 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = phi_acc1;
-    dq[14] = theta_acc1;
-    dq[15] = phi_acc2;
-    dq[16] = theta_acc2;
+    dq[13] = bob1_a1;
+    dq[14] = bob1_a2;
+    dq[15] = bob2_a1;
+    dq[16] = bob2_a2;
 }
 
 /* Places of h. */
 enum {
+    lyapunov_v1_observe_h_t_cub74,
     lyapunov_v1_observe_h_t_os4zj,
     lyapunov_v1_observe_h_t_yx2kz,
-    lyapunov_v1_observe_h_D1,
-    lyapunov_v1_observe_h_me1,
+    lyapunov_v1_observe_h_D_phi1,
+    lyapunov_v1_observe_h_t_gbl6n,
     lyapunov_v1_observe_h_t_nfvux,
     lyapunov_v1_observe_h_t_frp3h,
-    lyapunov_v1_observe_h_D2,
-    lyapunov_v1_observe_h_me2,
-    lyapunov_v1_observe_h_M_C,
-    lyapunov_v1_observe_h_x_C,
-    lyapunov_v1_observe_h_e1,
-    lyapunov_v1_observe_h_t_6nwd2,
-    lyapunov_v1_observe_h_k1,
-    lyapunov_v1_observe_h_mv1,
-    lyapunov_v1_observe_h_B_1,
-    lyapunov_v1_observe_h_e2,
-    lyapunov_v1_observe_h_t_popww,
-    lyapunov_v1_observe_h_k2,
-    lyapunov_v1_observe_h_mv2,
-    lyapunov_v1_observe_h_B_2,
-    lyapunov_v1_observe_h_W_theta1,
+    lyapunov_v1_observe_h_D_phi2,
+    lyapunov_v1_observe_h_t_jx6g7,
     lyapunov_v1_observe_h_t_hyv47,
     lyapunov_v1_observe_h_t_if7mv,
     lyapunov_v1_observe_h_t_pi35k,
     lyapunov_v1_observe_h_t_tmzpj,
+    lyapunov_v1_observe_h_W_theta1,
     lyapunov_v1_observe_h_W_theta2,
     lyapunov_v1_observe_h_t_wvww5,
+    lyapunov_v1_observe_h_total_mass,
     lyapunov_v1_observe_h_ax_eq,
     lyapunov_v1_observe_h_t_os4zj_2,
-    lyapunov_v1_observe_h_t_fcuad,
-    lyapunov_v1_observe_h_t_z4fbq,
-    lyapunov_v1_observe_h_t_47igz,
+    lyapunov_v1_observe_h_bob1_S1rx,
+    lyapunov_v1_observe_h_bob2_S1rx,
     lyapunov_v1_observe_h_t_62qfa,
     lyapunov_v1_observe_h_t_y7rm6,
     lyapunov_v1_observe_h_t_xkg6l,
-    lyapunov_v1_observe_h_J_C1,
-    lyapunov_v1_observe_h_J_C3,
-    lyapunov_v1_observe_h_J_C2,
-    lyapunov_v1_observe_h_Bl_1,
-    lyapunov_v1_observe_h_t_xdulz,
-    lyapunov_v1_observe_h_Bl_2,
-    lyapunov_v1_observe_h_t_uohf6,
-    lyapunov_v1_observe_h_t_sfymc,
-    lyapunov_v1_observe_h_t_g7pzr,
-    lyapunov_v1_observe_h_t_urwo6,
-    lyapunov_v1_observe_h_t_bknng,
+    lyapunov_v1_observe_h_total_Jxx,
+    lyapunov_v1_observe_h_total_Jyy,
+    lyapunov_v1_observe_h_total_Jzz,
+    lyapunov_v1_observe_h_hub_K44_fixed,
+    lyapunov_v1_observe_h_t_yxxpc,
 };
 
-/* part of lyapunov_v1_observe that is computed once per run; 93 operations. */
+/* part of lyapunov_v1_observe that is computed once per run; 56 operations. */
 void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D, F = SLOSH_P_F, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { r4 = SLOSH_LYAPUNOV_V1_C_R4 };
     enum { r9 = SLOSH_LYAPUNOV_V1_C_R9, r10 = SLOSH_LYAPUNOV_V1_C_R10 };
     const real t_os4zj = p[l1] * p[l1];
     const real t_yx2kz = t_os4zj * p[m1];
-    const real D1 = t_yx2kz + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
+    const real D_phi1 = t_yx2kz + p[I1];  /* (25) */
+    const real t_gbl6n = K(1.0) / D_phi1;
     const real t_nfvux = p[l2] * p[l2];
     const real t_frp3h = t_nfvux * p[m2];
-    const real D2 = t_frp3h + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real t_omhyl = p[m] + p[m0];
-    const real M_C = t_omhyl + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real B_1 = me1 * p[l1];
-    const real e2 = p[h2] - x_C;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real B_2 = me2 * p[l2];
-    const real W_theta1 = c[r10] * p[m1];  /* (27) */
+    const real D_phi2 = t_frp3h + p[I2];  /* (25) */
+    const real t_jx6g7 = K(1.0) / D_phi2;
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
-    const real t_hyv47 = W_phi1 / (D1 * D1);
+    const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
     const real W_phi2 = c[r9] * p[m2];  /* (27) */
-    const real t_pi35k = W_phi2 / (D2 * D2);
+    const real t_pi35k = W_phi2 / (D_phi2 * D_phi2);
+    const real W_theta1 = c[r10] * p[m1];  /* (27) */
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
-    const real ax_eq = p[F] / (t_omhyl + p[m1] + p[m2]);  /* (19) */
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real total_mass = p[m] + p[m0];
+    const real ax_eq = p[F] / (total_mass + p[m1] + p[m2]);  /* (19) */
+    const real bob1_S1rx = p[I1] * t_gbl6n;
+    const real bob2_S1rx = p[I2] * t_jx6g7;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    h[lyapunov_v1_observe_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
     h[lyapunov_v1_observe_h_t_os4zj] = t_os4zj;
     h[lyapunov_v1_observe_h_t_yx2kz] = t_yx2kz;
-    h[lyapunov_v1_observe_h_D1] = D1;
-    h[lyapunov_v1_observe_h_me1] = me1;
+    h[lyapunov_v1_observe_h_D_phi1] = D_phi1;
+    h[lyapunov_v1_observe_h_t_gbl6n] = t_gbl6n;
     h[lyapunov_v1_observe_h_t_nfvux] = t_nfvux;
     h[lyapunov_v1_observe_h_t_frp3h] = t_frp3h;
-    h[lyapunov_v1_observe_h_D2] = D2;
-    h[lyapunov_v1_observe_h_me2] = me2;
-    h[lyapunov_v1_observe_h_M_C] = M_C;
-    h[lyapunov_v1_observe_h_x_C] = x_C;
-    h[lyapunov_v1_observe_h_e1] = e1;
-    h[lyapunov_v1_observe_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v1_observe_h_k1] = k1;
-    h[lyapunov_v1_observe_h_mv1] = mv1;
-    h[lyapunov_v1_observe_h_B_1] = B_1;
-    h[lyapunov_v1_observe_h_e2] = e2;
-    h[lyapunov_v1_observe_h_t_popww] = t_popww;
-    h[lyapunov_v1_observe_h_k2] = k2;
-    h[lyapunov_v1_observe_h_mv2] = mv2;
-    h[lyapunov_v1_observe_h_B_2] = B_2;
-    h[lyapunov_v1_observe_h_W_theta1] = W_theta1;
+    h[lyapunov_v1_observe_h_D_phi2] = D_phi2;
+    h[lyapunov_v1_observe_h_t_jx6g7] = t_jx6g7;
     h[lyapunov_v1_observe_h_t_hyv47] = t_hyv47;
     h[lyapunov_v1_observe_h_t_if7mv] = t_hyv47 * p[I1];
     h[lyapunov_v1_observe_h_t_pi35k] = t_pi35k;
     h[lyapunov_v1_observe_h_t_tmzpj] = t_pi35k * p[I2];
+    h[lyapunov_v1_observe_h_W_theta1] = W_theta1;
     h[lyapunov_v1_observe_h_W_theta2] = W_theta2;
     h[lyapunov_v1_observe_h_t_wvww5] = c[r4] - t_hyv47 * (p[I1] * p[I1]) - t_pi35k * (p[I2] * p[I2]);
+    h[lyapunov_v1_observe_h_total_mass] = total_mass;
     h[lyapunov_v1_observe_h_ax_eq] = ax_eq;
     h[lyapunov_v1_observe_h_t_os4zj_2] = t_os4zj + t_os4zj;
-    h[lyapunov_v1_observe_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v1_observe_h_t_z4fbq] = e2 * me2;
-    h[lyapunov_v1_observe_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v1_observe_h_bob1_S1rx] = bob1_S1rx;
+    h[lyapunov_v1_observe_h_bob2_S1rx] = bob2_S1rx;
     h[lyapunov_v1_observe_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v1_observe_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v1_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
-    h[lyapunov_v1_observe_h_J_C1] = J_C1;
-    h[lyapunov_v1_observe_h_J_C3] = J_C3;
-    h[lyapunov_v1_observe_h_J_C2] = J_C2;
-    h[lyapunov_v1_observe_h_Bl_1] = Bl_1;
-    h[lyapunov_v1_observe_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v1_observe_h_Bl_2] = Bl_2;
-    h[lyapunov_v1_observe_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v1_observe_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v1_observe_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v1_observe_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v1_observe_h_t_bknng] = p[b] + p[d] + x_C;
+    h[lyapunov_v1_observe_h_total_Jxx] = total_Jxx;
+    h[lyapunov_v1_observe_h_total_Jyy] = total_Jyy;
+    h[lyapunov_v1_observe_h_total_Jzz] = total_Jzz;
+    h[lyapunov_v1_observe_h_hub_K44_fixed] = hub_K44_fixed;
+    h[lyapunov_v1_observe_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v1_observe; 1049 operations. */
+/* the rest of lyapunov_v1_observe; 1143 operations. */
 void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -2803,383 +2628,406 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     enum { w1 = SLOSH_LYAPUNOV_V1_C_W1, w2 = SLOSH_LYAPUNOV_V1_C_W2 };
     enum { w3 = SLOSH_LYAPUNOV_V1_C_W3, w4 = SLOSH_LYAPUNOV_V1_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V1_C_W5 };
+    enum { t_cub74 = lyapunov_v1_observe_h_t_cub74 };
     enum { t_os4zj = lyapunov_v1_observe_h_t_os4zj };
     enum { t_yx2kz = lyapunov_v1_observe_h_t_yx2kz };
-    enum { D1 = lyapunov_v1_observe_h_D1 };
-    enum { me1 = lyapunov_v1_observe_h_me1 };
+    enum { D_phi1 = lyapunov_v1_observe_h_D_phi1 };
+    enum { t_gbl6n = lyapunov_v1_observe_h_t_gbl6n };
     enum { t_nfvux = lyapunov_v1_observe_h_t_nfvux };
     enum { t_frp3h = lyapunov_v1_observe_h_t_frp3h };
-    enum { D2 = lyapunov_v1_observe_h_D2 };
-    enum { me2 = lyapunov_v1_observe_h_me2 };
-    enum { M_C = lyapunov_v1_observe_h_M_C };
-    enum { x_C = lyapunov_v1_observe_h_x_C };
-    enum { e1 = lyapunov_v1_observe_h_e1 };
-    enum { t_6nwd2 = lyapunov_v1_observe_h_t_6nwd2 };
-    enum { k1 = lyapunov_v1_observe_h_k1 };
-    enum { mv1 = lyapunov_v1_observe_h_mv1 };
-    enum { B_1 = lyapunov_v1_observe_h_B_1 };
-    enum { e2 = lyapunov_v1_observe_h_e2 };
-    enum { t_popww = lyapunov_v1_observe_h_t_popww };
-    enum { k2 = lyapunov_v1_observe_h_k2 };
-    enum { mv2 = lyapunov_v1_observe_h_mv2 };
-    enum { B_2 = lyapunov_v1_observe_h_B_2 };
-    enum { W_theta1 = lyapunov_v1_observe_h_W_theta1 };
+    enum { D_phi2 = lyapunov_v1_observe_h_D_phi2 };
+    enum { t_jx6g7 = lyapunov_v1_observe_h_t_jx6g7 };
     enum { t_hyv47 = lyapunov_v1_observe_h_t_hyv47 };
     enum { t_if7mv = lyapunov_v1_observe_h_t_if7mv };
     enum { t_pi35k = lyapunov_v1_observe_h_t_pi35k };
     enum { t_tmzpj = lyapunov_v1_observe_h_t_tmzpj };
+    enum { W_theta1 = lyapunov_v1_observe_h_W_theta1 };
     enum { W_theta2 = lyapunov_v1_observe_h_W_theta2 };
     enum { t_wvww5 = lyapunov_v1_observe_h_t_wvww5 };
+    enum { total_mass = lyapunov_v1_observe_h_total_mass };
     enum { ax_eq = lyapunov_v1_observe_h_ax_eq };
     enum { t_os4zj_2 = lyapunov_v1_observe_h_t_os4zj_2 };
-    enum { t_fcuad = lyapunov_v1_observe_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v1_observe_h_t_z4fbq };
-    enum { t_47igz = lyapunov_v1_observe_h_t_47igz };
+    enum { bob1_S1rx = lyapunov_v1_observe_h_bob1_S1rx };
+    enum { bob2_S1rx = lyapunov_v1_observe_h_bob2_S1rx };
     enum { t_62qfa = lyapunov_v1_observe_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v1_observe_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v1_observe_h_t_xkg6l };
-    enum { J_C1 = lyapunov_v1_observe_h_J_C1 };
-    enum { J_C3 = lyapunov_v1_observe_h_J_C3 };
-    enum { J_C2 = lyapunov_v1_observe_h_J_C2 };
-    enum { Bl_1 = lyapunov_v1_observe_h_Bl_1 };
-    enum { t_xdulz = lyapunov_v1_observe_h_t_xdulz };
-    enum { Bl_2 = lyapunov_v1_observe_h_Bl_2 };
-    enum { t_uohf6 = lyapunov_v1_observe_h_t_uohf6 };
-    enum { t_sfymc = lyapunov_v1_observe_h_t_sfymc };
-    enum { t_g7pzr = lyapunov_v1_observe_h_t_g7pzr };
-    enum { t_urwo6 = lyapunov_v1_observe_h_t_urwo6 };
-    enum { t_bknng = lyapunov_v1_observe_h_t_bknng };
+    enum { total_Jxx = lyapunov_v1_observe_h_total_Jxx };
+    enum { total_Jyy = lyapunov_v1_observe_h_total_Jyy };
+    enum { total_Jzz = lyapunov_v1_observe_h_total_Jzz };
+    enum { hub_K44_fixed = lyapunov_v1_observe_h_hub_K44_fixed };
+    enum { t_yxxpc = lyapunov_v1_observe_h_t_yxxpc };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real t_rzamr = cos_theta1 * q[wz];
-    const real t_uu2cl = sin_theta1 * q[wy];
-    const real Wt1 = t_rzamr + t_uu2cl;
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real t_adduy = cos_theta2 * q[wz];
-    const real t_t2zmi = sin_theta2 * q[wy];
-    const real Wt2 = t_adduy + t_t2zmi;
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * h[t_gbl6n];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_257e4 = bob1_S1tz * bob1_g1_x;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real t_pj4i3 = bob1_r_y * p[m1];
     const real t_hjphj = sin_phi1 * sin_phi1;
     const real t_5zi7z = h[t_yx2kz] * t_hjphj;
+    const real t_6lcgq = K(1.0) / (p[I1] + t_5zi7z);
+    const real t_z6fjk = t_pj4i3 * t_6lcgq;
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_z6fjk * t_pj4i3;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real t_gsydo = t_257e4 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * h[t_jx6g7];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_ewsjo = bob2_S1tz * bob2_g1_x;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_7wqqc = K(1.0) / (p[I2] + h[t_frp3h] * t_pt6a7);
+    const real t_34fwg = t_zludf * t_7wqqc;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_34fwg * t_zludf;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real t_pohor = t_ewsjo * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_gsydo + t_pohor);
+    const real t_3s3hq = bob1_r11_x * p[m1];
+    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
+    const real t_ik6g5 = gz_phi1 * p[h1];
+    const real t_eunpd = t_ik6g5 - h[t_os4zj] * cos_theta1 * p[m1];
+    const real t_7pqnn = bob2_r11_x * p[m2];
+    const real gz_phi2 = cos_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn = gz_phi2 * p[h2];
+    const real t_ikrsv = t_tkdjn - cos_theta2 * h[t_nfvux] * p[m2];
     const real D_theta1 = t_5zi7z + p[I1];  /* (26) */
     const real t_nkpga = h[W_theta1] / (D_theta1 * D_theta1);
     const real t_gsmye = t_nkpga * t_5zi7z;
-    const real gx_phi1 = sin_phi1 * h[t_6nwd2];  /* (25) */
-    const real gy_theta1 = cos_theta1 * gx_phi1;  /* (26) */
-    const real t_n4yir = gy_theta1 * p[h1];
-    const real t_hjphj_2 = sin_phi1 * cos_phi1;
-    const real t_tbwda = h[t_yx2kz] * cos_theta1;
-    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda;
-    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
-    const real t_3s3hq = lc_1 * p[m1];
-    const real gy_phi1 = sin_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5 = gy_phi1 * p[h1];
-    const real t_tbwda_2 = h[t_yx2kz] * sin_theta1;
-    const real cz_phi1 = t_ik6g5 - t_tbwda_2;  /* (25) */
-    const real t_7pqnn = lc_2 * p[m2];
-    const real gy_phi2 = t_7pqnn * sin_theta2;  /* (25) */
-    const real t_tkdjn = gy_phi2 * p[h2];
-    const real t_wywfd = sin_theta2 * h[t_frp3h];
-    const real cz_phi2 = t_tkdjn - t_wywfd;  /* (25) */
-    const real t_pt6a7 = sin_phi2 * sin_phi2;
+    const real t_y5hcm = bob1_g1_x * sin_theta1;
+    const real t_762ik = t_y5hcm * p[h1];
+    const real t_tbwda = h[t_yx2kz] * sin_theta1;
+    const real t_hjphj_2 = cos_phi1 * sin_phi1;
+    const real cy_theta1 = t_762ik - t_tbwda * t_hjphj_2;  /* (26) */
     const real t_vptxp = t_pt6a7 * h[t_frp3h];
     const real D_theta2 = t_vptxp + p[I2];  /* (26) */
     const real t_yy353 = h[W_theta2] / (D_theta2 * D_theta2);
     const real t_l53od = t_yy353 * t_vptxp;
-    const real gx_phi2 = h[t_popww] * sin_phi2;  /* (25) */
-    const real gy_theta2 = gx_phi2 * cos_theta2;  /* (26) */
-    const real t_epql5 = gy_theta2 * p[h2];
-    const real t_pt6a7_2 = sin_phi2 * cos_phi2;
-    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
-    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
-    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
-    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real t_xs3iz = sin_theta2 * bob2_g1_x;
+    const real t_ogbo3 = t_xs3iz * p[h2];
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real t_pt6a7_2 = cos_phi2 * sin_phi2;
+    const real cy_theta2 = t_ogbo3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
     const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
     const real t_f6jle = K(1.0) / f11_v1;
-    const real f_v1_L31 = f31_v1 * t_f6jle;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_f6jle;
     const real t_aqbxr = q[vz] * c[r2];
-    const real t_4goj4 = h[ax_eq] * gx_phi1;
-    const real t_glcdw = gx_phi1 * p[h1];
-    const real t_l4ozg = t_uu2cl + t_rzamr;
-    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l7f2e = h[ax_eq] * bob1_g1_x;
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real t_l4ozg = cos_theta1 * q[wz] + sin_theta1 * q[wy];
+    const real t_rlilm = t_l4ozg * t_5zi7z;
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
     const real t_5zi7z_2 = h[t_yx2kz] * t_hjphj_2;
     const real t_wube7 = q[wx] * q[wx];
-    const real t_rlilm = t_5zi7z * t_l4ozg;
-    const real k_phi1 = loss_phi1
-        - t_glcdw * t_wjugd
-        - t_glcdw * (Wn1 * Wn1)
-        - q[theta1_dot] * q[theta1_dot] * t_5zi7z_2
-        - t_5zi7z_2 * t_wube7
-        - (q[theta1_dot] + q[theta1_dot]) * t_rlilm
+    const real t_ik6g5_2 = bob1_g1_x * p[h1];
+    const real t_wjugd = t_l4ozg * t_l4ozg;
+    const real t_l4ozg_2 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
+    const real k_phi1 = bob1_loss_phi
+        - bob1_twice2 * t_rlilm
+        - bob1_v22 * t_5zi7z_2
+        - t_wube7 * t_5zi7z_2
+        - t_ik6g5_2 * t_wjugd
+        - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
         - h[t_yx2kz] * t_l4ozg * q[wx]
-        + h[t_os4zj] * t_wjugd * sin_phi1 * cos_phi1 * p[m1]
-        + h[t_os4zj_2] * t_hjphj * t_l4ozg * q[wx] * p[m1]
+        + h[t_os4zj] * cos_phi1 * sin_phi1 * t_wjugd * p[m1]
+        + h[t_os4zj_2] * t_l4ozg * t_hjphj * q[wx] * p[m1]
         + cos_phi1 * t_l4ozg * p[h1] * q[wx] * p[l1] * p[m1]
-        + h[t_os4zj_2] * sin_phi1 * cos_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
-    const real t_w4j4g = h[ax_eq] * gx_phi2;
-    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
-    const real t_2542d = gx_phi2 * p[h2];
-    const real t_doiln = t_t2zmi + t_adduy;
+        + h[t_os4zj_2] * cos_phi1 * sin_phi1 * q[theta1_dot] * q[wx] * p[m1];  /* (25) */
+    const real t_nkfmr = h[ax_eq] * bob2_g1_x;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real t_tkdjn_2 = bob2_g1_x * p[h2];
+    const real t_doiln = cos_theta2 * q[wz] + sin_theta2 * q[wy];
     const real t_7ovbh = t_doiln * t_doiln;
+    const real t_doiln_2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
+    const real t_vptxp_2 = t_pt6a7_2 * h[t_frp3h];
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
     const real t_2kwb7 = t_doiln * t_vptxp;
-    const real k_phi2 = loss_phi2
-        - t_wube7 * t_vptxp_2
-        - t_2542d * t_7ovbh
-        - t_2542d * (Wn2 * Wn2)
-        - q[theta2_dot] * q[theta2_dot] * t_vptxp_2
-        - (q[theta2_dot] + q[theta2_dot]) * t_2kwb7
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real k_phi2 = bob2_loss_phi
+        - t_tkdjn_2 * t_7ovbh
+        - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+        - t_vptxp_2 * bob2_v22
+        - t_vptxp_2 * t_wube7
+        - t_2kwb7 * bob2_twice2
         - t_doiln * h[t_frp3h] * q[wx]
-        + t_7ovbh * sin_phi2 * cos_phi2 * h[t_nfvux] * p[m2]
+        + t_7ovbh * cos_phi2 * sin_phi2 * h[t_nfvux] * p[m2]
         + (t_doiln + t_doiln) * t_pt6a7 * h[t_nfvux] * q[wx] * p[m2]
         + t_doiln * cos_phi2 * p[h2] * q[wx] * p[l2] * p[m2]
-        + (sin_phi2 + sin_phi2) * cos_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
+        + (cos_phi2 + cos_phi2) * sin_phi2 * h[t_nfvux] * q[theta2_dot] * q[wx] * p[m2];  /* (25) */
     const real t_btjgw = D_theta1 * q[theta1_dot];
-    const real t_hjux3 = q[phi1_dot] + q[phi1_dot];
-    const real Dd_theta1 = t_5zi7z_2 * t_hjux3;
-    const real t_7tj6u = Dd_theta1 * q[theta1_dot];
-    const real t_prfqf = Wn1 * q[wx];
-    const real k_theta1 = loss_theta1
-        + t_glcdw * t_prfqf
-        + t_rlilm * t_hjux3
-        + t_rlilm * Wn1
-        + t_7tj6u
-        - t_5zi7z_2 * t_prfqf
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real Dd_theta1 = bob1_twice1 * t_5zi7z_2;
+    const real t_coycc = Dd_theta1 * q[theta1_dot];
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real t_hawtx = t_l4ozg_2 * q[wx];
+    const real k_theta1 = bob1_loss_theta
+        + bob1_twice1 * t_rlilm
+        + bob1_v21 * t_5zi7z_2
+        + t_l4ozg_2 * t_rlilm
+        + t_ik6g5_2 * t_hawtx
+        - t_5zi7z_2 * t_hawtx
         - Dd_theta1 * q[wx];  /* (26) */
     const real t_bftmb = D_theta2 * q[theta2_dot];
-    const real t_mw75j = q[phi2_dot] + q[phi2_dot];
-    const real Dd_theta2 = t_vptxp_2 * t_mw75j;
-    const real t_yshzz = Dd_theta2 * q[theta2_dot];
-    const real t_prfqf_2 = Wn2 * q[wx];
-    const real k_theta2 = loss_theta2
-        + Wn2 * t_2kwb7
-        + t_2542d * t_prfqf_2
-        + t_2kwb7 * t_mw75j
-        + t_yshzz
-        - t_vptxp_2 * t_prfqf_2
-        - t_vptxp_2 * (q[wx] + q[wx]) * q[phi2_dot];  /* (26) */
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real Dd_theta2 = t_vptxp_2 * bob2_twice1;
+    const real t_mvmab = Dd_theta2 * q[theta2_dot];
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real t_go56f = t_doiln_2 * q[wx];
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real k_theta2 = bob2_loss_theta
+        + t_doiln_2 * t_2kwb7
+        + t_tkdjn_2 * t_go56f
+        + t_vptxp_2 * bob2_v21
+        + t_2kwb7 * bob2_twice1
+        - t_vptxp_2 * t_go56f
+        - Dd_theta2 * q[wx];  /* (26) */
     const real g1_v1 = q[att1] * c[r3]
         - t_aqbxr * q[vy]
-        - h[t_hyv47] * (t_4goj4 * p[I1] + p[I1] * k_phi1)
-        - h[t_pi35k] * (t_w4j4g * p[I2] + p[I2] * k_phi2)
-        - t_nkpga * (t_btjgw * Dd_theta1 - (t_7tj6u * t_5zi7z + t_5zi7z * k_theta1))
-        - t_yy353 * (t_bftmb * Dd_theta2 - (t_yshzz * t_vptxp + t_vptxp * k_theta2))
+        - h[t_hyv47] * (t_l7f2e * p[I1] + p[I1] * k_phi1)
+        - h[t_pi35k] * (t_nkfmr * p[I2] + p[I2] * k_phi2)
+        - t_nkpga * (t_btjgw * Dd_theta1 - (t_coycc * t_5zi7z + t_5zi7z * k_theta1))
+        - t_yy353 * (t_bftmb * Dd_theta2 - (t_mvmab * t_vptxp + t_vptxp * k_theta2))
         + q[vy] * q[vz] * c[r1];  /* (29) */
     const real t_a4jxz = q[wx] * c[w3] + g1_v1;
-    const real t_wij2f = q[vy] * c[r1];
-    const real t_o2gar = h[D1] * q[phi1_dot];
-    const real gz_phi1 = cos_theta1 * t_3s3hq;  /* (25) */
-    const real t_ik6g5_2 = gz_phi1 * p[h1];
-    const real t_eunpd = t_ik6g5_2 - h[t_os4zj] * cos_theta1 * p[m1];
-    const real t_mqczk = sin_theta1 * gx_phi1;
-    const real t_hmyst = t_mqczk * p[h1];
-    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_hmyst * q[phi1_dot];
-    const real t_gifwv = h[D2] * q[phi2_dot];
-    const real gz_phi2 = t_7pqnn * cos_theta2;  /* (25) */
-    const real t_tkdjn_2 = gz_phi2 * p[h2];
-    const real t_ikrsv = t_tkdjn_2 - cos_theta2 * h[t_nfvux] * p[m2];
-    const real t_7s3si = gx_phi2 * sin_theta2;
-    const real t_4urq3 = t_7s3si * p[h2];
-    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_4urq3 * q[phi2_dot];
+    const real t_tlq7s = h[D_phi1] * q[phi1_dot];
+    const real gy_phi1 = t_3s3hq * sin_theta1;  /* (25) */
+    const real t_ik6g5_3 = gy_phi1 * p[h1];
+    const real cz_phi1 = t_ik6g5_3 - t_tbwda;  /* (25) */
+    const real gy_theta1 = cos_theta1 * bob1_g1_x;  /* (26) */
+    const real t_n4yir = gy_theta1 * p[h1];
+    const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
+    const real t_ekjz2 = h[D_phi2] * q[phi2_dot];
+    const real gy_phi2 = sin_theta2 * t_7pqnn;  /* (25) */
+    const real t_tkdjn_3 = gy_phi2 * p[h2];
+    const real cz_phi2 = t_tkdjn_3 - t_wywfd;  /* (25) */
+    const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
+    const real t_epql5 = gy_theta2 * p[h2];
+    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
+    const real t_tbwda_2 = h[t_yx2kz] * cos_theta1;
+    const real t_dfhzf = t_n4yir - t_hjphj_2 * t_tbwda_2;
     const real t_hjphj_3 = cos_phi1 * cos_phi1;
-    const real cy_theta1 = t_hmyst - t_hjphj_2 * t_tbwda_2;  /* (26) */
-    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_2 + t_hjphj * t_tbwda - t_tbwda * t_hjphj_3) - cy_theta1 * q[theta1_dot];
+    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5_3 + t_tbwda * t_hjphj - t_hjphj_3 * t_tbwda);
+    const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
+    const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_4urq3 - t_wywfd * t_pt6a7_2;  /* (26) */
-    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_2 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
-    const real g3_v1 = q[att3] * c[r7]
-        - t_wij2f * q[vx]
-        - h[t_hyv47] * (t_4goj4 * cz_phi1 + cz_phi1 * k_phi1 - t_o2gar * cdz_phi1)
-        - h[t_pi35k] * (t_w4j4g * cz_phi2 + cz_phi2 * k_phi2 - t_gifwv * cdz_phi2)
-        - t_nkpga * (t_7tj6u * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
-        - t_yy353 * (t_yshzz * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
-    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
-        + h[t_pi35k] * t_ikrsv * cz_phi2
-        - t_nkpga * cy_theta1 * cz_theta1
-        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
-    const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
-    const real t_suqla = f32_v1 - f21_v1 * f_v1_L31;
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn_3 + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real g2_v1 = q[att2] * c[r5]
+        + h[t_hyv47] * (t_l7f2e * t_eunpd + t_eunpd * k_phi1 + t_tlq7s * cdy_phi1)
+        + h[t_pi35k] * (t_nkfmr * t_ikrsv + t_ikrsv * k_phi2 + t_ekjz2 * cdy_phi2)
+        - t_nkpga * (t_coycc * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
+        - t_yy353 * (t_mvmab * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
+        + q[vx] * q[vz] * c[r2];  /* (29) */
+    const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
     const real f22_v1 = c[r6]
         - h[t_hyv47] * (t_eunpd * t_eunpd)
         - h[t_pi35k] * (t_ikrsv * t_ikrsv)
         - t_nkpga * (cy_theta1 * cy_theta1)
         - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
-    const real f_v1_L21 = f21_v1 * t_f6jle;
-    const real f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21;
-    const real t_6dtnj = K(1.0) / f_v1_D2;
-    const real f_v1_L32 = t_suqla * t_6dtnj;
-    const real cdy_phi1 = t_n4yir * q[phi1_dot] + cz_phi1 * q[theta1_dot];
-    const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
-    const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2);
-    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
-    const real g2_v1 = q[att2] * c[r5]
-        + h[t_hyv47] * (t_4goj4 * t_eunpd + t_eunpd * k_phi1 + t_o2gar * cdy_phi1)
-        + h[t_pi35k] * (t_w4j4g * t_ikrsv + t_ikrsv * k_phi2 + t_gifwv * cdy_phi2)
-        - t_nkpga * (t_7tj6u * cy_theta1 + cy_theta1 * k_theta1 - t_btjgw * cdy_theta1)
-        - t_yy353 * (t_yshzz * cy_theta2 + cy_theta2 * k_theta2 - t_bftmb * cdy_theta2)
-        + q[vx] * q[vz] * c[r2];  /* (29) */
-    const real u_v1_y2 = f_v1_L21 * t_a4jxz - (q[wy] * c[w4] + g2_v1);
-    const real u_v1_y3 = f_v1_L31 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - f_v1_L32 * u_v1_y2;
+    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
+    const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
+    const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
+        + h[t_pi35k] * t_ikrsv * cz_phi2
+        - t_nkpga * cy_theta1 * cz_theta1
+        - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
+    const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real lu_v1_x5u_v1_x3 = f31_v1 * t_f6jle;
+    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real t_wij2f = q[vy] * c[r1];
+    const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_762ik * q[phi1_dot];
+    const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_ogbo3 * q[phi2_dot];
+    const real cdz_theta1 = q[phi1_dot] * (t_ik6g5 + t_hjphj * t_tbwda_2 - t_hjphj_3 * t_tbwda_2) - cy_theta1 * q[theta1_dot];
+    const real cdz_theta2 = q[phi2_dot] * (t_tkdjn + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
+    const real g3_v1 = q[att3] * c[r7]
+        - t_wij2f * q[vx]
+        - h[t_hyv47] * (t_l7f2e * cz_phi1 + cz_phi1 * k_phi1 - t_tlq7s * cdz_phi1)
+        - h[t_pi35k] * (t_nkfmr * cz_phi2 + cz_phi2 * k_phi2 - t_ekjz2 * cdz_phi2)
+        - t_nkpga * (t_coycc * cz_theta1 + cz_theta1 * k_theta1 - t_btjgw * cdz_theta1)
+        - t_yy353 * (t_mvmab * cz_theta2 + cz_theta2 * k_theta2 - t_bftmb * cdz_theta2);  /* (29) */
+    const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_a4jxz - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
     const real f33_v1 = c[r8]
         - h[t_hyv47] * (cz_phi1 * cz_phi1)
         - h[t_pi35k] * (cz_phi2 * cz_phi2)
         - t_nkpga * (cz_theta1 * cz_theta1)
         - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
-    const real f_v1_D3 = f33_v1 - t_suqla * f_v1_L32 - f31_v1 * f_v1_L31;
-    const real u_v1_x3 = u_v1_y3 / f_v1_D3;
-    const real G2_v1 = W12 + u_v1_x3;
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real g_1 = h[e1] - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real g_2 = h[e2] - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_kd2xx + wqS_2;
-    const real W13 = q[wx] * q[wz];
-    const real u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3;
-    const real G3_v1 = W13 - u_v1_x2;
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real t_vl3yj = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_o2gar);
-    const real t_afrcl = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_gifwv);
+    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
+    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_z6fjk;
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_34fwg;
+    const real t_7maqq = h[t_cub74] * q[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * q[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_z6fjk * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_34fwg * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_5pi7n = h[t_hyv47] * (p[I1] * q[wx] - t_eunpd * q[wy] + cz_phi1 * q[wz] + t_tlq7s);
+    const real t_ldd6s = h[t_pi35k] * (p[I2] * q[wx] - t_ikrsv * q[wy] + cz_phi2 * q[wz] + t_ekjz2);
     const real t_c2kne = t_nkpga * (cy_theta1 * q[wy] - t_5zi7z * q[wx] + cz_theta1 * q[wz] + t_btjgw);
     const real t_v7ev3 = t_yy353 * (cy_theta2 * q[wy] - t_vptxp * q[wx] + cz_theta2 * q[wz] + t_bftmb);
     const real B_v1 = t_wij2f
-        - t_vl3yj * gy_phi1
-        - t_afrcl * gy_phi2
+        - t_5pi7n * gy_phi1
+        - t_ldd6s * gy_phi2
         - t_c2kne * gy_theta1
         - t_v7ev3 * gy_theta2;  /* (29) */
-    const real a2_v1 = G2_v1 * h[x_C] - B_v1 * c[w1];
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
+    const real t_v6y3x = B_v1 * c[w1];
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
     const real C_v1 = t_aqbxr
-        - t_vl3yj * gz_phi1
-        - t_afrcl * gz_phi2
-        + t_c2kne * t_mqczk
-        + t_v7ev3 * t_7s3si;  /* (29) */
-    const real a3_v1 = G3_v1 * h[x_C] - C_v1 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real t_ncnom = t_a4jxz * t_f6jle + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3;
-    const real q3_v1 = n3
-        + G2_v1 * K53
-        + G3_v1 * K63
-        + K32 * a2_v1
-        + K33 * a3_v1
-        - K43 * t_ncnom;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_snurv = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v1 * t_bap4n
-        + G3_v1 * t_bap4n_2
-        + t_f2nhc_2 * a2_v1
-        + t_f2nhc * a3_v1;
-    const real q1_v1 = t_dvxnj * t_ncnom - t_snurv;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v1 = n2
-        + G2_v1 * K52
-        - G3_v1 * t_kd2xx
-        + K22 * a2_v1
-        + K32 * a3_v1
-        + t_3tpbw * t_ncnom;
-    const real Pq_v1 = K11 * q1_v1 - t_f2nhc_2 * q2_v1 - t_f2nhc * q3_v1;
-    const real PP_v1 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_zzkan = Pq_v1 * Pq_v1
+        - t_5pi7n * gz_phi1
+        - t_ldd6s * gz_phi2
+        + t_c2kne * t_y5hcm
+        + t_v7ev3 * t_xs3iz;  /* (29) */
+    const real t_zewnl = C_v1 * c[w2];
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z - bob1_Myz * bob1_r_z;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real t_ncnom = t_a4jxz * t_f6jle + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
+    const real t_mnmjp = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_6lcgq;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_nktwm = t_257e4 * bob1_r_y;
+    const real bob1_Nzz = t_mnmjp + bob1_Bzz + t_nktwm;
+    const real t_7ultv = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_7wqqc;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_fps4t = t_ewsjo * bob2_r_y;
+    const real bob2_Nzz = t_7ultv + bob2_Bzz + t_fps4t;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real q3_v1 = hub_K53 * u_v1_x4
+        - (hub_b3 + hub_K32 * t_v6y3x + hub_K33 * t_zewnl + hub_K43 * t_ncnom)
+        + hub_K63 * u_v1_x5;
+    const real bob1_S1tx = bob1_g1_x * h[t_gbl6n];
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * h[t_jx6g7];
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real bob1_S1ty = bob1_g1_y * h[t_gbl6n];
+    const real t_257e4_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * h[t_jx6g7];
+    const real t_ewsjo_2 = bob2_S1ty * bob2_g1_x;
+    const real t_2t2f4 = t_257e4_2 + t_ewsjo_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = h[t_cub74] * q[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * q[wz] - stream_z * q[wy];
+    const real t_2t2f4_2 = t_257e4 + t_ewsjo;
+    const real t_nktwm_2 = t_257e4_2 * bob1_r_z;
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_nktwm_2 - (t_nktwm + t_eoh4z_2);
+    const real t_fps4t_2 = t_ewsjo_2 * bob2_r_z;
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_fps4t_2 - (t_fps4t + t_qqbrl_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_257e4 * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_ewsjo * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_u7ptr = t_257e4_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_eyh7k = t_ewsjo_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_au6og = t_u7ptr + t_eyh7k;
+    const real q1_v1 = t_2t2f4 * t_v6y3x
+        - hub_b1
+        + t_2t2f4_2 * t_zewnl
+        - hub_K41 * t_ncnom
+        + hub_K51 * u_v1_x4
+        - t_au6og * u_v1_x5;
+    const real bob1_S2ty = bob1_g2_y * t_6lcgq;
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real t_qozuo = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_qozuo + t_257e4_2 * bob1_r_y;
+    const real bob2_S2ty = bob2_g2_y * t_7wqqc;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real t_xekke = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_xekke + t_ewsjo_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z_3 - bob1_Myy * bob1_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_gsydo_2 = t_nktwm_2 + t_mnmjp;
+    const real t_pohor_2 = t_fps4t_2 + t_7ultv;
+    const real t_x4lvy = t_gsydo_2 + t_pohor_2;
+    const real t_uiflt = hub_b2
+        + hub_K22 * t_v6y3x
+        + hub_K32 * t_zewnl
+        + hub_K42 * t_ncnom
+        + t_x4lvy * u_v1_x4;
+    const real q2_v1 = hub_K62 * u_v1_x5 - t_uiflt;
+    const real Pq_v1 = hub_K11 * q1_v1 - t_2t2f4 * q2_v1 - t_2t2f4_2 * q3_v1;
+    const real PP_v1 = hub_K11 * hub_K11 + t_2t2f4 * t_2t2f4 + t_2t2f4_2 * t_2t2f4_2;
+    const real t_5ckgv = Pq_v1 * Pq_v1
         - PP_v1 * (q1_v1 * q1_v1 - h[t_62qfa] + q2_v1 * q2_v1 + q3_v1 * q3_v1);
-    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_zzkan));
+    const real root_v1 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_5ckgv));
     const real ax_v1 = (root_v1 - Pq_v1) / PP_v1;
-    const real f3_v1 = q3_v1 - t_f2nhc * ax_v1;
-    const real f2_v1 = q2_v1 - t_f2nhc_2 * ax_v1;
+    const real f3_v1 = q3_v1 - ax_v1 * t_2t2f4_2;
+    const real f2_v1 = q2_v1 - ax_v1 * t_2t2f4;
     const real sin_d2_v1 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v1 * h[t_y7rm6]));
     const real cos_d2_v1 = mv_sqrt(K(1.0) - sin_d2_v1 * sin_d2_v1);
     const real delta1_v1 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v1 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v1)))));
@@ -3192,151 +3040,141 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const mask m_m575p = LE(mv_fabs(delta2_v1), p[delta2_max]);
     const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v1, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real eBc_1 = Bc_1 * h[e1];
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - h[t_sfymc] * q[wy] * q[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
-    const real t_exl37_2 = t_f2nhc * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
-    const real t_6dtnj_2 = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj_2;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
-    const real f1_v1 = q1_v1 + K11 * ax_v1;
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + h[total_Jxx] * q[wx];
+    const real total_Hy = h[total_Jyy] * q[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * q[wz];
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_eoh4z * bob1_r_x
+        - (t_eoh4z_2 * bob1_r_z + t_gsydo * bob1_r_y + t_qqbrl_2 * bob2_r_z + t_pohor * bob2_r_y)
+        + t_gsydo_2 * bob1_r_z
+        + t_qqbrl * bob2_r_x
+        + t_pohor_2 * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_gsydo * bob1_r_x
+        + t_pohor * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z_3 * bob1_r_x
+        - t_qqbrl_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = h[total_Jzz]
+        - t_qozuo * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_xekke * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_u7ptr * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_eyh7k * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real t_seml2 = t_2t2f4 * t_l63bo;
+    const real kK2K21 = hub_K22 - t_2t2f4 * t_seml2;
+    const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
+    const real kK3K21 = hub_K32 - t_2t2f4 * t_seml2_2;
+    const real kK3K31 = hub_K33 - t_2t2f4_2 * t_seml2_2;
+    const real t_6dtnj_2 = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj_2;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
     const real t_jczim = p[F] * sin_delta2_v1;
     const real df2_v1 = t_jczim - f2_v1;
-    const real da_v1_y2 = df2_v1 + t_exl37 * df1_v1;
+    const real yda_v1_y = df2_v1 + df1_v1 * t_seml2;
     const real t_gu5fe = t_qh3cx * sin_delta1_v1;
-    const real da_v1_y3 = t_exl37_2 * df1_v1 - (t_gu5fe + f3_v1) - K_L32 * da_v1_y2;
-    const real t_6dtnj_3 = K(1.0) / K_D3;
-    const real da_v1_x3 = da_v1_y3 * t_6dtnj_3;
-    const real da_v1_x2 = da_v1_y2 * t_6dtnj_2 - K_L32 * da_v1_x3;
-    const real da_v1_x1 = df1_v1 * t_cl3z7 + t_exl37 * da_v1_x2 + t_exl37_2 * da_v1_x3;
-    const real Mx_v1 = n4
-        + G2_v1 * K54
-        + G3_v1 * K64
-        - t_dvxnj * ax_v1
-        - t_dvxnj * da_v1_x1
-        - t_3tpbw * a2_v1
-        - t_3tpbw * da_v1_x2
-        + K43 * a3_v1
-        + K43 * da_v1_x3
-        - K44 * t_ncnom;
-    const real My_v1 = t_gu5fe * h[t_bknng]
-        - n6
-        - G2_v1 * K65
-        - G3_v1 * K66
-        + t_bap4n_2 * ax_v1
-        + t_bap4n_2 * da_v1_x1
-        + t_kd2xx * a2_v1
-        + t_kd2xx * da_v1_x2
-        - K63 * a3_v1
-        - K63 * da_v1_x3
-        + K64 * t_ncnom;
-    const real Mz_v1 = n5
-        + G2_v1 * K55
-        + G3_v1 * K65
-        - t_bap4n * ax_v1
-        - t_bap4n * da_v1_x1
-        + K52 * a2_v1
-        + K52 * da_v1_x2
-        + K53 * a3_v1
-        + K53 * da_v1_x3
-        - K54 * t_ncnom
-        + t_jczim * h[t_bknng];
+    const real yda_v1_z = df1_v1 * t_seml2_2 - (t_gu5fe + f3_v1) - lK3K2 * yda_v1_y;
+    const real t_6dtnj_3 = K(1.0) / kK3K32;
+    const real da_v1_z = yda_v1_z * t_6dtnj_3;
+    const real da_v1_y = yda_v1_y * t_6dtnj_2 - da_v1_z * lK3K2;
+    const real da_v1_x = df1_v1 * t_l63bo + da_v1_y * t_seml2 + da_v1_z * t_seml2_2;
+    const real Mx_v1 = ax_v1 * hub_K41
+        - hub_b4
+        + da_v1_x * hub_K41
+        + da_v1_y * hub_K42
+        + da_v1_z * hub_K43
+        - hub_K42 * t_v6y3x
+        - hub_K43 * t_zewnl
+        - hub_K44 * t_ncnom
+        + hub_K54 * u_v1_x4
+        + hub_K64 * u_v1_x5;
+    const real t_ypeae = t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real My_v1 = ax_v1 * hub_K51
+        - hub_b5
+        + da_v1_x * hub_K51
+        - da_v1_y * t_x4lvy
+        + da_v1_z * hub_K53
+        + t_x4lvy * t_v6y3x
+        - hub_K53 * t_zewnl
+        - hub_K54 * t_ncnom
+        + hub_K55 * u_v1_x4
+        - t_ypeae * u_v1_x5
+        + t_gu5fe * h[t_yxxpc];
+    const real Mz_v1 = da_v1_y * hub_K62
+        - (hub_b6 + ax_v1 * t_au6og + da_v1_x * t_au6og)
+        + da_v1_z * hub_K63
+        - hub_K62 * t_v6y3x
+        - hub_K63 * t_zewnl
+        - hub_K64 * t_ncnom
+        - t_ypeae * u_v1_x4
+        + hub_K66 * u_v1_x5
+        + t_jczim * h[t_yxxpc];
     const real t_gbb3a = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v1 * p[F] * cos_delta1_v1;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_vbwgu * p[F] - t_gbb3a * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_exl37 * df1_act;
-    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_3;
-    const real da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
-    const real Mx = Mx_v1 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
+    const real yda_act_y = df2_act + df1_act * t_seml2;
+    const real yda_act_z = df3_act + df1_act * t_seml2_2 - lK3K2 * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_3;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2;
+    const real da_act_x = df1_act * t_l63bo + da_act_y * t_seml2 + da_act_z * t_seml2_2;
+    const real Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v1
-        - df3_act * h[t_bknng]
-        + t_bap4n_2 * da_act_x1
-        + t_kd2xx * da_act_x2
-        - K63 * da_act_x3;
+        + da_act_x * hub_K51
+        - da_act_y * t_x4lvy
+        + da_act_z * hub_K53
+        - df3_act * h[t_yxxpc];
     const real Mz = Mz_v1
-        - t_bap4n * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * h[t_bknng];
+        - da_act_x * t_au6og
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * h[t_yxxpc];
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];
@@ -3368,118 +3206,71 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
 
 /* Places of h. */
 enum {
-    lyapunov_v2_h_me1,
-    lyapunov_v2_h_me2,
-    lyapunov_v2_h_M_C,
-    lyapunov_v2_h_x_C,
-    lyapunov_v2_h_e1,
-    lyapunov_v2_h_t_6nwd2,
-    lyapunov_v2_h_k1,
-    lyapunov_v2_h_mv1,
-    lyapunov_v2_h_B_1,
-    lyapunov_v2_h_e2,
-    lyapunov_v2_h_t_popww,
-    lyapunov_v2_h_k2,
-    lyapunov_v2_h_mv2,
-    lyapunov_v2_h_B_2,
-    lyapunov_v2_h_t_t6fx5,
-    lyapunov_v2_h_t_fcuad,
-    lyapunov_v2_h_t_z4fbq,
-    lyapunov_v2_h_t_yjeu3,
+    lyapunov_v2_h_t_wbepk,
+    lyapunov_v2_h_t_vpzmf,
+    lyapunov_v2_h_t_nww6q,
+    lyapunov_v2_h_t_mxpm2,
+    lyapunov_v2_h_t_cub74,
+    lyapunov_v2_h_total_mass,
+    lyapunov_v2_h_bob1_S1rx,
+    lyapunov_v2_h_bob2_S1rx,
     lyapunov_v2_h_t_ma4ro,
-    lyapunov_v2_h_t_47igz,
+    lyapunov_v2_h_t_yjeu3,
+    lyapunov_v2_h_t_t6fx5,
     lyapunov_v2_h_t_62qfa,
     lyapunov_v2_h_t_y7rm6,
-    lyapunov_v2_h_J_C1,
-    lyapunov_v2_h_J_C3,
-    lyapunov_v2_h_J_C2,
-    lyapunov_v2_h_Bl_1,
-    lyapunov_v2_h_t_xdulz,
-    lyapunov_v2_h_Bl_2,
-    lyapunov_v2_h_t_uohf6,
-    lyapunov_v2_h_t_sfymc,
-    lyapunov_v2_h_t_g7pzr,
-    lyapunov_v2_h_t_urwo6,
-    lyapunov_v2_h_t_bknng,
+    lyapunov_v2_h_total_Jxx,
+    lyapunov_v2_h_total_Jyy,
+    lyapunov_v2_h_total_Jzz,
+    lyapunov_v2_h_hub_K44_fixed,
+    lyapunov_v2_h_t_yxxpc,
 };
 
-/* part of lyapunov_v2 that is computed once per run; 74 operations. */
+/* part of lyapunov_v2 that is computed once per run; 37 operations. */
 void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D, F = SLOSH_P_F };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
     enum { r6 = SLOSH_LYAPUNOV_V2_C_R6, r8 = SLOSH_LYAPUNOV_V2_C_R8 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real B_1 = me1 * p[l1];
-    const real e2 = p[h2] - x_C;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real B_2 = me2 * p[l2];
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real total_mass = p[m] + p[m0];
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    h[lyapunov_v2_h_me1] = me1;
-    h[lyapunov_v2_h_me2] = me2;
-    h[lyapunov_v2_h_M_C] = M_C;
-    h[lyapunov_v2_h_x_C] = x_C;
-    h[lyapunov_v2_h_e1] = e1;
-    h[lyapunov_v2_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v2_h_k1] = k1;
-    h[lyapunov_v2_h_mv1] = mv1;
-    h[lyapunov_v2_h_B_1] = B_1;
-    h[lyapunov_v2_h_e2] = e2;
-    h[lyapunov_v2_h_t_popww] = t_popww;
-    h[lyapunov_v2_h_k2] = k2;
-    h[lyapunov_v2_h_mv2] = mv2;
-    h[lyapunov_v2_h_B_2] = B_2;
-    h[lyapunov_v2_h_t_t6fx5] = K(1.0) / c[r8];
-    h[lyapunov_v2_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v2_h_t_z4fbq] = e2 * me2;
-    h[lyapunov_v2_h_t_yjeu3] = K(1.0) / c[r6];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    h[lyapunov_v2_h_t_wbepk] = t_wbepk;
+    h[lyapunov_v2_h_t_vpzmf] = t_vpzmf;
+    h[lyapunov_v2_h_t_nww6q] = t_nww6q;
+    h[lyapunov_v2_h_t_mxpm2] = t_mxpm2;
+    h[lyapunov_v2_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
+    h[lyapunov_v2_h_total_mass] = total_mass;
+    h[lyapunov_v2_h_bob1_S1rx] = bob1_S1rx;
+    h[lyapunov_v2_h_bob2_S1rx] = bob2_S1rx;
     h[lyapunov_v2_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v2_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_h_t_y7rm6] = K(1.0) / p[F];
-    h[lyapunov_v2_h_J_C1] = J_C1;
-    h[lyapunov_v2_h_J_C3] = J_C3;
-    h[lyapunov_v2_h_J_C2] = J_C2;
-    h[lyapunov_v2_h_Bl_1] = Bl_1;
-    h[lyapunov_v2_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v2_h_Bl_2] = Bl_2;
-    h[lyapunov_v2_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v2_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v2_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v2_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v2_h_t_bknng] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_h_total_Jxx] = total_Jxx;
+    h[lyapunov_v2_h_total_Jyy] = total_Jyy;
+    h[lyapunov_v2_h_total_Jzz] = total_Jzz;
+    h[lyapunov_v2_h_hub_K44_fixed] = hub_K44_fixed;
+    h[lyapunov_v2_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v2; 554 operations. */
+/* the rest of lyapunov_v2; 649 operations. */
 void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, const real *h, real *u)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -3489,327 +3280,350 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     enum { theta1_dot = SLOSH_X_THETA1_DOT, phi2_dot = SLOSH_X_PHI2_DOT };
     enum { theta2_dot = SLOSH_X_THETA2_DOT };
     enum { F = SLOSH_P_F };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
-    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2, eps2 = SLOSH_P_EPS2 };
     enum { r1 = SLOSH_LYAPUNOV_V2_C_R1, r2 = SLOSH_LYAPUNOV_V2_C_R2, r3 = SLOSH_LYAPUNOV_V2_C_R3 };
     enum { r5 = SLOSH_LYAPUNOV_V2_C_R5, r7 = SLOSH_LYAPUNOV_V2_C_R7 };
     enum { w1 = SLOSH_LYAPUNOV_V2_C_W1, w2 = SLOSH_LYAPUNOV_V2_C_W2 };
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3, w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    enum { me1 = lyapunov_v2_h_me1 };
-    enum { me2 = lyapunov_v2_h_me2 };
-    enum { M_C = lyapunov_v2_h_M_C };
-    enum { x_C = lyapunov_v2_h_x_C };
-    enum { e1 = lyapunov_v2_h_e1 };
-    enum { t_6nwd2 = lyapunov_v2_h_t_6nwd2 };
-    enum { k1 = lyapunov_v2_h_k1 };
-    enum { mv1 = lyapunov_v2_h_mv1 };
-    enum { B_1 = lyapunov_v2_h_B_1 };
-    enum { e2 = lyapunov_v2_h_e2 };
-    enum { t_popww = lyapunov_v2_h_t_popww };
-    enum { k2 = lyapunov_v2_h_k2 };
-    enum { mv2 = lyapunov_v2_h_mv2 };
-    enum { B_2 = lyapunov_v2_h_B_2 };
-    enum { t_t6fx5 = lyapunov_v2_h_t_t6fx5 };
-    enum { t_fcuad = lyapunov_v2_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v2_h_t_z4fbq };
-    enum { t_yjeu3 = lyapunov_v2_h_t_yjeu3 };
+    enum { t_wbepk = lyapunov_v2_h_t_wbepk };
+    enum { t_vpzmf = lyapunov_v2_h_t_vpzmf };
+    enum { t_nww6q = lyapunov_v2_h_t_nww6q };
+    enum { t_mxpm2 = lyapunov_v2_h_t_mxpm2 };
+    enum { t_cub74 = lyapunov_v2_h_t_cub74 };
+    enum { total_mass = lyapunov_v2_h_total_mass };
+    enum { bob1_S1rx = lyapunov_v2_h_bob1_S1rx };
+    enum { bob2_S1rx = lyapunov_v2_h_bob2_S1rx };
     enum { t_ma4ro = lyapunov_v2_h_t_ma4ro };
-    enum { t_47igz = lyapunov_v2_h_t_47igz };
+    enum { t_yjeu3 = lyapunov_v2_h_t_yjeu3 };
+    enum { t_t6fx5 = lyapunov_v2_h_t_t6fx5 };
     enum { t_62qfa = lyapunov_v2_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_h_t_y7rm6 };
-    enum { J_C1 = lyapunov_v2_h_J_C1 };
-    enum { J_C3 = lyapunov_v2_h_J_C3 };
-    enum { J_C2 = lyapunov_v2_h_J_C2 };
-    enum { Bl_1 = lyapunov_v2_h_Bl_1 };
-    enum { t_xdulz = lyapunov_v2_h_t_xdulz };
-    enum { Bl_2 = lyapunov_v2_h_Bl_2 };
-    enum { t_uohf6 = lyapunov_v2_h_t_uohf6 };
-    enum { t_sfymc = lyapunov_v2_h_t_sfymc };
-    enum { t_g7pzr = lyapunov_v2_h_t_g7pzr };
-    enum { t_urwo6 = lyapunov_v2_h_t_urwo6 };
-    enum { t_bknng = lyapunov_v2_h_t_bknng };
+    enum { total_Jxx = lyapunov_v2_h_total_Jxx };
+    enum { total_Jyy = lyapunov_v2_h_total_Jyy };
+    enum { total_Jzz = lyapunov_v2_h_total_Jzz };
+    enum { hub_K44_fixed = lyapunov_v2_h_hub_K44_fixed };
+    enum { t_yxxpc = lyapunov_v2_h_t_yxxpc };
     real sin_phi1, cos_phi1; mv_sincos(x[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(x[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(x[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(x[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = x[wy] * x[wy] + x[wz] * x[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real Wt1 = cos_theta1 * x[wz] + sin_theta1 * x[wy];
-    const real w_x1 = x[wx] - x[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * x[wy] - sin_theta1 * x[wz];
-    const real p1 = Wn1 + x[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * x[phi1_dot];
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = x[wx] * x[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + x[phi1_dot]);
-    const real loss_theta1 = p[eps1] * x[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * x[wy] - sin_theta2 * x[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = x[wx] - x[theta2_dot];
-    const real Wt2 = cos_theta2 * x[wz] + sin_theta2 * x[wy];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + x[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + x[phi2_dot]);
-    const real loss_theta2 = p[eps2] * x[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * x[phi2_dot];
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real bob1_loss_phi = p[eps1] * x[phi1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = x[phi1_dot] + x[phi1_dot];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_twice2 = x[theta1_dot] + x[theta1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real bob1_v21 = bob1_twice1 * x[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * x[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * x[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * x[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * x[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
+    const real bob1_loss_theta = p[eps1] * x[theta1_dot];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_vbonl = K(1.0) / (p[I1] + h[t_wbepk] * (sin_phi1 * sin_phi1));
+    const real t_vkr4f = t_pj4i3 * t_vbonl;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_vkr4f;
+    const real bob2_loss_phi = p[eps2] * x[phi2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_v11 = x[phi2_dot] * x[phi2_dot];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = x[phi2_dot] + x[phi2_dot];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_twice2 = x[theta2_dot] + x[theta2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * x[wx] - bob2_r_x * x[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real bob2_v21 = bob2_twice1 * x[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * x[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * x[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * x[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * x[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
+    const real bob2_loss_theta = p[eps2] * x[theta2_dot];
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_h65fc = K(1.0) / (p[I2] + h[t_nww6q] * (sin_phi2 * sin_phi2));
+    const real t_6vqqi = t_zludf * t_h65fc;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_6vqqi;
+    const real t_7maqq = h[t_cub74] * x[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * x[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_vkr4f * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_6vqqi * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real B_v2 = x[vy] * c[r1];  /* (29) */
-    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
-    const real G2_v2 = W12 - (x[wz] * c[w5] + g3_v2) * h[t_t6fx5];
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real g_1 = h[e1] - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real g_2 = h[e2] - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_kd2xx + wqS_2;
-    const real W13 = x[wx] * x[wz];
+    const real t_si2fh = B_v2 * c[w1];
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_vkr4f * t_pj4i3;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_6vqqi * t_zludf;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
     const real C_v2 = x[vz] * c[r2];  /* (29) */
-    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
-    const real G3_v2 = W13 + (x[wy] * c[w4] + g2_v2) * h[t_yjeu3];
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z - bob1_Myz * bob1_r_z;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
     const real g1_v2 = B_v2 * x[vz] - C_v2 * x[vy] + x[att1] * c[r3];  /* (29) */
     const real t_mlur2 = (x[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_mlur2;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_vo4h3 = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_bap4n
-        + G3_v2 * t_bap4n_2
-        + t_f2nhc_2 * a2_v2
-        + t_f2nhc * a3_v2;
-    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_kd2xx
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_3tpbw * t_mlur2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
-    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_6owaj = Pq_v2 * Pq_v2
-        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_oe5we = bob1_S1tz * bob1_g1_x;
+    const real t_sxauh = t_oe5we * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_yuijv = bob2_S1tz * bob2_g1_x;
+    const real t_atyyu = t_yuijv * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_sxauh + t_atyyu);
+    const real g2_v2 = C_v2 * x[vx] + x[att2] * c[r5];  /* (29) */
+    const real t_rwc5x = (x[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real t_mzegy = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_vbonl;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_hsg6x = t_oe5we * bob1_r_y;
+    const real bob1_Nzz = t_mzegy + bob1_Bzz + t_hsg6x;
+    const real t_y4gdo = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_h65fc;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_gwnao = t_yuijv * bob2_r_y;
+    const real bob2_Nzz = t_y4gdo + bob2_Bzz + t_gwnao;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real g3_v2 = x[att3] * c[r7] - B_v2 * x[vx];  /* (29) */
+    const real t_3ut5h = (x[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real t_zr2ic = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_mlur2
+        + hub_K53 * t_rwc5x
+        + hub_K63 * t_3ut5h;
+    const real bob1_S1tx = bob1_g1_x * h[t_vpzmf];
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * h[t_mxpm2];
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real bob1_S1ty = bob1_g1_y * h[t_vpzmf];
+    const real t_oe5we_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * h[t_mxpm2];
+    const real t_yuijv_2 = bob2_S1ty * bob2_g1_x;
+    const real t_pb37n = t_oe5we_2 + t_yuijv_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = h[t_cub74] * x[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * x[wz] - stream_z * x[wy];
+    const real t_pb37n_2 = t_oe5we + t_yuijv;
+    const real t_hsg6x_2 = t_oe5we_2 * bob1_r_z;
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_hsg6x_2 - (t_hsg6x + t_eoh4z_2);
+    const real t_gwnao_2 = t_yuijv_2 * bob2_r_z;
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_gwnao_2 - (t_gwnao + t_qqbrl_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_oe5we * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_yuijv * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_qdbhd = t_oe5we_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_55wf6 = t_yuijv_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real q1_v2 = t_pb37n * t_si2fh
+        - hub_b1
+        + t_pb37n_2 * t_gkvv2
+        - hub_K41 * t_mlur2
+        - hub_K51 * t_rwc5x
+        + t_mcuq4 * t_3ut5h;
+    const real t_sxauh_2 = t_hsg6x_2 + t_mzegy;
+    const real t_atyyu_2 = t_gwnao_2 + t_y4gdo;
+    const real t_ek7rm = t_sxauh_2 + t_atyyu_2;
+    const real bob1_S2ty = bob1_g2_y * t_vbonl;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_S2ty = bob2_g2_y * t_h65fc;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * x[wx];
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z_3 - bob1_Myy * bob1_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_o7nvy = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_o7nvy + t_oe5we_2 * bob1_r_y;
+    const real t_vuoys = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_vuoys + t_yuijv_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real q2_v2 = t_ek7rm * t_rwc5x
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_mlur2)
+        - hub_K62 * t_3ut5h;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_pb37n * q2_v2 + t_pb37n_2 * t_zr2ic;
+    const real PP_v2 = hub_K11 * hub_K11 + t_pb37n * t_pb37n + t_pb37n_2 * t_pb37n_2;
+    const real t_erlrc = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + t_zr2ic * t_zr2ic);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_erlrc));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real t_dlc6l = t_zr2ic + ax_v2 * t_pb37n_2;
+    const real f2_v2 = q2_v2 - ax_v2 * t_pb37n;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dlc6l * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real eBc_1 = Bc_1 * h[e1];
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = x[phi1_dot] * p[I1];
-    const real I_theta1 = x[theta1_dot] * p[I1];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = x[phi2_dot] * p[I2];
-    const real I_theta2 = x[theta2_dot] * p[I2];
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * x[wy]
-        + I_theta2 * x[wy]
-        - h[t_sfymc] * x[wy] * x[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * x[wy]
-        - I_phi2 * x[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * x[wx]
-        + I_theta2 * x[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * x[wz]
-        - I_phi2 * x[wz];
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
-    const real t_exl37_2 = t_f2nhc * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
-    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real total_hx = x[phi1_dot] * p[I1] + x[phi2_dot] * p[I2];
+    const real total_hz = x[theta1_dot] * p[I1] + x[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + h[total_Jxx] * x[wx];
+    const real total_Hy = h[total_Jyy] * x[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * x[wz];
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_eoh4z * bob1_r_x
+        - (t_eoh4z_2 * bob1_r_z + t_sxauh * bob1_r_y + t_qqbrl_2 * bob2_r_z + t_atyyu * bob2_r_y)
+        + t_sxauh_2 * bob1_r_z
+        + t_qqbrl * bob2_r_x
+        + t_atyyu_2 * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_sxauh * bob1_r_x
+        + t_atyyu * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z_3 * bob1_r_x
+        - t_qqbrl_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = h[total_Jzz]
+        - t_o7nvy * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_vuoys * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_qdbhd * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_55wf6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * x[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * x[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * x[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * x[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * x[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * x[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real t_iafuq = t_pb37n * t_l63bo;
+    const real kK2K21 = hub_K22 - t_pb37n * t_iafuq;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real kK3K21 = hub_K32 - t_pb37n * t_iafuq_2;
+    const real kK3K31 = hub_K33 - t_pb37n_2 * t_iafuq_2;
+    const real t_6dtnj = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_exl37 * df1_v2;
-    const real t_gu5fe = t_qh3cx * sin_delta1_v2;
-    const real da_v2_y3 = t_exl37_2 * df1_v2 - (t_gu5fe + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 / K_D3;
-    const real da_v2_x2 = da_v2_y2 * t_6dtnj - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_cl3z7 + t_exl37 * da_v2_x2 + t_exl37_2 * da_v2_x3;
-    const real Mx_v2 = n4
-        + G2_v2 * K54
-        + G3_v2 * K64
-        - t_dvxnj * ax_v2
-        - t_dvxnj * da_v2_x1
-        - t_3tpbw * a2_v2
-        - t_3tpbw * da_v2_x2
-        + K43 * a3_v2
-        + K43 * da_v2_x3
-        - K44 * t_mlur2;
-    const real My_v2 = t_gu5fe * h[t_bknng]
-        - n6
-        - G2_v2 * K65
-        - G3_v2 * K66
-        + t_bap4n_2 * ax_v2
-        + t_bap4n_2 * da_v2_x1
-        + t_kd2xx * a2_v2
-        + t_kd2xx * da_v2_x2
-        - K63 * a3_v2
-        - K63 * da_v2_x3
-        + K64 * t_mlur2;
-    const real Mz_v2 = n5
-        + G2_v2 * K55
-        + G3_v2 * K65
-        - t_bap4n * ax_v2
-        - t_bap4n * da_v2_x1
-        + K52 * a2_v2
-        + K52 * da_v2_x2
-        + K53 * a3_v2
-        + K53 * da_v2_x3
-        - K54 * t_mlur2
-        + t_jczim * h[t_bknng];
+    const real t_ynix5 = t_qh3cx * sin_delta1_v2;
+    const real df3_v2 = t_dlc6l - t_ynix5;
+    const real yda_v2_y = df2_v2 + df1_v2 * t_iafuq;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_iafuq_2 - lK3K2 * yda_v2_y;
+    const real da_v2_z = yda_v2_z / kK3K32;
+    const real da_v2_y = yda_v2_y * t_6dtnj - da_v2_z * lK3K2;
+    const real da_v2_x = df1_v2 * t_l63bo + da_v2_y * t_iafuq + da_v2_z * t_iafuq_2;
+    const real Mx_v2 = ax_v2 * hub_K41
+        - hub_b4
+        + da_v2_x * hub_K41
+        + da_v2_y * hub_K42
+        + da_v2_z * hub_K43
+        - hub_K42 * t_si2fh
+        - hub_K43 * t_gkvv2
+        - hub_K44 * t_mlur2
+        - hub_K54 * t_rwc5x
+        - hub_K64 * t_3ut5h;
+    const real t_r2phr = t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real My_v2 = ax_v2 * hub_K51
+        - hub_b5
+        + da_v2_x * hub_K51
+        - da_v2_y * t_ek7rm
+        + da_v2_z * hub_K53
+        + t_ek7rm * t_si2fh
+        - hub_K53 * t_gkvv2
+        - hub_K54 * t_mlur2
+        - hub_K55 * t_rwc5x
+        + t_r2phr * t_3ut5h
+        + t_ynix5 * h[t_yxxpc];
+    const real Mz_v2 = da_v2_y * hub_K62
+        - (hub_b6 + ax_v2 * t_mcuq4 + da_v2_x * t_mcuq4)
+        + da_v2_z * hub_K63
+        - hub_K62 * t_si2fh
+        - hub_K63 * t_gkvv2
+        - hub_K64 * t_mlur2
+        + t_r2phr * t_rwc5x
+        - hub_K66 * t_3ut5h
+        + t_jczim * h[t_yxxpc];
     u[0] = Mx_v2;
     u[1] = My_v2;
     u[2] = Mz_v2;
@@ -3819,130 +3633,73 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
 
 /* Places of h. */
 enum {
-    lyapunov_v2_loop_h_t_gbl6n,
-    lyapunov_v2_loop_h_me1,
-    lyapunov_v2_loop_h_t_jx6g7,
-    lyapunov_v2_loop_h_me2,
-    lyapunov_v2_loop_h_M_C,
-    lyapunov_v2_loop_h_x_C,
-    lyapunov_v2_loop_h_e1,
-    lyapunov_v2_loop_h_t_6nwd2,
-    lyapunov_v2_loop_h_k1,
-    lyapunov_v2_loop_h_mv1,
-    lyapunov_v2_loop_h_B_1,
-    lyapunov_v2_loop_h_e2,
-    lyapunov_v2_loop_h_t_popww,
-    lyapunov_v2_loop_h_k2,
-    lyapunov_v2_loop_h_mv2,
-    lyapunov_v2_loop_h_B_2,
-    lyapunov_v2_loop_h_t_t6fx5,
-    lyapunov_v2_loop_h_t_fcuad,
-    lyapunov_v2_loop_h_t_z4fbq,
+    lyapunov_v2_loop_h_t_wbepk,
+    lyapunov_v2_loop_h_t_vpzmf,
+    lyapunov_v2_loop_h_t_nww6q,
+    lyapunov_v2_loop_h_t_mxpm2,
     lyapunov_v2_loop_h_t_yjeu3,
+    lyapunov_v2_loop_h_t_cub74,
+    lyapunov_v2_loop_h_total_mass,
+    lyapunov_v2_loop_h_bob1_S1rx,
+    lyapunov_v2_loop_h_bob2_S1rx,
     lyapunov_v2_loop_h_t_ma4ro,
-    lyapunov_v2_loop_h_t_47igz,
+    lyapunov_v2_loop_h_t_t6fx5,
     lyapunov_v2_loop_h_t_62qfa,
     lyapunov_v2_loop_h_t_y7rm6,
     lyapunov_v2_loop_h_t_xkg6l,
-    lyapunov_v2_loop_h_J_C1,
-    lyapunov_v2_loop_h_J_C3,
-    lyapunov_v2_loop_h_J_C2,
-    lyapunov_v2_loop_h_Bl_1,
-    lyapunov_v2_loop_h_t_xdulz,
-    lyapunov_v2_loop_h_Bl_2,
-    lyapunov_v2_loop_h_t_uohf6,
-    lyapunov_v2_loop_h_t_sfymc,
-    lyapunov_v2_loop_h_t_g7pzr,
-    lyapunov_v2_loop_h_t_urwo6,
-    lyapunov_v2_loop_h_t_bknng,
-    lyapunov_v2_loop_h_t_ibe72,
-    lyapunov_v2_loop_h_t_r7vy7,
+    lyapunov_v2_loop_h_total_Jxx,
+    lyapunov_v2_loop_h_total_Jyy,
+    lyapunov_v2_loop_h_total_Jzz,
+    lyapunov_v2_loop_h_hub_K44_fixed,
+    lyapunov_v2_loop_h_t_yxxpc,
 };
 
-/* part of lyapunov_v2_loop that is computed once per run; 80 operations. */
+/* part of lyapunov_v2_loop that is computed once per run; 39 operations. */
 void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D, F = SLOSH_P_F, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
     enum { r6 = SLOSH_LYAPUNOV_V2_C_R6, r8 = SLOSH_LYAPUNOV_V2_C_R8 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_gbl6n = K(1.0) / D1;
-    const real t_wywjk = p[m1] * t_gbl6n;
-    const real me1 = t_wywjk * p[I1];
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_jx6g7 = K(1.0) / D2;
-    const real t_jzg7x = p[m2] * t_jx6g7;
-    const real me2 = t_jzg7x * p[I2];
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_wywjk * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real B_1 = me1 * p[l1];
-    const real e2 = p[h2] - x_C;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_jzg7x * p[l2];
-    const real mv2 = t_popww * k2;
-    const real B_2 = me2 * p[l2];
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real total_mass = p[m] + p[m0];
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    h[lyapunov_v2_loop_h_t_gbl6n] = t_gbl6n;
-    h[lyapunov_v2_loop_h_me1] = me1;
-    h[lyapunov_v2_loop_h_t_jx6g7] = t_jx6g7;
-    h[lyapunov_v2_loop_h_me2] = me2;
-    h[lyapunov_v2_loop_h_M_C] = M_C;
-    h[lyapunov_v2_loop_h_x_C] = x_C;
-    h[lyapunov_v2_loop_h_e1] = e1;
-    h[lyapunov_v2_loop_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v2_loop_h_k1] = k1;
-    h[lyapunov_v2_loop_h_mv1] = mv1;
-    h[lyapunov_v2_loop_h_B_1] = B_1;
-    h[lyapunov_v2_loop_h_e2] = e2;
-    h[lyapunov_v2_loop_h_t_popww] = t_popww;
-    h[lyapunov_v2_loop_h_k2] = k2;
-    h[lyapunov_v2_loop_h_mv2] = mv2;
-    h[lyapunov_v2_loop_h_B_2] = B_2;
-    h[lyapunov_v2_loop_h_t_t6fx5] = K(1.0) / c[r8];
-    h[lyapunov_v2_loop_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v2_loop_h_t_z4fbq] = e2 * me2;
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    h[lyapunov_v2_loop_h_t_wbepk] = t_wbepk;
+    h[lyapunov_v2_loop_h_t_vpzmf] = t_vpzmf;
+    h[lyapunov_v2_loop_h_t_nww6q] = t_nww6q;
+    h[lyapunov_v2_loop_h_t_mxpm2] = t_mxpm2;
     h[lyapunov_v2_loop_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_loop_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
+    h[lyapunov_v2_loop_h_total_mass] = total_mass;
+    h[lyapunov_v2_loop_h_bob1_S1rx] = bob1_S1rx;
+    h[lyapunov_v2_loop_h_bob2_S1rx] = bob2_S1rx;
     h[lyapunov_v2_loop_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_loop_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v2_loop_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_loop_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_loop_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_loop_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
-    h[lyapunov_v2_loop_h_J_C1] = J_C1;
-    h[lyapunov_v2_loop_h_J_C3] = J_C3;
-    h[lyapunov_v2_loop_h_J_C2] = J_C2;
-    h[lyapunov_v2_loop_h_Bl_1] = Bl_1;
-    h[lyapunov_v2_loop_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v2_loop_h_Bl_2] = Bl_2;
-    h[lyapunov_v2_loop_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v2_loop_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v2_loop_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v2_loop_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v2_loop_h_t_bknng] = p[b] + p[d] + x_C;
-    h[lyapunov_v2_loop_h_t_ibe72] = K(1.0) / p[m1];
-    h[lyapunov_v2_loop_h_t_r7vy7] = K(1.0) / p[m2];
+    h[lyapunov_v2_loop_h_total_Jxx] = total_Jxx;
+    h[lyapunov_v2_loop_h_total_Jyy] = total_Jyy;
+    h[lyapunov_v2_loop_h_total_Jzz] = total_Jzz;
+    h[lyapunov_v2_loop_h_hub_K44_fixed] = hub_K44_fixed;
+    h[lyapunov_v2_loop_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v2_loop; 867 operations. */
+/* the rest of lyapunov_v2_loop; 937 operations. */
 void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -3951,464 +3708,490 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     enum { theta2 = 12, phi1_dot = 13, theta1_dot = 14, phi2_dot = 15 };
     enum { theta2_dot = 16 };
     enum { F = SLOSH_P_F, delta1_max = SLOSH_P_DELTA1_MAX, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
-    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2, eps2 = SLOSH_P_EPS2 };
     enum { r1 = SLOSH_LYAPUNOV_V2_C_R1, r2 = SLOSH_LYAPUNOV_V2_C_R2, r3 = SLOSH_LYAPUNOV_V2_C_R3 };
     enum { r5 = SLOSH_LYAPUNOV_V2_C_R5, r7 = SLOSH_LYAPUNOV_V2_C_R7 };
     enum { w1 = SLOSH_LYAPUNOV_V2_C_W1, w2 = SLOSH_LYAPUNOV_V2_C_W2 };
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3, w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    enum { t_gbl6n = lyapunov_v2_loop_h_t_gbl6n };
-    enum { me1 = lyapunov_v2_loop_h_me1 };
-    enum { t_jx6g7 = lyapunov_v2_loop_h_t_jx6g7 };
-    enum { me2 = lyapunov_v2_loop_h_me2 };
-    enum { M_C = lyapunov_v2_loop_h_M_C };
-    enum { x_C = lyapunov_v2_loop_h_x_C };
-    enum { e1 = lyapunov_v2_loop_h_e1 };
-    enum { t_6nwd2 = lyapunov_v2_loop_h_t_6nwd2 };
-    enum { k1 = lyapunov_v2_loop_h_k1 };
-    enum { mv1 = lyapunov_v2_loop_h_mv1 };
-    enum { B_1 = lyapunov_v2_loop_h_B_1 };
-    enum { e2 = lyapunov_v2_loop_h_e2 };
-    enum { t_popww = lyapunov_v2_loop_h_t_popww };
-    enum { k2 = lyapunov_v2_loop_h_k2 };
-    enum { mv2 = lyapunov_v2_loop_h_mv2 };
-    enum { B_2 = lyapunov_v2_loop_h_B_2 };
-    enum { t_t6fx5 = lyapunov_v2_loop_h_t_t6fx5 };
-    enum { t_fcuad = lyapunov_v2_loop_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v2_loop_h_t_z4fbq };
+    enum { t_wbepk = lyapunov_v2_loop_h_t_wbepk };
+    enum { t_vpzmf = lyapunov_v2_loop_h_t_vpzmf };
+    enum { t_nww6q = lyapunov_v2_loop_h_t_nww6q };
+    enum { t_mxpm2 = lyapunov_v2_loop_h_t_mxpm2 };
     enum { t_yjeu3 = lyapunov_v2_loop_h_t_yjeu3 };
+    enum { t_cub74 = lyapunov_v2_loop_h_t_cub74 };
+    enum { total_mass = lyapunov_v2_loop_h_total_mass };
+    enum { bob1_S1rx = lyapunov_v2_loop_h_bob1_S1rx };
+    enum { bob2_S1rx = lyapunov_v2_loop_h_bob2_S1rx };
     enum { t_ma4ro = lyapunov_v2_loop_h_t_ma4ro };
-    enum { t_47igz = lyapunov_v2_loop_h_t_47igz };
+    enum { t_t6fx5 = lyapunov_v2_loop_h_t_t6fx5 };
     enum { t_62qfa = lyapunov_v2_loop_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_loop_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v2_loop_h_t_xkg6l };
-    enum { J_C1 = lyapunov_v2_loop_h_J_C1 };
-    enum { J_C3 = lyapunov_v2_loop_h_J_C3 };
-    enum { J_C2 = lyapunov_v2_loop_h_J_C2 };
-    enum { Bl_1 = lyapunov_v2_loop_h_Bl_1 };
-    enum { t_xdulz = lyapunov_v2_loop_h_t_xdulz };
-    enum { Bl_2 = lyapunov_v2_loop_h_Bl_2 };
-    enum { t_uohf6 = lyapunov_v2_loop_h_t_uohf6 };
-    enum { t_sfymc = lyapunov_v2_loop_h_t_sfymc };
-    enum { t_g7pzr = lyapunov_v2_loop_h_t_g7pzr };
-    enum { t_urwo6 = lyapunov_v2_loop_h_t_urwo6 };
-    enum { t_bknng = lyapunov_v2_loop_h_t_bknng };
-    enum { t_ibe72 = lyapunov_v2_loop_h_t_ibe72 };
-    enum { t_r7vy7 = lyapunov_v2_loop_h_t_r7vy7 };
+    enum { total_Jxx = lyapunov_v2_loop_h_total_Jxx };
+    enum { total_Jyy = lyapunov_v2_loop_h_total_Jyy };
+    enum { total_Jzz = lyapunov_v2_loop_h_total_Jzz };
+    enum { hub_K44_fixed = lyapunov_v2_loop_h_hub_K44_fixed };
+    enum { t_yxxpc = lyapunov_v2_loop_h_t_yxxpc };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real p1 = Wn1 + q[phi1_dot];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * cos_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * cos_theta2;
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real B_v2 = q[vy] * c[r1];  /* (29) */
-    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
-    const real g_1 = h[e1] - lc_1;
-    const real wth_1 = th_1 * p[I1];
-    const real wg_1 = g_1 * wth_1;
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real g_2 = h[e2] - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real wq_1 = q_1 * wth_1;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wq_2 = q_2 * wth_2;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx - wqC_1 - wqC_2;
-    const real W13 = q[wx] * q[wz];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_S1ty = bob1_g1_y * h[t_vpzmf];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_oe5we = bob1_S1ty * bob1_g1_x;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real t_hsg6x = t_oe5we * bob1_r_z;
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_vbonl = K(1.0) / (p[I1] + h[t_wbepk] * (sin_phi1 * sin_phi1));
+    const real t_vkr4f = t_pj4i3 * t_vbonl;
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
+    const real bob1_Myz = t_vkr4f * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real t_mzegy = bob1_Myz * bob1_r_x;
+    const real t_sxauh = t_hsg6x + t_mzegy;
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_S1ty = bob2_g1_y * h[t_mxpm2];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_yuijv = bob2_S1ty * bob2_g1_x;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real t_gwnao = t_yuijv * bob2_r_z;
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_h65fc = K(1.0) / (p[I2] + h[t_nww6q] * (sin_phi2 * sin_phi2));
+    const real t_6vqqi = t_zludf * t_h65fc;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
+    const real bob2_Myz = t_6vqqi * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real t_y4gdo = bob2_Myz * bob2_r_x;
+    const real t_atyyu = t_gwnao + t_y4gdo;
+    const real t_ek7rm = t_sxauh + t_atyyu;
     const real C_v2 = q[vz] * c[r2];  /* (29) */
     const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
-    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real t_kd2xx_2 = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
+    const real t_rwc5x = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real bob1_S2ty = bob1_g2_y * t_vbonl;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real bob2_S2ty = bob2_g2_y * t_h65fc;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real stream_z = h[t_cub74] * q[wy];
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real B_v2 = q[vy] * c[r1];  /* (29) */
+    const real t_si2fh = B_v2 * c[w1];
+    const real hub_K32 = bob1_Myz + bob2_Myz;
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z - bob1_Myy * bob1_r_z;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_kd2xx_2
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_3tpbw * t_mlur2;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_wsv66 = t_o6fg5 * sin_phi1 + t_l7fgg * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real t_zatzg = t_wsv66
-        + G2_v2 * t_bap4n
-        + G3_v2 * t_bap4n_2
-        + t_f2nhc * a2_v2
-        + t_f2nhc_2 * a3_v2;
-    const real q1_v2 = t_dvxnj * t_mlur2 - t_zatzg;
-    const real t_mallh_2 = F_n1 * sin_theta1;
-    const real t_lbh6o_2 = F_n2 * sin_theta2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_kd2xx_2 + wqS_2;
-    const real K63 = t_kd2xx - (t_qeyrr + t_vn7oc);
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_mlur2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2;
-    const real PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2;
-    const real t_6owaj = Pq_v2 * Pq_v2
-        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
+    const real bob1_S2rz = p[I1] * t_vbonl;
+    const real t_o7nvy = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_o7nvy + t_oe5we * bob1_r_y;
+    const real bob2_S2rz = p[I2] * t_h65fc;
+    const real t_vuoys = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_vuoys + t_yuijv * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_3ut5h = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real q2_v2 = t_ek7rm * t_rwc5x
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_mlur2)
+        - hub_K62 * t_3ut5h;
+    const real bob1_S1tx = bob1_g1_x * h[t_vpzmf];
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * h[t_mxpm2];
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real t_pb37n = t_oe5we + t_yuijv;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real t_7maqq = h[t_cub74] * q[wz];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * q[wz] - stream_z * q[wy];
+    const real t_oe5we_2 = bob1_S1tz * bob1_g1_x;
+    const real t_yuijv_2 = bob2_S1tz * bob2_g1_x;
+    const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
+    const real t_hsg6x_2 = t_oe5we_2 * bob1_r_y;
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_hsg6x - (t_hsg6x_2 + t_eoh4z_2);
+    const real t_gwnao_2 = t_yuijv_2 * bob2_r_y;
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_gwnao - (t_gwnao_2 + t_qqbrl_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_oe5we_2 * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_yuijv_2 * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_qdbhd = t_oe5we * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_55wf6 = t_yuijv * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real q1_v2 = t_pb37n * t_si2fh
+        - hub_b1
+        + t_pb37n_2 * t_gkvv2
+        - hub_K41 * t_mlur2
+        - hub_K51 * t_rwc5x
+        + t_mcuq4 * t_3ut5h;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_vkr4f;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_6vqqi;
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * q[wx];
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_vkr4f * t_pj4i3;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_6vqqi * t_zludf;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z_3 - bob1_Myz * bob1_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl_3 - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
+    const real t_sxauh_2 = t_oe5we_2 * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real t_atyyu_2 = t_yuijv_2 * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_sxauh_2 + t_atyyu_2);
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real bob1_Nzz = t_mzegy + bob1_Bzz + t_hsg6x_2;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real bob2_Nzz = t_y4gdo + bob2_Bzz + t_gwnao_2;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real t_zr2ic = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_mlur2
+        + hub_K53 * t_rwc5x
+        + hub_K63 * t_3ut5h;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_pb37n * q2_v2 + t_pb37n_2 * t_zr2ic;
+    const real PP_v2 = hub_K11 * hub_K11 + t_pb37n * t_pb37n + t_pb37n_2 * t_pb37n_2;
+    const real t_erlrc = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + t_zr2ic * t_zr2ic);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_erlrc));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc * ax_v2;
+    const real f2_v2 = q2_v2 - ax_v2 * t_pb37n;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
-    const real f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2;
+    const real t_dlc6l = t_zr2ic + ax_v2 * t_pb37n_2;
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dlc6l * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2))));
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const real t_q35ss = cos_delta2_v2 * sin_delta1_v2;
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_q35ss * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
     const real t_gbb3a = cos_delta2_act * p[F];
     const real f_x = t_gbb3a * cos_delta1_act;
-    const real f_y = sin_delta2_act * p[F];
-    const real eBc_1 = Bc_1 * h[e1];
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - h[t_sfymc] * q[wy] * q[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh * g_1
-        + t_lbh6o * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh_2 * g_1
-        - t_lbh6o_2 * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc * t_exl37;
-    const real t_exl37_2 = t_f2nhc_2 * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real t_6faq6 = t_bap4n * t_cl3z7;
-    const real t_c34go = K52 - t_f2nhc * t_6faq6;
-    const real K_L52 = t_c34go * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc_2 * t_exl37_2;
-    const real t_qom6d = t_dvxnj * t_cl3z7;
-    const real t_3fteh = t_3tpbw + t_f2nhc * t_qom6d;
-    const real t_kgdxa = t_3fteh * t_6dtnj;
-    const real t_v4k64 = K43 + t_iy2us * t_kgdxa - t_f2nhc_2 * t_qom6d;
-    const real t_6dtnj_2 = K(1.0) / K_D3;
-    const real K_L43 = t_v4k64 * t_6dtnj_2;
-    const real t_rkny3 = K53 - t_iy2us * K_L52 - t_f2nhc_2 * t_6faq6;
-    const real K_L53 = t_rkny3 * t_6dtnj_2;
-    const real t_6faq6_2 = t_bap4n_2 * t_cl3z7;
-    const real t_6lnfz = t_kd2xx_2 + t_f2nhc * t_6faq6_2;
-    const real t_bk7yo = t_6lnfz * t_6dtnj;
-    const real t_qksxh = K63 + t_iy2us * t_bk7yo - t_f2nhc_2 * t_6faq6_2;
-    const real K_L63 = t_qksxh * t_6dtnj_2;
-    const real K_D4 = K44 - t_3fteh * t_kgdxa - t_v4k64 * K_L43 - t_dvxnj * t_qom6d;
-    const real t_kxzt7 = K54 + t_3fteh * K_L52 - t_v4k64 * K_L53 - t_dvxnj * t_6faq6;
-    const real t_6dtnj_3 = K(1.0) / K_D4;
-    const real K_L54 = t_kxzt7 * t_6dtnj_3;
-    const real t_bazvg = K64 - t_3fteh * t_bk7yo - t_v4k64 * K_L63 - t_dvxnj * t_6faq6_2;
-    const real K_L64 = t_bazvg * t_6dtnj_3;
-    const real K_D5 = K55
-        - t_c34go * K_L52
-        - t_rkny3 * K_L53
-        - t_kxzt7 * K_L54
-        - t_bap4n * t_6faq6;
-    const real t_7qylu = K65
-        + t_c34go * t_bk7yo
-        - t_rkny3 * K_L63
-        - t_kxzt7 * K_L64
-        - t_bap4n * t_6faq6_2;
-    const real t_jxcfv = K(1.0) / K_D5;
-    const real K_L65 = t_7qylu * t_jxcfv;
-    const real K_D6 = K66
-        - t_6lnfz * t_bk7yo
-        - t_qksxh * K_L63
-        - t_bazvg * K_L64
-        - t_7qylu * K_L65
-        - t_bap4n_2 * t_6faq6_2;
-    const real b1 = f_x + t_wsv66;
-    const real b2 = f_y - n2;
+    const real f_y = p[F] * sin_delta2_act;
+    const real bob1_q2 = bob1_Q2 * t_vbonl;
+    const real bob2_q2 = bob2_Q2 * t_h65fc;
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + h[total_Jxx] * q[wx];
+    const real total_Hy = h[total_Jyy] * q[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * q[wz];
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z_3 * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl_3 * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_eoh4z_3 * bob1_r_x
+        - (t_eoh4z_2 * bob1_r_z + t_sxauh_2 * bob1_r_y + t_qqbrl_2 * bob2_r_z + t_atyyu_2 * bob2_r_y)
+        + t_sxauh * bob1_r_z
+        + t_qqbrl_3 * bob2_r_x
+        + t_atyyu * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_sxauh_2 * bob1_r_x
+        + t_atyyu_2 * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z * bob1_r_x
+        - t_qqbrl * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = h[total_Jzz]
+        - t_o7nvy * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_vuoys * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_qdbhd * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_55wf6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
+    const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
+    const real t_iafuq = t_pb37n * t_l63bo;
+    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
+    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
+    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
+    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
+    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - t_ek7rm;
+    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
+    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real t_tvu3r = t_mcuq4 * t_l63bo;
+    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
+    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
+    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real t_r2phr = t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r - t_r2phr;
+    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
+    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
+    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
+    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
+    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
+    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
+    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
+    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
+    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
+    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
+    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
+    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
+    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
+    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
+    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real yhub_ax = f_x + hub_b1;
+    const real t_4rwfu = sin_delta2_act * p[F];
+    const real yhub_ay = t_4rwfu + hub_b2 + t_iafuq * yhub_ax;
+    const real t_eoq7e = t_gbb3a * sin_delta1_act;
+    const real yhub_az = hub_b3 - t_eoq7e + t_iafuq_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
     const real t_qh3cx = p[F] * cos_delta2_v2;
-    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_exl37 * df1_v2;
-    const real t_gu5fe = t_qh3cx * sin_delta1_v2;
-    const real da_v2_y3 = t_exl37_2 * df1_v2 - (t_gu5fe + f3_v2) - K_L32 * da_v2_y2;
-    const real da_v2_x3 = da_v2_y3 * t_6dtnj_2;
-    const real da_v2_x2 = da_v2_y2 * t_6dtnj - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_cl3z7 + t_exl37 * da_v2_x2 + t_exl37_2 * da_v2_x3;
-    const real Mx_v2 = n4
-        + G2_v2 * K54
-        + G3_v2 * K64
-        - t_dvxnj * ax_v2
-        - t_dvxnj * da_v2_x1
-        - t_3tpbw * a2_v2
-        - t_3tpbw * da_v2_x2
-        + K43 * a3_v2
-        + K43 * da_v2_x3
-        - K44 * t_mlur2;
+    const real yda_v2_y = df2_v2 + df1_v2 * t_iafuq;
+    const real t_ynix5 = t_qh3cx * sin_delta1_v2;
+    const real df3_v2 = t_dlc6l - t_ynix5;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_iafuq_2 - lhub_azhub_ay * yda_v2_y;
+    const real da_v2_z = yda_v2_z * t_6dtnj_2;
+    const real da_v2_y = yda_v2_y * t_6dtnj - da_v2_z * lhub_azhub_ay;
+    const real da_v2_x = df1_v2 * t_l63bo + da_v2_y * t_iafuq + da_v2_z * t_iafuq_2;
+    const real Mx_v2 = ax_v2 * hub_K41
+        - hub_b4
+        + da_v2_x * hub_K41
+        + da_v2_y * hub_K42
+        + da_v2_z * hub_K43
+        - hub_K42 * t_si2fh
+        - hub_K43 * t_gkvv2
+        - hub_K44 * t_mlur2
+        - hub_K54 * t_rwc5x
+        - hub_K64 * t_3ut5h;
     const real t_gbb3a_2 = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
-    const real df2_act = p[F] * sin_delta2_act - t_jczim;
-    const real da_act_y2 = df2_act + t_exl37 * df1_act;
-    const real df3_act = t_vbwgu * p[F] - t_gbb3a_2 * sin_delta1_act;
-    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_2;
-    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
-    const real Mx = Mx_v2 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
-    const real b4 = Mx - n4;
-    const real Mz_v2 = n5
-        + G2_v2 * K55
-        + G3_v2 * K65
-        - t_bap4n * ax_v2
-        - t_bap4n * da_v2_x1
-        + K52 * a2_v2
-        + K52 * da_v2_x2
-        + K53 * a3_v2
-        + K53 * da_v2_x3
-        - K54 * t_mlur2
-        + t_jczim * h[t_bknng];
-    const real Mz = Mz_v2
-        - t_bap4n * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * h[t_bknng];
-    const real b5 = Mz - n5 - f_y * h[t_bknng];
-    const real t_eoq7e = t_gbb3a * sin_delta1_act;
-    const real My_v2 = t_gu5fe * h[t_bknng]
-        - n6
-        - G2_v2 * K65
-        - G3_v2 * K66
-        + t_bap4n_2 * ax_v2
-        + t_bap4n_2 * da_v2_x1
-        + t_kd2xx_2 * a2_v2
-        + t_kd2xx_2 * da_v2_x2
-        - K63 * a3_v2
-        - K63 * da_v2_x3
-        + K64 * t_mlur2;
+    const real df2_act = f_y - t_jczim;
+    const real yda_act_y = df2_act + df1_act * t_iafuq;
+    const real df3_act = t_q35ss * p[F] - t_gbb3a_2 * sin_delta1_act;
+    const real yda_act_z = df3_act + df1_act * t_iafuq_2 - lhub_azhub_ay * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_2;
+    const real da_act_y = yda_act_y * t_6dtnj - da_act_z * lhub_azhub_ay;
+    const real da_act_x = df1_act * t_l63bo + da_act_y * t_iafuq + da_act_z * t_iafuq_2;
+    const real Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
+    const real yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az;
+    const real My_v2 = ax_v2 * hub_K51
+        - hub_b5
+        + da_v2_x * hub_K51
+        - da_v2_y * t_ek7rm
+        + da_v2_z * hub_K53
+        + t_ek7rm * t_si2fh
+        - hub_K53 * t_gkvv2
+        - hub_K54 * t_mlur2
+        - hub_K55 * t_rwc5x
+        + t_r2phr * t_3ut5h
+        + t_ynix5 * h[t_yxxpc];
     const real My = My_v2
-        - df3_act * h[t_bknng]
-        + t_bap4n_2 * da_act_x1
-        + t_kd2xx_2 * da_act_x2
-        - K63 * da_act_x3;
-    const real b6 = t_eoq7e * h[t_bknng] - (My + n6);
-    const real X_y2 = b2 + t_exl37 * b1;
-    const real X_y3 = t_exl37_2 * b1 - (t_eoq7e + n3) - K_L32 * X_y2;
-    const real X_y4 = b4 + t_qom6d * b1 + t_kgdxa * X_y2 - K_L43 * X_y3;
-    const real X_y5 = b5
-        + t_6faq6 * b1
-        - K_L52 * X_y2
-        - K_L53 * X_y3
-        - K_L54 * X_y4;
-    const real X_y6 = b6
-        + t_6faq6_2 * b1
-        + t_bk7yo * X_y2
-        - K_L63 * X_y3
-        - K_L64 * X_y4
-        - K_L65 * X_y5;
-    const real X_x6 = X_y6 / K_D6;
-    const real X_x5 = X_y5 * t_jxcfv - K_L65 * X_x6;
-    const real X_x4 = X_y4 * t_6dtnj_3 - K_L54 * X_x5 - K_L64 * X_x6;
-    const real X_x3 = X_y3 * t_6dtnj_2 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6;
-    const real X_x2 = X_y2 * t_6dtnj
-        - K_L32 * X_x3
-        + t_kgdxa * X_x4
-        - K_L52 * X_x5
-        + t_bk7yo * X_x6;
-    const real X_x1 = b1 * t_cl3z7
-        + t_exl37 * X_x2
-        + t_exl37_2 * X_x3
-        + t_qom6d * X_x4
-        + t_6faq6 * X_x5
-        + t_6faq6_2 * X_x6;
-    const real G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1;
-    const real Gt_eta1 = G_t1 + eta1;
-    const real t_qmuri = cos_phi1 * (G_t1 * h[e1] + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-        + sin_phi1 * (X_x1 - t_w7vil);
-    const real phi_acc1 = Gt_eta1 - (loss_phi1 + p[I1] * (Gt_eta1 + X_x4)) * h[t_gbl6n] - h[k1] * t_qmuri;
-    const real t_3ipx7 = X_x5 - W12;
-    const real t_hig3c_4 = X_x4 + X_x5;
-    const real t_hd5gx = zeta1
-        + X_x2 * cos_theta1
-        + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-        - t_hig3c_4 * q_1
-        - X_x3 * sin_theta1;
-    const real theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * h[t_ibe72] + q_1 * t_hd5gx));
-    const real G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2;
-    const real Gt_eta2 = G_t2 + eta2;
-    const real t_j3hy2 = cos_phi2 * (G_t2 * h[e2] + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-        + sin_phi2 * (X_x1 - t_6fvzz);
-    const real phi_acc2 = Gt_eta2 - (loss_phi2 + p[I2] * (Gt_eta2 + X_x4)) * h[t_jx6g7] - h[k2] * t_j3hy2;
-    const real t_s4hzu = zeta2
-        + X_x2 * cos_theta2
-        + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-        - t_hig3c_4 * q_2
-        - X_x3 * sin_theta2;
-    const real theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * h[t_r7vy7] + q_2 * t_s4hzu));
-    dq[0] = X_x1 + t_rybsf * h[x_C] - q[vz] * q[wy] + q[vy] * q[wz];
-    dq[1] = X_x2 - X_x5 * h[x_C] + (q[vz] * q[wx] - q[vx] * q[wz]);
-    dq[2] = X_x3 - X_x6 * h[x_C] + (q[vx] * q[wy] - q[vy] * q[wx]);
-    dq[3] = X_x4;
-    dq[4] = W13 - X_x6;
-    dq[5] = t_3ipx7;
+        + da_act_x * hub_K51
+        - da_act_y * t_ek7rm
+        + da_act_z * hub_K53
+        - df3_act * h[t_yxxpc];
+    const real yhub_alphay = My
+        + hub_b5
+        - t_eoq7e * h[t_yxxpc]
+        - lhub_alphayhub_alphax * yhub_alphax
+        - lhub_alphayhub_ax * yhub_ax
+        - lhub_alphayhub_ay * yhub_ay
+        - lhub_alphayhub_az * yhub_az;
+    const real Mz_v2 = da_v2_y * hub_K62
+        - (hub_b6 + ax_v2 * t_mcuq4 + da_v2_x * t_mcuq4)
+        + da_v2_z * hub_K63
+        - hub_K62 * t_si2fh
+        - hub_K63 * t_gkvv2
+        - hub_K64 * t_mlur2
+        + t_r2phr * t_rwc5x
+        - hub_K66 * t_3ut5h
+        + t_jczim * h[t_yxxpc];
+    const real Mz = Mz_v2
+        - da_act_x * t_mcuq4
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * h[t_yxxpc];
+    const real yhub_alphaz = Mz
+        + hub_b6
+        - t_4rwfu * h[t_yxxpc]
+        - lhub_alphazhub_alphax * yhub_alphax
+        - lhub_alphazhub_alphay * yhub_alphay
+        + t_tvu3r * yhub_ax
+        - lhub_alphazhub_ay * yhub_ay
+        - lhub_alphazhub_az * yhub_az;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
+    const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
+    const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
+    const real hub_ay = yhub_ay * t_6dtnj
+        - hub_alphax * lhub_alphaxhub_ay
+        - hub_alphay * lhub_alphayhub_ay
+        - hub_alphaz * lhub_alphazhub_ay
+        - hub_az * lhub_azhub_ay;
+    const real hub_ax = yhub_ax * t_l63bo
+        - hub_alphax * lhub_alphaxhub_ax
+        - hub_alphay * lhub_alphayhub_ax
+        + hub_alphaz * t_tvu3r
+        + hub_ay * t_iafuq
+        + hub_az * t_iafuq_2;
+    const real bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz;
+    const real bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax;
+    const real bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay;
+    const real bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_vkr4f * bob1_aPz;
+    const real t_24pqf = t_txuch * h[t_vpzmf]
+        + h[bob1_S1rx] * hub_alphax
+        + bob1_S1tx * bob1_aPx
+        + bob1_S1ty * bob1_aPy
+        + bob1_S1tz * bob1_aPz;
+    const real bob1_a1 = -t_24pqf;
+    const real bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz;
+    const real bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax;
+    const real bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay;
+    const real bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_6vqqi * bob2_aPz;
+    const real t_2xo37 = t_xyjt2 * h[t_mxpm2]
+        + h[bob2_S1rx] * hub_alphax
+        + bob2_S1tx * bob2_aPx
+        + bob2_S1ty * bob2_aPy
+        + bob2_S1tz * bob2_aPz;
+    const real bob2_a1 = -t_2xo37;
+    dq[0] = q[vy] * q[wz] - q[vz] * q[wy] + hub_ax;
+    dq[1] = q[vz] * q[wx] - q[vx] * q[wz] + hub_ay;
+    dq[2] = q[vx] * q[wy] - q[vy] * q[wx] + hub_az;
+    dq[3] = hub_alphax;
+    dq[4] = hub_alphay;
+    dq[5] = hub_alphaz;
     dq[6] = q[wx];
     dq[7] = q[wy];
     dq[8] = q[wz];
@@ -4416,128 +4199,81 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     dq[10] = q[theta1_dot];
     dq[11] = q[phi2_dot];
     dq[12] = q[theta2_dot];
-    dq[13] = phi_acc1;
-    dq[14] = theta_acc1;
-    dq[15] = phi_acc2;
-    dq[16] = theta_acc2;
+    dq[13] = bob1_a1;
+    dq[14] = bob1_a2;
+    dq[15] = bob2_a1;
+    dq[16] = bob2_a2;
 }
 
 /* Places of h. */
 enum {
-    lyapunov_v2_observe_h_me1,
-    lyapunov_v2_observe_h_me2,
-    lyapunov_v2_observe_h_M_C,
-    lyapunov_v2_observe_h_x_C,
-    lyapunov_v2_observe_h_e1,
-    lyapunov_v2_observe_h_t_6nwd2,
-    lyapunov_v2_observe_h_k1,
-    lyapunov_v2_observe_h_mv1,
-    lyapunov_v2_observe_h_B_1,
-    lyapunov_v2_observe_h_e2,
-    lyapunov_v2_observe_h_t_popww,
-    lyapunov_v2_observe_h_k2,
-    lyapunov_v2_observe_h_mv2,
-    lyapunov_v2_observe_h_B_2,
-    lyapunov_v2_observe_h_t_t6fx5,
-    lyapunov_v2_observe_h_t_fcuad,
-    lyapunov_v2_observe_h_t_z4fbq,
-    lyapunov_v2_observe_h_t_yjeu3,
+    lyapunov_v2_observe_h_t_wbepk,
+    lyapunov_v2_observe_h_t_vpzmf,
+    lyapunov_v2_observe_h_t_nww6q,
+    lyapunov_v2_observe_h_t_mxpm2,
+    lyapunov_v2_observe_h_t_cub74,
+    lyapunov_v2_observe_h_total_mass,
+    lyapunov_v2_observe_h_bob1_S1rx,
+    lyapunov_v2_observe_h_bob2_S1rx,
     lyapunov_v2_observe_h_t_ma4ro,
-    lyapunov_v2_observe_h_t_47igz,
+    lyapunov_v2_observe_h_t_yjeu3,
+    lyapunov_v2_observe_h_t_t6fx5,
     lyapunov_v2_observe_h_t_62qfa,
     lyapunov_v2_observe_h_t_y7rm6,
     lyapunov_v2_observe_h_t_xkg6l,
-    lyapunov_v2_observe_h_J_C1,
-    lyapunov_v2_observe_h_J_C3,
-    lyapunov_v2_observe_h_J_C2,
-    lyapunov_v2_observe_h_Bl_1,
-    lyapunov_v2_observe_h_t_xdulz,
-    lyapunov_v2_observe_h_Bl_2,
-    lyapunov_v2_observe_h_t_uohf6,
-    lyapunov_v2_observe_h_t_sfymc,
-    lyapunov_v2_observe_h_t_g7pzr,
-    lyapunov_v2_observe_h_t_urwo6,
-    lyapunov_v2_observe_h_t_bknng,
+    lyapunov_v2_observe_h_total_Jxx,
+    lyapunov_v2_observe_h_total_Jyy,
+    lyapunov_v2_observe_h_total_Jzz,
+    lyapunov_v2_observe_h_hub_K44_fixed,
+    lyapunov_v2_observe_h_t_yxxpc,
 };
 
-/* part of lyapunov_v2_observe that is computed once per run; 76 operations. */
+/* part of lyapunov_v2_observe that is computed once per run; 39 operations. */
 void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
 {
     enum { m = SLOSH_P_M, m0 = SLOSH_P_M0, I0 = SLOSH_P_I0, J_x = SLOSH_P_J_X };
     enum { J_y = SLOSH_P_J_Y, J_z = SLOSH_P_J_Z, h0 = SLOSH_P_H0, b = SLOSH_P_B };
     enum { d = SLOSH_P_D, F = SLOSH_P_F, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
-    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
+    enum { m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
     enum { I2 = SLOSH_P_I2 };
     enum { r4 = SLOSH_LYAPUNOV_V2_C_R4 };
     enum { r6 = SLOSH_LYAPUNOV_V2_C_R6, r8 = SLOSH_LYAPUNOV_V2_C_R8 };
-    const real D1 = p[l1] * p[l1] * p[m1] + p[I1];
-    const real t_nkfhl = p[m1] / D1;
-    const real me1 = t_nkfhl * p[I1];
-    const real D2 = p[l2] * p[l2] * p[m2] + p[I2];
-    const real t_xgfi7 = p[m2] / D2;
-    const real me2 = t_xgfi7 * p[I2];
-    const real M_C = p[m] + p[m0] + me1 + me2;
-    const real x_C = (p[h1] * me1 - (p[b] * p[m] + p[h0] * p[m0]) + p[h2] * me2) / M_C;
-    const real e1 = p[h1] - x_C;
-    const real t_6nwd2 = p[l1] * p[m1];
-    const real k1 = t_nkfhl * p[l1];
-    const real mv1 = t_6nwd2 * k1;
-    const real B_1 = me1 * p[l1];
-    const real e2 = p[h2] - x_C;
-    const real t_popww = p[l2] * p[m2];
-    const real k2 = t_xgfi7 * p[l2];
-    const real mv2 = t_popww * k2;
-    const real B_2 = me2 * p[l2];
-    const real S_C = me1 * (p[h1] * p[h1])
-        + me2 * (p[h2] * p[h2])
-        + p[m] * (p[b] * p[b])
-        + p[m0] * (p[h0] * p[h0])
-        - M_C * (x_C * x_C);
-    const real J_C1 = p[I0] + p[J_x];
-    const real J_C3 = p[I0] + p[J_z] + S_C;
+    const real t_wbepk = p[l1] * p[l1] * p[m1];
+    const real t_vpzmf = K(1.0) / (t_wbepk + p[I1]);
+    const real t_nww6q = p[l2] * p[l2] * p[m2];
+    const real t_mxpm2 = K(1.0) / (t_nww6q + p[I2]);
+    const real total_mass = p[m] + p[m0];
+    const real bob1_S1rx = p[I1] * t_vpzmf;
+    const real bob2_S1rx = p[I2] * t_mxpm2;
     const real t_is5lg = p[I1] + p[I2];
-    const real J_C2 = p[I0] + p[J_y] + t_is5lg + S_C;
-    const real Bl_1 = B_1 * p[l1];
-    const real Bl_2 = B_2 * p[l2];
-    const real t_sfymc = p[J_y] - p[J_z];
-    h[lyapunov_v2_observe_h_me1] = me1;
-    h[lyapunov_v2_observe_h_me2] = me2;
-    h[lyapunov_v2_observe_h_M_C] = M_C;
-    h[lyapunov_v2_observe_h_x_C] = x_C;
-    h[lyapunov_v2_observe_h_e1] = e1;
-    h[lyapunov_v2_observe_h_t_6nwd2] = t_6nwd2;
-    h[lyapunov_v2_observe_h_k1] = k1;
-    h[lyapunov_v2_observe_h_mv1] = mv1;
-    h[lyapunov_v2_observe_h_B_1] = B_1;
-    h[lyapunov_v2_observe_h_e2] = e2;
-    h[lyapunov_v2_observe_h_t_popww] = t_popww;
-    h[lyapunov_v2_observe_h_k2] = k2;
-    h[lyapunov_v2_observe_h_mv2] = mv2;
-    h[lyapunov_v2_observe_h_B_2] = B_2;
-    h[lyapunov_v2_observe_h_t_t6fx5] = K(1.0) / c[r8];
-    h[lyapunov_v2_observe_h_t_fcuad] = e1 * me1;
-    h[lyapunov_v2_observe_h_t_z4fbq] = e2 * me2;
-    h[lyapunov_v2_observe_h_t_yjeu3] = K(1.0) / c[r6];
+    const real total_Jxx = p[I0] + p[J_x] + t_is5lg;
+    const real t_6sclu = t_is5lg + p[m] * (p[b] * p[b]) + p[m0] * (p[h0] * p[h0]);
+    const real total_Jyy = p[I0] + p[J_y] + t_6sclu;
+    const real total_Jzz = t_6sclu + (p[I0] + p[J_z]);
+    const real hub_K44_fixed = total_Jxx - bob1_S1rx * p[I1] - bob2_S1rx * p[I2];
+    h[lyapunov_v2_observe_h_t_wbepk] = t_wbepk;
+    h[lyapunov_v2_observe_h_t_vpzmf] = t_vpzmf;
+    h[lyapunov_v2_observe_h_t_nww6q] = t_nww6q;
+    h[lyapunov_v2_observe_h_t_mxpm2] = t_mxpm2;
+    h[lyapunov_v2_observe_h_t_cub74] = p[b] * p[m] + p[h0] * p[m0];
+    h[lyapunov_v2_observe_h_total_mass] = total_mass;
+    h[lyapunov_v2_observe_h_bob1_S1rx] = bob1_S1rx;
+    h[lyapunov_v2_observe_h_bob2_S1rx] = bob2_S1rx;
     h[lyapunov_v2_observe_h_t_ma4ro] = K(1.0) / c[r4];
-    h[lyapunov_v2_observe_h_t_47igz] = M_C + mv1 + mv2;
+    h[lyapunov_v2_observe_h_t_yjeu3] = K(1.0) / c[r6];
+    h[lyapunov_v2_observe_h_t_t6fx5] = K(1.0) / c[r8];
     h[lyapunov_v2_observe_h_t_62qfa] = p[F] * p[F];
     h[lyapunov_v2_observe_h_t_y7rm6] = K(1.0) / p[F];
     h[lyapunov_v2_observe_h_t_xkg6l] = K(1.0) / mv_cos(p[delta2_max]);
-    h[lyapunov_v2_observe_h_J_C1] = J_C1;
-    h[lyapunov_v2_observe_h_J_C3] = J_C3;
-    h[lyapunov_v2_observe_h_J_C2] = J_C2;
-    h[lyapunov_v2_observe_h_Bl_1] = Bl_1;
-    h[lyapunov_v2_observe_h_t_xdulz] = me1 * (e1 * e1);
-    h[lyapunov_v2_observe_h_Bl_2] = Bl_2;
-    h[lyapunov_v2_observe_h_t_uohf6] = me2 * (e2 * e2);
-    h[lyapunov_v2_observe_h_t_sfymc] = t_sfymc;
-    h[lyapunov_v2_observe_h_t_g7pzr] = J_C1 + (p[J_z] - p[J_y]);
-    h[lyapunov_v2_observe_h_t_urwo6] = J_C1 + t_is5lg + t_sfymc;
-    h[lyapunov_v2_observe_h_t_bknng] = p[b] + p[d] + x_C;
+    h[lyapunov_v2_observe_h_total_Jxx] = total_Jxx;
+    h[lyapunov_v2_observe_h_total_Jyy] = total_Jyy;
+    h[lyapunov_v2_observe_h_total_Jzz] = total_Jzz;
+    h[lyapunov_v2_observe_h_hub_K44_fixed] = hub_K44_fixed;
+    h[lyapunov_v2_observe_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v2_observe; 618 operations. */
+/* the rest of lyapunov_v2_observe; 713 operations. */
 void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -4546,355 +4282,378 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     enum { theta2 = 12, phi1_dot = 13, theta1_dot = 14, phi2_dot = 15 };
     enum { theta2_dot = 16 };
     enum { F = SLOSH_P_F, delta1_max = SLOSH_P_DELTA1_MAX, delta2_max = SLOSH_P_DELTA2_MAX };
-    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, I1 = SLOSH_P_I1 };
-    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2 };
+    enum { m1 = SLOSH_P_M1, l1 = SLOSH_P_L1, h1 = SLOSH_P_H1, I1 = SLOSH_P_I1 };
+    enum { eps1 = SLOSH_P_EPS1, m2 = SLOSH_P_M2, l2 = SLOSH_P_L2, h2 = SLOSH_P_H2 };
     enum { I2 = SLOSH_P_I2, eps2 = SLOSH_P_EPS2 };
     enum { r1 = SLOSH_LYAPUNOV_V2_C_R1, r2 = SLOSH_LYAPUNOV_V2_C_R2, r3 = SLOSH_LYAPUNOV_V2_C_R3 };
     enum { r5 = SLOSH_LYAPUNOV_V2_C_R5, r7 = SLOSH_LYAPUNOV_V2_C_R7 };
     enum { w1 = SLOSH_LYAPUNOV_V2_C_W1, w2 = SLOSH_LYAPUNOV_V2_C_W2 };
     enum { w3 = SLOSH_LYAPUNOV_V2_C_W3, w4 = SLOSH_LYAPUNOV_V2_C_W4 };
     enum { w5 = SLOSH_LYAPUNOV_V2_C_W5 };
-    enum { me1 = lyapunov_v2_observe_h_me1 };
-    enum { me2 = lyapunov_v2_observe_h_me2 };
-    enum { M_C = lyapunov_v2_observe_h_M_C };
-    enum { x_C = lyapunov_v2_observe_h_x_C };
-    enum { e1 = lyapunov_v2_observe_h_e1 };
-    enum { t_6nwd2 = lyapunov_v2_observe_h_t_6nwd2 };
-    enum { k1 = lyapunov_v2_observe_h_k1 };
-    enum { mv1 = lyapunov_v2_observe_h_mv1 };
-    enum { B_1 = lyapunov_v2_observe_h_B_1 };
-    enum { e2 = lyapunov_v2_observe_h_e2 };
-    enum { t_popww = lyapunov_v2_observe_h_t_popww };
-    enum { k2 = lyapunov_v2_observe_h_k2 };
-    enum { mv2 = lyapunov_v2_observe_h_mv2 };
-    enum { B_2 = lyapunov_v2_observe_h_B_2 };
-    enum { t_t6fx5 = lyapunov_v2_observe_h_t_t6fx5 };
-    enum { t_fcuad = lyapunov_v2_observe_h_t_fcuad };
-    enum { t_z4fbq = lyapunov_v2_observe_h_t_z4fbq };
-    enum { t_yjeu3 = lyapunov_v2_observe_h_t_yjeu3 };
+    enum { t_wbepk = lyapunov_v2_observe_h_t_wbepk };
+    enum { t_vpzmf = lyapunov_v2_observe_h_t_vpzmf };
+    enum { t_nww6q = lyapunov_v2_observe_h_t_nww6q };
+    enum { t_mxpm2 = lyapunov_v2_observe_h_t_mxpm2 };
+    enum { t_cub74 = lyapunov_v2_observe_h_t_cub74 };
+    enum { total_mass = lyapunov_v2_observe_h_total_mass };
+    enum { bob1_S1rx = lyapunov_v2_observe_h_bob1_S1rx };
+    enum { bob2_S1rx = lyapunov_v2_observe_h_bob2_S1rx };
     enum { t_ma4ro = lyapunov_v2_observe_h_t_ma4ro };
-    enum { t_47igz = lyapunov_v2_observe_h_t_47igz };
+    enum { t_yjeu3 = lyapunov_v2_observe_h_t_yjeu3 };
+    enum { t_t6fx5 = lyapunov_v2_observe_h_t_t6fx5 };
     enum { t_62qfa = lyapunov_v2_observe_h_t_62qfa };
     enum { t_y7rm6 = lyapunov_v2_observe_h_t_y7rm6 };
     enum { t_xkg6l = lyapunov_v2_observe_h_t_xkg6l };
-    enum { J_C1 = lyapunov_v2_observe_h_J_C1 };
-    enum { J_C3 = lyapunov_v2_observe_h_J_C3 };
-    enum { J_C2 = lyapunov_v2_observe_h_J_C2 };
-    enum { Bl_1 = lyapunov_v2_observe_h_Bl_1 };
-    enum { t_xdulz = lyapunov_v2_observe_h_t_xdulz };
-    enum { Bl_2 = lyapunov_v2_observe_h_Bl_2 };
-    enum { t_uohf6 = lyapunov_v2_observe_h_t_uohf6 };
-    enum { t_sfymc = lyapunov_v2_observe_h_t_sfymc };
-    enum { t_g7pzr = lyapunov_v2_observe_h_t_g7pzr };
-    enum { t_urwo6 = lyapunov_v2_observe_h_t_urwo6 };
-    enum { t_bknng = lyapunov_v2_observe_h_t_bknng };
+    enum { total_Jxx = lyapunov_v2_observe_h_total_Jxx };
+    enum { total_Jyy = lyapunov_v2_observe_h_total_Jyy };
+    enum { total_Jzz = lyapunov_v2_observe_h_total_Jzz };
+    enum { hub_K44_fixed = lyapunov_v2_observe_h_hub_K44_fixed };
+    enum { t_yxxpc = lyapunov_v2_observe_h_t_yxxpc };
     real sin_phi1, cos_phi1; mv_sincos(q[phi1], &sin_phi1, &cos_phi1);
     real sin_theta1, cos_theta1; mv_sincos(q[theta1], &sin_theta1, &cos_theta1);
     real sin_phi2, cos_phi2; mv_sincos(q[phi2], &sin_phi2, &cos_phi2);
     real sin_theta2, cos_theta2; mv_sincos(q[theta2], &sin_theta2, &cos_theta2);
-    const real t_rybsf = q[wy] * q[wy] + q[wz] * q[wz];
-    const real t_w7vil = t_rybsf * h[e1];
-    const real Wt1 = cos_theta1 * q[wz] + sin_theta1 * q[wy];
-    const real w_x1 = q[wx] - q[theta1_dot];
-    const real t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1;
-    const real Wn1 = cos_theta1 * q[wy] - sin_theta1 * q[wz];
-    const real p1 = Wn1 + q[phi1_dot];
-    const real sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1;
-    const real tension1 = cos_phi1 * t_w7vil * h[mv1] - h[t_6nwd2] * sigma_sq1;
-    const real chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1;
-    const real eta1 = chi1 * t_fyz6s - Wt1 * w_x1;
-    const real loss_phi1 = p[eps1] * q[phi1_dot];
-    const real t_o6fg5 = h[B_1] * eta1 + loss_phi1 * h[k1];
-    const real F_t1 = sin_phi1 * tension1 - t_o6fg5 * cos_phi1;
-    const real q_1 = sin_phi1 * p[l1];
-    const real th_1 = p[m1] / (p[I1] + p[m1] * (q_1 * q_1));
-    const real W12 = q[wx] * q[wy];
-    const real lc_1 = cos_phi1 * p[l1];
-    const real zeta1 = W12 * q_1
-        + Wn1 * lc_1 * w_x1
-        - chi1 * p[l1] * (p1 + q[phi1_dot]);
-    const real loss_theta1 = p[eps1] * q[theta1_dot];
-    const real F_n1 = th_1 * (zeta1 * p[I1] - loss_theta1 * q_1);
-    const real t_mallh = F_n1 * sin_theta1;
-    const real q_2 = sin_phi2 * p[l2];
-    const real th_2 = p[m2] / (p[I2] + p[m2] * (q_2 * q_2));
-    const real Wn2 = cos_theta2 * q[wy] - sin_theta2 * q[wz];
-    const real lc_2 = cos_phi2 * p[l2];
-    const real w_x2 = q[wx] - q[theta2_dot];
-    const real Wt2 = cos_theta2 * q[wz] + sin_theta2 * q[wy];
-    const real chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2;
-    const real p2 = Wn2 + q[phi2_dot];
-    const real zeta2 = W12 * q_2
-        + Wn2 * lc_2 * w_x2
-        - chi2 * p[l2] * (p2 + q[phi2_dot]);
-    const real loss_theta2 = p[eps2] * q[theta2_dot];
-    const real F_n2 = th_2 * (zeta2 * p[I2] - loss_theta2 * q_2);
-    const real t_lbh6o = F_n2 * sin_theta2;
-    const real t_6fvzz = t_rybsf * h[e2];
-    const real t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2;
-    const real sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2;
-    const real tension2 = cos_phi2 * t_6fvzz * h[mv2] - h[t_popww] * sigma_sq2;
-    const real eta2 = chi2 * t_2t7vh - Wt2 * w_x2;
-    const real loss_phi2 = p[eps2] * q[phi2_dot];
-    const real t_l7fgg = h[B_2] * eta2 + loss_phi2 * h[k2];
-    const real F_t2 = sin_phi2 * tension2 - t_l7fgg * cos_phi2;
-    const real n3 = F_t1 * cos_theta1 - (t_mallh + t_lbh6o) + F_t2 * cos_theta2;
+    const real bob1_loss_phi = p[eps1] * q[phi1_dot];
+    const real bob1_r11_x = cos_phi1 * p[l1];
+    const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
+    const real bob1_r1_z = bob1_r11_x * cos_theta1;
+    const real bob1_twice1 = q[phi1_dot] + q[phi1_dot];
+    const real bob1_r1_x = sin_phi1 * p[l1];
+    const real bob1_r_y = bob1_r1_x * sin_theta1;
+    const real bob1_r_x = p[h1] - bob1_r11_x;
+    const real bob1_twice2 = q[theta1_dot] + q[theta1_dot];
+    const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
+    const real bob1_r1_y = bob1_r11_x * sin_theta1;
+    const real bob1_r_z = bob1_r1_x * cos_theta1;
+    const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
+    const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real bob1_v21 = bob1_twice1 * q[theta1_dot];
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
+    const real t_z7xxh = bob1_r1_z * bob1_v21
+        + bob1_u_x * q[wz]
+        - bob1_r_y * bob1_v11
+        - bob1_r_y * bob1_v22
+        - bob1_u_z * q[wx];
+    const real bob1_Fy = p[m1] * t_z7xxh;
+    const real t_5cfms = bob1_u_y * q[wx]
+        - bob1_r1_y * bob1_v21
+        - bob1_r_z * bob1_v11
+        - bob1_r_z * bob1_v22
+        - bob1_u_x * q[wy];
+    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
+    const real bob1_g1_z = bob1_r1_z * p[m1];
+    const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
+    const real bob1_loss_theta = p[eps1] * q[theta1_dot];
+    const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
+    const real t_pj4i3 = bob1_r_y * p[m1];
+    const real t_vbonl = K(1.0) / (p[I1] + h[t_wbepk] * (sin_phi1 * sin_phi1));
+    const real t_vkr4f = t_pj4i3 * t_vbonl;
+    const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_vkr4f;
+    const real bob2_loss_phi = p[eps2] * q[phi2_dot];
+    const real bob2_r11_x = cos_phi2 * p[l2];
+    const real bob2_v11 = q[phi2_dot] * q[phi2_dot];
+    const real bob2_r1_z = bob2_r11_x * cos_theta2;
+    const real bob2_twice1 = q[phi2_dot] + q[phi2_dot];
+    const real bob2_r1_x = sin_phi2 * p[l2];
+    const real bob2_r_y = bob2_r1_x * sin_theta2;
+    const real bob2_r_x = p[h2] - bob2_r11_x;
+    const real bob2_twice2 = q[theta2_dot] + q[theta2_dot];
+    const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
+    const real bob2_r1_y = bob2_r11_x * sin_theta2;
+    const real bob2_r_z = bob2_r1_x * cos_theta2;
+    const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
+    const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real bob2_v21 = bob2_twice1 * q[theta2_dot];
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
+    const real t_2oe3n = bob2_r1_z * bob2_v21
+        + bob2_u_x * q[wz]
+        - bob2_r_y * bob2_v11
+        - bob2_r_y * bob2_v22
+        - bob2_u_z * q[wx];
+    const real bob2_Fy = p[m2] * t_2oe3n;
+    const real t_a43ey = bob2_u_y * q[wx]
+        - bob2_r1_y * bob2_v21
+        - bob2_r_z * bob2_v11
+        - bob2_r_z * bob2_v22
+        - bob2_u_x * q[wy];
+    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
+    const real bob2_g1_z = bob2_r1_z * p[m2];
+    const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
+    const real bob2_loss_theta = p[eps2] * q[theta2_dot];
+    const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
+    const real t_zludf = bob2_r_y * p[m2];
+    const real t_h65fc = K(1.0) / (p[I2] + h[t_nww6q] * (sin_phi2 * sin_phi2));
+    const real t_6vqqi = t_zludf * t_h65fc;
+    const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_6vqqi;
+    const real t_7maqq = h[t_cub74] * q[wz];
+    const real hub_b3 = bob1_fz + bob2_fz + t_7maqq * q[wx];
+    const real bob1_g2_y = bob1_r_z * p[m1];
+    const real bob1_g1_y = bob1_r1_y * p[m1];
+    const real bob1_Myz = t_vkr4f * bob1_g2_y - bob1_S1tz * bob1_g1_y;
+    const real bob2_g2_y = bob2_r_z * p[m2];
+    const real bob2_g1_y = bob2_r1_y * p[m2];
+    const real bob2_Myz = t_6vqqi * bob2_g2_y - bob2_S1tz * bob2_g1_y;
+    const real hub_K32 = bob1_Myz + bob2_Myz;
     const real B_v2 = q[vy] * c[r1];  /* (29) */
-    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
-    const real G2_v2 = W12 - (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
-    const real wth_1 = th_1 * p[I1];
-    const real wq_1 = q_1 * wth_1;
-    const real wqS_1 = sin_theta1 * wq_1;
-    const real SC1 = cos_theta1 * sin_theta1;
-    const real Bc_1 = h[B_1] * cos_phi1;
-    const real As_1 = h[mv1] * sin_phi1;
-    const real Ass_1 = As_1 * sin_phi1;
-    const real eAss_1 = Ass_1 * h[e1];
-    const real t_qeyrr = Bc_1 - eAss_1;
-    const real g_1 = h[e1] - lc_1;
-    const real wg_1 = g_1 * wth_1;
-    const real t_uzoih = wg_1 - h[t_fcuad];
-    const real t_wg7ej = t_qeyrr + t_uzoih;
-    const real SC2 = cos_theta2 * sin_theta2;
-    const real Bc_2 = h[B_2] * cos_phi2;
-    const real As_2 = h[mv2] * sin_phi2;
-    const real Ass_2 = As_2 * sin_phi2;
-    const real eAss_2 = Ass_2 * h[e2];
-    const real t_vn7oc = Bc_2 - eAss_2;
-    const real g_2 = h[e2] - lc_2;
-    const real wth_2 = th_2 * p[I2];
-    const real wg_2 = g_2 * wth_2;
-    const real t_fv4vq = wg_2 - h[t_z4fbq];
-    const real t_lqbgn = t_vn7oc + t_fv4vq;
-    const real t_kd2xx = SC1 * t_wg7ej + SC2 * t_lqbgn;
-    const real wq_2 = q_2 * wth_2;
-    const real wqS_2 = sin_theta2 * wq_2;
-    const real K53 = wqS_1 - t_kd2xx + wqS_2;
-    const real W13 = q[wx] * q[wz];
+    const real t_si2fh = B_v2 * c[w1];
+    const real bob1_Mzz = p[m1] - bob1_S1tz * bob1_g1_z - t_vkr4f * t_pj4i3;
+    const real bob2_Mzz = p[m2] - bob2_S1tz * bob2_g1_z - t_6vqqi * t_zludf;
+    const real hub_K33 = bob1_Mzz + bob2_Mzz + h[total_mass];
     const real C_v2 = q[vz] * c[r2];  /* (29) */
-    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
-    const real G3_v2 = W13 + (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
-    const real S_sq1 = sin_theta1 * sin_theta1;
-    const real S_sq2 = sin_theta2 * sin_theta2;
-    const real t_kd2xx_2 = S_sq1 * t_wg7ej + S_sq2 * t_lqbgn;
-    const real K63 = t_kd2xx_2 - (t_qeyrr + t_vn7oc);
-    const real tn11_1 = Ass_1 + h[me1] - wth_1;
-    const real tn11_2 = Ass_2 + h[me2] - wth_2;
-    const real K32 = SC1 * tn11_1 + SC2 * tn11_2;
-    const real a2_v2 = G2_v2 * h[x_C] - B_v2 * c[w1];
-    const real t_eytv7 = S_sq1 * tn11_1;
-    const real t_xyodq = S_sq2 * tn11_2;
-    const real K33 = Ass_1 + Ass_2 + h[M_C] - t_eytv7 - t_xyodq;
-    const real a3_v2 = G3_v2 * h[x_C] - C_v2 * c[w2];
-    const real K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2;
+    const real t_gkvv2 = C_v2 * c[w2];
+    const real t_eoh4z = h[bob1_S1rx] * bob1_g1_z;
+    const real bob1_Nxz = bob1_Mzz * bob1_r_y - t_eoh4z - bob1_Myz * bob1_r_z;
+    const real t_qqbrl = h[bob2_S1rx] * bob2_g1_z;
+    const real bob2_Nxz = bob2_Mzz * bob2_r_y - t_qqbrl - bob2_Myz * bob2_r_z;
+    const real hub_K43 = bob1_Nxz + bob2_Nxz;
     const real g1_v2 = B_v2 * q[vz] - C_v2 * q[vy] + q[att1] * c[r3];  /* (29) */
     const real t_mlur2 = (q[wx] * c[w3] + g1_v2) * h[t_ma4ro];
-    const real q3_v2 = n3
-        + G2_v2 * K53
-        + G3_v2 * K63
-        + K32 * a2_v2
-        + K33 * a3_v2
-        - K43 * t_mlur2;
-    const real Asc_1 = As_1 * cos_phi1;
-    const real Asc_2 = As_2 * cos_phi2;
-    const real t_f2nhc = Asc_1 * cos_theta1 + Asc_2 * cos_theta2;
-    const real K11 = h[t_47igz] - Ass_1 - Ass_2;
-    const real Bs_1 = h[B_1] * sin_phi1;
-    const real Bs_2 = h[B_2] * sin_phi2;
-    const real t_dvxnj = Bs_1 + Bs_2;
-    const real t_g3yj5 = Bs_1 + Asc_1 * h[e1];
-    const real t_pr2pp = Bs_2 + Asc_2 * h[e2];
-    const real t_bap4n = t_g3yj5 * sin_theta1 + t_pr2pp * sin_theta2;
-    const real t_bap4n_2 = t_g3yj5 * cos_theta1 + t_pr2pp * cos_theta2;
-    const real t_f2nhc_2 = Asc_1 * sin_theta1 + Asc_2 * sin_theta2;
-    const real t_vo4h3 = t_o6fg5 * sin_phi1
-        + t_l7fgg * sin_phi2
-        + cos_phi1 * tension1
-        + cos_phi2 * tension2
-        + G2_v2 * t_bap4n
-        + G3_v2 * t_bap4n_2
-        + t_f2nhc_2 * a2_v2
-        + t_f2nhc * a3_v2;
-    const real q1_v2 = t_dvxnj * t_mlur2 - t_vo4h3;
-    const real t_mallh_2 = F_n1 * cos_theta1;
-    const real t_lbh6o_2 = F_n2 * cos_theta2;
-    const real n2 = t_mallh_2 + t_lbh6o_2 + F_t1 * sin_theta1 + F_t2 * sin_theta2;
-    const real wqC_1 = cos_theta1 * wq_1;
-    const real wqC_2 = cos_theta2 * wq_2;
-    const real K52 = t_uzoih + t_fv4vq - t_kd2xx_2 - wqC_1 - wqC_2;
-    const real K22 = t_eytv7 + t_xyodq + h[M_C] + wth_1 + wth_2 - h[me1] - h[me2];
-    const real t_3tpbw = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2;
-    const real q2_v2 = n2
-        + G2_v2 * K52
-        - G3_v2 * t_kd2xx
-        + K22 * a2_v2
-        + K32 * a3_v2
-        + t_3tpbw * t_mlur2;
-    const real Pq_v2 = K11 * q1_v2 - t_f2nhc_2 * q2_v2 - t_f2nhc * q3_v2;
-    const real PP_v2 = K11 * K11 + t_f2nhc_2 * t_f2nhc_2 + t_f2nhc * t_f2nhc;
-    const real t_6owaj = Pq_v2 * Pq_v2
-        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + q3_v2 * q3_v2);
-    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_6owaj));
+    const real bob1_g1_x = bob1_r1_x * p[m1];
+    const real t_oe5we = bob1_S1tz * bob1_g1_x;
+    const real t_sxauh = t_oe5we * bob1_r_z + bob1_Mzz * bob1_r_x;
+    const real bob2_g1_x = bob2_r1_x * p[m2];
+    const real t_yuijv = bob2_S1tz * bob2_g1_x;
+    const real t_atyyu = t_yuijv * bob2_r_z + bob2_Mzz * bob2_r_x;
+    const real hub_K53 = h[t_cub74] - (t_sxauh + t_atyyu);
+    const real g2_v2 = C_v2 * q[vx] + q[att2] * c[r5];  /* (29) */
+    const real t_rwc5x = (q[wy] * c[w4] + g2_v2) * h[t_yjeu3];
+    const real t_mzegy = bob1_Myz * bob1_r_x;
+    const real bob1_S2rz = p[I1] * t_vbonl;
+    const real bob1_Bzz = bob1_S2rz * t_pj4i3;
+    const real t_hsg6x = t_oe5we * bob1_r_y;
+    const real bob1_Nzz = t_mzegy + bob1_Bzz + t_hsg6x;
+    const real t_y4gdo = bob2_Myz * bob2_r_x;
+    const real bob2_S2rz = p[I2] * t_h65fc;
+    const real bob2_Bzz = bob2_S2rz * t_zludf;
+    const real t_gwnao = t_yuijv * bob2_r_y;
+    const real bob2_Nzz = t_y4gdo + bob2_Bzz + t_gwnao;
+    const real hub_K63 = bob1_Nzz + bob2_Nzz;
+    const real g3_v2 = q[att3] * c[r7] - B_v2 * q[vx];  /* (29) */
+    const real t_3ut5h = (q[wz] * c[w5] + g3_v2) * h[t_t6fx5];
+    const real t_zr2ic = hub_b3
+        + hub_K32 * t_si2fh
+        + hub_K33 * t_gkvv2
+        + hub_K43 * t_mlur2
+        + hub_K53 * t_rwc5x
+        + hub_K63 * t_3ut5h;
+    const real bob1_S1tx = bob1_g1_x * h[t_vpzmf];
+    const real bob1_Mxx = p[m1] - bob1_S1tx * bob1_g1_x;
+    const real bob2_S1tx = bob2_g1_x * h[t_mxpm2];
+    const real bob2_Mxx = p[m2] - bob2_S1tx * bob2_g1_x;
+    const real hub_K11 = bob1_Mxx + bob2_Mxx + h[total_mass];
+    const real bob1_S1ty = bob1_g1_y * h[t_vpzmf];
+    const real t_oe5we_2 = bob1_S1ty * bob1_g1_x;
+    const real bob2_S1ty = bob2_g1_y * h[t_mxpm2];
+    const real t_yuijv_2 = bob2_S1ty * bob2_g1_x;
+    const real t_pb37n = t_oe5we_2 + t_yuijv_2;
+    const real bob1_fx = t_txuch * bob1_S1tx - bob1_Fx;
+    const real bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx;
+    const real stream_z = h[t_cub74] * q[wy];
+    const real hub_b1 = bob1_fx + bob2_fx - t_7maqq * q[wz] - stream_z * q[wy];
+    const real t_pb37n_2 = t_oe5we + t_yuijv;
+    const real t_hsg6x_2 = t_oe5we_2 * bob1_r_z;
+    const real t_eoh4z_2 = h[bob1_S1rx] * bob1_g1_x;
+    const real bob1_Nxx = t_hsg6x_2 - (t_hsg6x + t_eoh4z_2);
+    const real t_gwnao_2 = t_yuijv_2 * bob2_r_z;
+    const real t_qqbrl_2 = h[bob2_S1rx] * bob2_g1_x;
+    const real bob2_Nxx = t_gwnao_2 - (t_gwnao + t_qqbrl_2);
+    const real hub_K41 = bob1_Nxx + bob2_Nxx;
+    const real bob1_Nyx = bob1_Mxx * bob1_r_z + t_oe5we * bob1_r_x;
+    const real bob2_Nyx = bob2_Mxx * bob2_r_z + t_yuijv * bob2_r_x;
+    const real hub_K51 = bob1_Nyx + bob2_Nyx;
+    const real t_qdbhd = t_oe5we_2 * bob1_r_x + bob1_Mxx * bob1_r_y;
+    const real t_55wf6 = t_yuijv_2 * bob2_r_x + bob2_Mxx * bob2_r_y;
+    const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real q1_v2 = t_pb37n * t_si2fh
+        - hub_b1
+        + t_pb37n_2 * t_gkvv2
+        - hub_K41 * t_mlur2
+        - hub_K51 * t_rwc5x
+        + t_mcuq4 * t_3ut5h;
+    const real t_sxauh_2 = t_hsg6x_2 + t_mzegy;
+    const real t_atyyu_2 = t_gwnao_2 + t_y4gdo;
+    const real t_ek7rm = t_sxauh_2 + t_atyyu_2;
+    const real bob1_S2ty = bob1_g2_y * t_vbonl;
+    const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
+    const real bob2_S2ty = bob2_g2_y * t_h65fc;
+    const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
+    const real hub_b2 = bob1_fy + bob2_fy + stream_z * q[wx];
+    const real bob1_Myy = p[m1] - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y;
+    const real bob2_Myy = p[m2] - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y;
+    const real hub_K22 = bob1_Myy + bob2_Myy + h[total_mass];
+    const real t_eoh4z_3 = h[bob1_S1rx] * bob1_g1_y;
+    const real bob1_Nxy = bob1_Myz * bob1_r_y - t_eoh4z_3 - bob1_Myy * bob1_r_z;
+    const real t_qqbrl_3 = h[bob2_S1rx] * bob2_g1_y;
+    const real bob2_Nxy = bob2_Myz * bob2_r_y - t_qqbrl_3 - bob2_Myy * bob2_r_z;
+    const real hub_K42 = bob1_Nxy + bob2_Nxy;
+    const real t_o7nvy = bob1_S2rz * bob1_g2_y;
+    const real bob1_Nzy = bob1_Myy * bob1_r_x - t_o7nvy + t_oe5we_2 * bob1_r_y;
+    const real t_vuoys = bob2_S2rz * bob2_g2_y;
+    const real bob2_Nzy = bob2_Myy * bob2_r_x - t_vuoys + t_yuijv_2 * bob2_r_y;
+    const real hub_K62 = bob1_Nzy + bob2_Nzy - h[t_cub74];
+    const real q2_v2 = t_ek7rm * t_rwc5x
+        - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_mlur2)
+        - hub_K62 * t_3ut5h;
+    const real Pq_v2 = hub_K11 * q1_v2 - t_pb37n * q2_v2 + t_pb37n_2 * t_zr2ic;
+    const real PP_v2 = hub_K11 * hub_K11 + t_pb37n * t_pb37n + t_pb37n_2 * t_pb37n_2;
+    const real t_erlrc = Pq_v2 * Pq_v2
+        - PP_v2 * (q1_v2 * q1_v2 - h[t_62qfa] + q2_v2 * q2_v2 + t_zr2ic * t_zr2ic);
+    const real root_v2 = mv_sqrt(mv_max(SPLAT(K(0.0)), t_erlrc));
     const real ax_v2 = (root_v2 - Pq_v2) / PP_v2;
-    const real f3_v2 = q3_v2 - t_f2nhc * ax_v2;
-    const real f2_v2 = q2_v2 - t_f2nhc_2 * ax_v2;
+    const real t_dlc6l = t_zr2ic + ax_v2 * t_pb37n_2;
+    const real f2_v2 = q2_v2 - ax_v2 * t_pb37n;
     const real sin_d2_v2 = mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), f2_v2 * h[t_y7rm6]));
     const real cos_d2_v2 = mv_sqrt(K(1.0) - sin_d2_v2 * sin_d2_v2);
-    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), -(f3_v2 * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2)))));
+    const real delta1_v2 = mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_dlc6l * h[t_y7rm6] / mv_max(SPLAT(K(1e-09)), cos_d2_v2))));
     const real delta2_v2 = mv_asin(sin_d2_v2);
     real sin_delta2_v2, cos_delta2_v2; mv_sincos(delta2_v2, &sin_delta2_v2, &cos_delta2_v2);
     real sin_delta1_v2, cos_delta1_v2; mv_sincos(delta1_v2, &sin_delta1_v2, &cos_delta1_v2);
-    const real t_vbwgu = cos_delta2_v2 * sin_delta1_v2;
+    const real t_q35ss = cos_delta2_v2 * sin_delta1_v2;
     const real delta2_act = mv_max(-p[delta2_max], mv_min(delta2_v2, p[delta2_max]));
     real sin_delta2_act, cos_delta2_act; mv_sincos(delta2_act, &sin_delta2_act, &cos_delta2_act);
     const mask m_m575p = LE(mv_fabs(delta2_v2), p[delta2_max]);
-    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_vbwgu * h[t_xkg6l]))))));
+    const real delta1_act = mv_max(-p[delta1_max], mv_min(p[delta1_max], SELECT(m_m575p, delta1_v2, mv_asin(mv_max(SPLAT(K(-1.0)), mv_min(SPLAT(K(1.0)), t_q35ss * h[t_xkg6l]))))));
     real sin_delta1_act, cos_delta1_act; mv_sincos(delta1_act, &sin_delta1_act, &cos_delta1_act);
-    const real eBc_1 = Bc_1 * h[e1];
-    const real t_o36xw = h[Bl_1] + K(-2.0) * eBc_1 + h[e1] * eAss_1;
-    const real t_w6q4c = g_1 * wg_1;
-    const real tn44_1 = h[t_xdulz] + t_o36xw - t_w6q4c;
-    const real wqg_1 = q_1 * wg_1;
-    const real wqq_1 = q_1 * wq_1;
-    const real wgC_1 = cos_theta1 * wqg_1;
-    const real wgS_1 = sin_theta1 * wqg_1;
-    const real M_q1 = F_n1 * q_1;
-    const real I_phi1 = q[phi1_dot] * p[I1];
-    const real I_theta1 = q[theta1_dot] * p[I1];
-    const real eBc_2 = Bc_2 * h[e2];
-    const real t_2znlb = h[Bl_2] + K(-2.0) * eBc_2 + h[e2] * eAss_2;
-    const real t_7fbo3 = g_2 * wg_2;
-    const real tn44_2 = h[t_uohf6] + t_2znlb - t_7fbo3;
-    const real wqg_2 = q_2 * wg_2;
-    const real wqq_2 = q_2 * wq_2;
-    const real wgC_2 = cos_theta2 * wqg_2;
-    const real wgS_2 = sin_theta2 * wqg_2;
-    const real M_q2 = F_n2 * q_2;
-    const real I_phi2 = q[phi2_dot] * p[I2];
-    const real I_theta2 = q[theta2_dot] * p[I2];
-    const real t_hig3c = wqq_1 + wqq_2;
-    const real K44 = t_hig3c + h[Bl_1] + h[Bl_2] + h[J_C1];
-    const real t_vykvu = h[Bl_1] - eBc_1;
-    const real t_vwbsx = h[Bl_2] - eBc_2;
-    const real K54 = t_hig3c - wgC_1 - wgC_2 + t_vykvu * sin_theta1 + t_vwbsx * sin_theta2;
-    const real t_o56io = S_sq1 * tn44_1;
-    const real t_5sxb4 = S_sq2 * tn44_2;
-    const real K55 = t_w6q4c
-        + t_7fbo3
-        + t_hig3c
-        + t_o56io
-        + t_5sxb4
-        + h[J_C3]
-        - h[t_xdulz]
-        - h[t_uohf6]
-        + K(-2.0) * wgC_1
-        + K(-2.0) * wgC_2;
-    const real t_hig3c_2 = wgS_1 + wgS_2;
-    const real K64 = t_hig3c_2 + t_vykvu * cos_theta1 + t_vwbsx * cos_theta2;
-    const real K65 = t_hig3c_2 + SC1 * tn44_1 + SC2 * tn44_2;
-    const real K66 = t_o36xw + t_2znlb + h[J_C2] - t_o56io - t_5sxb4;
-    const real t_dg3od = Bs_1 * t_w7vil + t_o6fg5 * p[l1];
-    const real t_hig3c_3 = M_q1 + M_q2;
-    const real t_a26ad = Bs_2 * t_6fvzz + t_l7fgg * p[l2];
-    const real n4 = t_dg3od
-        - t_hig3c_3
-        + t_a26ad
-        - loss_phi1
-        - loss_phi2
-        + I_theta1 * q[wy]
-        + I_theta2 * q[wy]
-        - h[t_sfymc] * q[wy] * q[wz];
-    const real t_3hais = t_dg3od + F_t1 * h[e1];
-    const real t_wksgt = t_a26ad + F_t2 * h[e2];
-    const real n5 = t_3hais * sin_theta1
-        - (t_hig3c_3 + loss_theta1 + loss_theta2)
-        + t_wksgt * sin_theta2
-        - W12 * h[t_g7pzr]
-        - I_phi1 * q[wy]
-        - I_phi2 * q[wy]
-        + t_mallh_2 * g_1
-        + t_lbh6o_2 * g_2;
-    const real n6 = t_3hais * cos_theta1
-        + t_wksgt * cos_theta2
-        + I_theta1 * q[wx]
-        + I_theta2 * q[wx]
-        - W13 * h[t_urwo6]
-        - t_mallh * g_1
-        - t_lbh6o * g_2
-        - I_phi1 * q[wz]
-        - I_phi2 * q[wz];
-    const real t_cl3z7 = K(1.0) / K11;
-    const real t_exl37 = t_f2nhc_2 * t_cl3z7;
-    const real K_D2 = K22 - t_f2nhc_2 * t_exl37;
-    const real t_exl37_2 = t_f2nhc * t_cl3z7;
-    const real t_iy2us = K32 - t_f2nhc_2 * t_exl37_2;
-    const real t_6dtnj = K(1.0) / K_D2;
-    const real K_L32 = t_iy2us * t_6dtnj;
-    const real K_D3 = K33 - t_iy2us * K_L32 - t_f2nhc * t_exl37_2;
-    const real f1_v2 = q1_v2 + K11 * ax_v2;
+    const real total_hx = q[phi1_dot] * p[I1] + q[phi2_dot] * p[I2];
+    const real total_hz = q[theta1_dot] * p[I1] + q[theta2_dot] * p[I2];
+    const real total_Hx = total_hx + h[total_Jxx] * q[wx];
+    const real total_Hy = h[total_Jyy] * q[wy];
+    const real total_Hz = total_hz + h[total_Jzz] * q[wz];
+    const real hub_K44 = h[hub_K44_fixed]
+        - t_eoh4z * bob1_r_y
+        + bob1_Nxz * bob1_r_y
+        - t_qqbrl * bob2_r_y
+        + bob2_Nxz * bob2_r_y
+        + t_eoh4z_3 * bob1_r_z
+        - bob1_Nxy * bob1_r_z
+        + t_qqbrl_3 * bob2_r_z
+        - bob2_Nxy * bob2_r_z;
+    const real hub_K54 = t_eoh4z * bob1_r_x
+        - (t_eoh4z_2 * bob1_r_z + t_sxauh * bob1_r_y + t_qqbrl_2 * bob2_r_z + t_atyyu * bob2_r_y)
+        + t_sxauh_2 * bob1_r_z
+        + t_qqbrl * bob2_r_x
+        + t_atyyu_2 * bob2_r_z;
+    const real hub_K55 = h[total_Jyy]
+        + bob1_Nyx * bob1_r_z
+        + bob2_Nyx * bob2_r_z
+        + t_sxauh * bob1_r_x
+        + t_atyyu * bob2_r_x;
+    const real hub_K64 = bob1_Nzz * bob1_r_y
+        - t_eoh4z_3 * bob1_r_x
+        - t_qqbrl_3 * bob2_r_x
+        + bob2_Nzz * bob2_r_y
+        + t_eoh4z_2 * bob1_r_y
+        - bob1_Nzy * bob1_r_z
+        + t_qqbrl_2 * bob2_r_y
+        - bob2_Nzy * bob2_r_z;
+    const real hub_K66 = h[total_Jzz]
+        - t_o7nvy * bob1_r_x
+        + bob1_Nzy * bob1_r_x
+        - t_vuoys * bob2_r_x
+        + bob2_Nzy * bob2_r_x
+        + t_qdbhd * bob1_r_y
+        - bob1_S2rz * p[I1]
+        + t_55wf6 * bob2_r_y
+        - bob2_S2rz * p[I2];
+    const real hub_b4 = bob1_fz * bob1_r_y
+        + bob2_fz * bob2_r_y
+        + total_Hy * q[wz]
+        + t_txuch * h[bob1_S1rx]
+        - bob1_fy * bob1_r_z
+        + t_xyjt2 * h[bob2_S1rx]
+        - bob2_fy * bob2_r_z
+        - total_Hz * q[wy];
+    const real hub_b5 = bob1_fx * bob1_r_z
+        + bob2_fx * bob2_r_z
+        + total_Hz * q[wx]
+        - bob1_fz * bob1_r_x
+        - bob2_fz * bob2_r_x
+        - total_Hx * q[wz];
+    const real hub_b6 = bob1_fy * bob1_r_x
+        + bob2_fy * bob2_r_x
+        + total_Hx * q[wy]
+        - bob1_Q2 * bob1_S2rz
+        - bob1_fx * bob1_r_y
+        - bob2_Q2 * bob2_S2rz
+        - bob2_fx * bob2_r_y
+        - total_Hy * q[wx];
+    const real t_l63bo = K(1.0) / hub_K11;
+    const real t_iafuq = t_pb37n * t_l63bo;
+    const real kK2K21 = hub_K22 - t_pb37n * t_iafuq;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real kK3K21 = hub_K32 - t_pb37n * t_iafuq_2;
+    const real kK3K31 = hub_K33 - t_pb37n_2 * t_iafuq_2;
+    const real t_6dtnj = K(1.0) / kK2K21;
+    const real lK3K2 = kK3K21 * t_6dtnj;
+    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
     const real t_jczim = p[F] * sin_delta2_v2;
     const real df2_v2 = t_jczim - f2_v2;
-    const real da_v2_y2 = df2_v2 + t_exl37 * df1_v2;
-    const real t_gu5fe = t_qh3cx * sin_delta1_v2;
-    const real da_v2_y3 = t_exl37_2 * df1_v2 - (t_gu5fe + f3_v2) - K_L32 * da_v2_y2;
-    const real t_6dtnj_2 = K(1.0) / K_D3;
-    const real da_v2_x3 = da_v2_y3 * t_6dtnj_2;
-    const real da_v2_x2 = da_v2_y2 * t_6dtnj - K_L32 * da_v2_x3;
-    const real da_v2_x1 = df1_v2 * t_cl3z7 + t_exl37 * da_v2_x2 + t_exl37_2 * da_v2_x3;
-    const real Mx_v2 = n4
-        + G2_v2 * K54
-        + G3_v2 * K64
-        - t_dvxnj * ax_v2
-        - t_dvxnj * da_v2_x1
-        - t_3tpbw * a2_v2
-        - t_3tpbw * da_v2_x2
-        + K43 * a3_v2
-        + K43 * da_v2_x3
-        - K44 * t_mlur2;
-    const real My_v2 = t_gu5fe * h[t_bknng]
-        - n6
-        - G2_v2 * K65
-        - G3_v2 * K66
-        + t_bap4n_2 * ax_v2
-        + t_bap4n_2 * da_v2_x1
-        + t_kd2xx * a2_v2
-        + t_kd2xx * da_v2_x2
-        - K63 * a3_v2
-        - K63 * da_v2_x3
-        + K64 * t_mlur2;
-    const real Mz_v2 = n5
-        + G2_v2 * K55
-        + G3_v2 * K65
-        - t_bap4n * ax_v2
-        - t_bap4n * da_v2_x1
-        + K52 * a2_v2
-        + K52 * da_v2_x2
-        + K53 * a3_v2
-        + K53 * da_v2_x3
-        - K54 * t_mlur2
-        + t_jczim * h[t_bknng];
+    const real t_ynix5 = t_qh3cx * sin_delta1_v2;
+    const real df3_v2 = t_dlc6l - t_ynix5;
+    const real yda_v2_y = df2_v2 + df1_v2 * t_iafuq;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_iafuq_2 - lK3K2 * yda_v2_y;
+    const real t_6dtnj_2 = K(1.0) / kK3K32;
+    const real da_v2_z = yda_v2_z * t_6dtnj_2;
+    const real da_v2_y = yda_v2_y * t_6dtnj - da_v2_z * lK3K2;
+    const real da_v2_x = df1_v2 * t_l63bo + da_v2_y * t_iafuq + da_v2_z * t_iafuq_2;
+    const real Mx_v2 = ax_v2 * hub_K41
+        - hub_b4
+        + da_v2_x * hub_K41
+        + da_v2_y * hub_K42
+        + da_v2_z * hub_K43
+        - hub_K42 * t_si2fh
+        - hub_K43 * t_gkvv2
+        - hub_K44 * t_mlur2
+        - hub_K54 * t_rwc5x
+        - hub_K64 * t_3ut5h;
+    const real t_r2phr = t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
+    const real My_v2 = ax_v2 * hub_K51
+        - hub_b5
+        + da_v2_x * hub_K51
+        - da_v2_y * t_ek7rm
+        + da_v2_z * hub_K53
+        + t_ek7rm * t_si2fh
+        - hub_K53 * t_gkvv2
+        - hub_K54 * t_mlur2
+        - hub_K55 * t_rwc5x
+        + t_r2phr * t_3ut5h
+        + t_ynix5 * h[t_yxxpc];
+    const real Mz_v2 = da_v2_y * hub_K62
+        - (hub_b6 + ax_v2 * t_mcuq4 + da_v2_x * t_mcuq4)
+        + da_v2_z * hub_K63
+        - hub_K62 * t_si2fh
+        - hub_K63 * t_gkvv2
+        - hub_K64 * t_mlur2
+        + t_r2phr * t_rwc5x
+        - hub_K66 * t_3ut5h
+        + t_jczim * h[t_yxxpc];
     const real t_gbb3a = p[F] * cos_delta2_act;
     const real df1_act = t_gbb3a * cos_delta1_act - cos_delta2_v2 * p[F] * cos_delta1_v2;
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
-    const real df3_act = t_vbwgu * p[F] - t_gbb3a * sin_delta1_act;
-    const real da_act_y2 = df2_act + t_exl37 * df1_act;
-    const real da_act_y3 = df3_act + t_exl37_2 * df1_act - K_L32 * da_act_y2;
-    const real da_act_x3 = da_act_y3 * t_6dtnj_2;
-    const real da_act_x2 = da_act_y2 * t_6dtnj - K_L32 * da_act_x3;
-    const real da_act_x1 = df1_act * t_cl3z7 + t_exl37 * da_act_x2 + t_exl37_2 * da_act_x3;
-    const real Mx = Mx_v2 - t_dvxnj * da_act_x1 - t_3tpbw * da_act_x2 + K43 * da_act_x3;
+    const real df3_act = t_q35ss * p[F] - t_gbb3a * sin_delta1_act;
+    const real yda_act_y = df2_act + df1_act * t_iafuq;
+    const real yda_act_z = df3_act + df1_act * t_iafuq_2 - lK3K2 * yda_act_y;
+    const real da_act_z = yda_act_z * t_6dtnj_2;
+    const real da_act_y = yda_act_y * t_6dtnj - da_act_z * lK3K2;
+    const real da_act_x = df1_act * t_l63bo + da_act_y * t_iafuq + da_act_z * t_iafuq_2;
+    const real Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v2
-        - df3_act * h[t_bknng]
-        + t_bap4n_2 * da_act_x1
-        + t_kd2xx * da_act_x2
-        - K63 * da_act_x3;
+        + da_act_x * hub_K51
+        - da_act_y * t_ek7rm
+        + da_act_z * hub_K53
+        - df3_act * h[t_yxxpc];
     const real Mz = Mz_v2
-        - t_bap4n * da_act_x1
-        + K52 * da_act_x2
-        + K53 * da_act_x3
-        + df2_act * h[t_bknng];
+        - da_act_x * t_mcuq4
+        + da_act_y * hub_K62
+        + da_act_z * hub_K63
+        + df2_act * h[t_yxxpc];
     x[0] = q[vx];
     x[1] = q[vy];
     x[2] = q[vz];

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "bebcba39c15c8eef3dc673c1662afdbdac47b96e9cb2871da59336a851273a25"
+HASH = "22d097165af078371d2cddd87ae4365b53a5ecaa1bb098e7b6cab6287e3f92be"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -62,379 +62,407 @@ def rhs_euler(x, u, p):
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
         sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
-        D1 = l1 * l1 * m1 + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        D2 = l2 * l2 * m2 + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_5
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_S1rx = I1 * t_vpzmf
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_S2rz = I1 * t_sjrjg
+        bob1_q2 = bob1_Q2 * t_sjrjg
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_dugie = bob1_S1ty * bob1_g1_x
+        t_yiqfo = t_dugie * bob1_r_z
+        t_dugie_2 = bob1_S1tz * bob1_g1_x
+        t_yiqfo_2 = t_dugie_2 * bob1_r_y
+        t_mwmzd = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd)
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd_2 - bob1_Myy * bob1_r_z
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_2 * bob1_r_x
+        t_dugie_3 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_3 + t_dugie * bob1_r_y
+        t_yugsj = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_S1rx = I2 * t_mxpm2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_S2rz = I2 * t_ymfue
+        bob2_q2 = bob2_Q2 * t_ymfue
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_i7psf = t_zludf * t_ymfue
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        t_6j24m = t_s4byp * bob2_r_z
+        t_s4byp_2 = bob2_S1tz * bob2_g1_x
+        t_6j24m_2 = t_s4byp_2 * bob2_r_y
+        t_gxq2p = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p)
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p_2 - bob2_Myy * bob2_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_2 * bob2_r_x
+        t_s4byp_3 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_3 + t_s4byp * bob2_r_y
+        t_kmmnu = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_mass = m + m0
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_vh7r5 = t_dugie_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_wudhu = t_s4byp_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5 + t_wudhu)
+        t_vh7r5_2 = t_yiqfo + t_yugsj
+        t_wudhu_2 = t_6j24m + t_kmmnu
+        hub_K54 = (
+            t_mwmzd_3 * bob1_r_x
+            - (t_mwmzd * bob1_r_z + t_vh7r5 * bob1_r_y + t_gxq2p * bob2_r_z + t_wudhu * bob2_r_y)
+            + t_vh7r5_2 * bob1_r_z
+            + t_gxq2p_3 * bob2_r_x
+            + t_wudhu_2 * bob2_r_z
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf
-        t_vpdgs = t_ly572 * t_6dtnj_2
-        t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_ichgo * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf
-        t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_otpfz * t_6dtnj_4
-        t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2
-        K_L64 = t_aolgd * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_otpfz * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5 * bob1_r_x
+            + t_wudhu * bob2_r_x
         )
-        t_hdeaq = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_otpfz * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd_2 * bob1_r_x
+            - t_gxq2p_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_hdeaq * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_aolgd * K_L64
-            - t_hdeaq * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_3 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_3 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
         )
-        b1 = (
-            f_x
-            + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2)
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        b2 = f_y - n2
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        b5 = Mz - n5 - f_y * t_bknng
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_lhd4o = t_dugie + t_s4byp
+        t_skn5h = t_lhd4o * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
+        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
+        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_bjkdc = t_ezb77 + t_ykkjc
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_alphazhub_alphay1 = (
+            hub_K51 * t_ak5u5
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        )
+        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
-        b6 = t_gcu5g * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_az = hub_b3 - t_gcu5g + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_gcu5g * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - f_y * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_2
-            - K_L32 * X_x3
-            + t_vpdgs * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        X_x1 = (
-            b1 * t_6dtnj
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        hub_ax = (
+            yhub_ax * t_6dtnj
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_skn5h
+            + hub_az * t_skn5h_2
         )
-        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
-        Gt_eta1 = G_t1 + eta1
-        t_2prat = (
-            cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-            + sin_phi1 * (X_x1 - t_aqrn5)
+        bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz
+        bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax
+        bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay
+        bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_rlquh * bob1_aPz
+        t_ozyob = (
+            t_txuch * t_vpzmf
+            + bob1_S1rx * hub_alphax
+            + bob1_S1tx * bob1_aPx
+            + bob1_S1ty * bob1_aPy
+            + bob1_S1tz * bob1_aPz
         )
-        phi_acc1 = Gt_eta1 - (loss_phi1 + I1 * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat
-        t_3ipx7 = X_x5 - W12
-        t_hig3c_7 = X_x4 + X_x5
-        t_pksrm = (
-            zeta1
-            + X_x2 * cos_theta1
-            + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-            - t_hig3c_7 * q_1
-            - X_x3 * sin_theta1
+        bob1_a1 = -t_ozyob
+        bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz
+        bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax
+        bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay
+        bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_i7psf * bob2_aPz
+        t_xux2d = (
+            t_xyjt2 * t_mxpm2
+            + bob2_S1rx * hub_alphax
+            + bob2_S1tx * bob2_aPx
+            + bob2_S1ty * bob2_aPy
+            + bob2_S1tz * bob2_aPz
         )
-        theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (1.0 / m1) + q_1 * t_pksrm))
-        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
-        Gt_eta2 = G_t2 + eta2
-        t_y662k = (
-            cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-            + sin_phi2 * (X_x1 - t_3hay7)
-        )
-        phi_acc2 = Gt_eta2 - (loss_phi2 + I2 * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k
-        t_zj7x3 = (
-            zeta2
-            + X_x2 * cos_theta2
-            + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-            - t_hig3c_7 * q_2
-            - X_x3 * sin_theta2
-        )
-        theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
+        bob2_a1 = -t_xux2d
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
         return _vector(
-            X_x1 + t_rybsf * x_C - vz * wy + vy * wz,
-            X_x2 - X_x5 * x_C + (vz * wx - vx * wz),
-            X_x3 - X_x6 * x_C + (vx * wy - vy * wx),
-            X_x4,
-            W13 - X_x6,
-            t_3ipx7,
+            vy * wz - vz * wy + hub_ax,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl,
             cos_att1 * wy - sin_att1 * wz,
             t_s66h7 + t_bi4sl,
@@ -442,10 +470,10 @@ def rhs_euler(x, u, p):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            phi_acc1,
-            theta_acc1,
-            phi_acc2,
-            theta_acc2,
+            bob1_a1,
+            bob1_a2,
+            bob2_a1,
+            bob2_a2,
         )
 
 
@@ -472,465 +500,491 @@ def rhs_reduced(x, u, p):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        t_os4zj = l1 * l1
-        t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_5
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_os4zj = l1 * l1
+        t_yx2kz = t_os4zj * m1
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_S1rx = I1 * t_gbl6n
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        D_theta1 = I1 + t_lgf4h  # (26)
+        t_fdes3 = 1.0 / D_theta1
+        bob1_S2ty = bob1_g2_y * t_fdes3
+        bob1_S2rz = I1 * t_fdes3
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_loayl = t_pj4i3 * t_fdes3
+        bob1_Myz = t_loayl * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_loayl * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_2fozl = bob1_S1ty * bob1_g1_x
+        t_pn57p = t_2fozl * bob1_r_z
+        t_2fozl_2 = bob1_S1tz * bob1_g1_x
+        t_pn57p_2 = t_2fozl_2 * bob1_r_y
+        t_627tc = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_pn57p - (t_pn57p_2 + t_627tc)
+        t_627tc_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_2 - bob1_Myy * bob1_r_z
+        t_627tc_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc_3 - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x
+        t_627tc_4 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_627tc_4 + t_2fozl * bob1_r_y
+        t_ku3ch = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_ku3ch + bob1_Bzz + t_pn57p_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_loayl
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_S1rx = I2 * t_jx6g7
+        t_pt6a7 = sin_phi2 * sin_phi2
+        D_theta2 = I2 + t_frp3h * t_pt6a7  # (26)
+        t_jlpsc = 1.0 / D_theta2
+        bob2_S2ty = bob2_g2_y * t_jlpsc
+        bob2_S2rz = I2 * t_jlpsc
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_wzdtp = t_zludf * t_jlpsc
+        bob2_Myz = t_wzdtp * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_wzdtp * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_4rrc5 = bob2_S1ty * bob2_g1_x
+        t_fkg2b = t_4rrc5 * bob2_r_z
+        t_4rrc5_2 = bob2_S1tz * bob2_g1_x
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_y
+        t_m33lw = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_fkg2b - (t_fkg2b_2 + t_m33lw)
+        t_m33lw_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_2 - bob2_Myy * bob2_r_z
+        t_m33lw_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw_3 - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x
+        t_m33lw_4 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_m33lw_4 + t_4rrc5 * bob2_r_y
+        t_wg7vs = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_wg7vs + bob2_Bzz + t_fkg2b_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_wzdtp
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_mass = m + m0
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_627tc_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_m33lw_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_627tc_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_m33lw_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_znu6i = t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_nwbhr = t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_znu6i + t_nwbhr)
+        t_znu6i_2 = t_pn57p + t_ku3ch
+        t_nwbhr_2 = t_fkg2b + t_wg7vs
+        hub_K54 = (
+            t_627tc_3 * bob1_r_x
+            - (t_627tc * bob1_r_z + t_znu6i * bob1_r_y + t_m33lw * bob2_r_z + t_nwbhr * bob2_r_y)
+            + t_znu6i_2 * bob1_r_z
+            + t_m33lw_3 * bob2_r_x
+            + t_nwbhr_2 * bob2_r_z
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf
-        t_vpdgs = t_ly572 * t_6dtnj_2
-        t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_ichgo * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf
-        t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_otpfz * t_6dtnj_4
-        t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2
-        K_L64 = t_aolgd * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_otpfz * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_znu6i * bob1_r_x
+            + t_nwbhr * bob2_r_x
         )
-        t_hdeaq = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_otpfz * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_627tc_2 * bob1_r_x
+            - t_m33lw_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_627tc * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_m33lw * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_hdeaq * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_aolgd * K_L64
-            - t_hdeaq * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        t_2qm2u = t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_jspy6 = t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y
+        hub_K66 = (
+            total_Jzz
+            - t_627tc_4 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_m33lw_4 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_2qm2u * bob1_r_y
+            - bob1_S2rz * I1
+            + t_jspy6 * bob2_r_y
+            - bob2_S2rz * I2
         )
-        b1 = (
-            f_x
-            + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2)
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        b2 = f_y - n2
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        b5 = Mz - n5 - f_y * t_bknng
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_lmznw = t_2fozl + t_4rrc5
+        t_rvh36 = t_lmznw * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
+        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - (t_znu6i_2 + t_nwbhr_2)
+        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_c7dq3 = t_2qm2u + t_jspy6
+        t_ak5u5 = t_c7dq3 * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_alphazhub_alphay1 = (
+            hub_K51 * t_ak5u5
+            - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        )
+        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        yhub_ay = f_y + hub_b2 + t_rvh36 * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
-        b6 = t_gcu5g * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_az = hub_b3 - t_gcu5g + t_rvh36_2 * yhub_ax - lhub_azhub_ay * yhub_ay
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_gcu5g * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - f_y * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_2
-            - K_L32 * X_x3
-            + t_vpdgs * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_3s3hq = bob1_r11_x * m1
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_3s3hq  # (25)
         t_dmccl = t_yx2kz * sin_theta1
         cz_phi1 = gy_phi1 * h1 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_hjphj_2 = sin_phi1 * sin_phi1
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        t_hjphj_2 = cos_phi1 * sin_phi1
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_mgpcw = t_lgf4h_2 * t_l4ozg
+        t_wube7 = wx * wx
+        t_ik6g5 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h
-            - t_lgf4h * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5 * t_wjugd
+            - t_ik6g5 * (t_l4ozg_2 * t_l4ozg_2)
             - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * t_l4ozg * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
             + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        cy_theta1 = t_iouus * h1 - t_hjphj * t_dmccl  # (26)
-        cz_theta1 = gy_theta1 * h1 - t_hjphj * (t_yx2kz * cos_theta1) + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        t_cqyvk = t_lgf4h * t_hjux3
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
+        t_y5hcm = bob1_g1_x * sin_theta1
+        cy_theta1 = t_y5hcm * h1 - t_dmccl * t_hjphj_2  # (26)
+        cz_theta1 = gy_theta1 * h1 - t_hjphj_2 * (t_yx2kz * cos_theta1) + I1  # (26)
+        t_hawtx = t_l4ozg_2 * wx
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_cqyvk * theta1_dot
-            - t_lgf4h * t_prfqf
-            - t_cqyvk * wx
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
+            - bob1_twice1 * t_lgf4h_2 * wx
         )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_7pqnn = bob2_r11_x * m2
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
         t_c4pkx = sin_theta2 * t_frp3h
         cz_phi2 = gy_phi2 * h2 - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
+        t_tkdjn = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
         t_7ovbh = t_doiln * t_doiln
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_pt6a7_2 = cos_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7_2 * t_frp3h
+        t_6pfo6_2 = t_pt6a7 * t_frp3h
         t_n7l2g = t_doiln * t_6pfo6_2
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6
-            - (theta2_dot + theta2_dot) * t_n7l2g
+            bob2_loss_phi
+            - t_tkdjn * t_7ovbh
+            - t_tkdjn * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6 * bob2_v22
+            - t_6pfo6 * t_wube7
+            - t_n7l2g * bob2_twice2
             - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * wx * m2
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
             + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
-        D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        cy_theta2 = t_cfuim * h2 - t_c4pkx * t_pt6a7  # (26)
-        cz_theta2 = gy_theta2 * h2 - t_pt6a7 * (cos_theta2 * t_frp3h) + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        cy_theta2 = t_xs3iz * h2 - t_c4pkx * t_pt6a7_2  # (26)
+        cz_theta2 = gy_theta2 * h2 - t_pt6a7_2 * (cos_theta2 * t_frp3h) + I2  # (26)
+        t_go56f = t_doiln_2 * wx
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_6pfo6 * t_mw75j * theta2_dot
-            - t_6pfo6 * t_prfqf_2
-            - t_6pfo6 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn * t_go56f
+            + t_6pfo6 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6 * t_go56f
+            - t_6pfo6 * bob2_twice1 * wx
         )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        t_krap6 = X_x2 - X_x5 * x_C
-        t_krap6_2 = X_x3 - X_x6 * x_C
-        t_7qsh6 = W13 - X_x6
-        t_3ipx7 = X_x5 - W12
-        t_wvrdl = (
-            t_7qsh6 * (gz_phi1 * h1 - t_os4zj * cos_theta1 * m1)
-            - (ax_eq * gx_phi1 + k_phi1 + t_krap6 * gy_phi1 + t_krap6_2 * gz_phi1)
-            - t_3ipx7 * cz_phi1
-            - X_x4 * I1
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
+        t_vx25u = (
+            (gz_phi1 * h1 - t_os4zj * cos_theta1 * m1) * hub_alphay
+            - (ax_eq * bob1_g1_x + k_phi1 + I1 * hub_alphax)
+            - cz_phi1 * hub_alphaz
+            - gy_phi1 * hub_ay
+            - gz_phi1 * hub_az
         )
-        t_wwun2 = (
-            t_krap6_2 * t_iouus
-            - (k_theta1 + t_krap6 * gy_theta1)
-            - t_7qsh6 * cy_theta1
-            - t_3ipx7 * cz_theta1
-            + X_x4 * t_lgf4h_2
+        t_uxkqc = (
+            t_lgf4h * hub_alphax
+            - k_theta1
+            - cy_theta1 * hub_alphay
+            - cz_theta1 * hub_alphaz
+            - gy_theta1 * hub_ay
+            + t_y5hcm * hub_az
         )
-        t_etj7j = (
-            t_7qsh6 * (gz_phi2 * h2 - cos_theta2 * t_nfvux * m2)
-            - (ax_eq * gx_phi2 + k_phi2 + t_krap6 * gy_phi2 + t_krap6_2 * gz_phi2)
-            - t_3ipx7 * cz_phi2
-            - X_x4 * I2
+        t_ngja3 = (
+            (gz_phi2 * h2 - cos_theta2 * t_nfvux * m2) * hub_alphay
+            - (ax_eq * bob2_g1_x + k_phi2 + I2 * hub_alphax)
+            - cz_phi2 * hub_alphaz
+            - gy_phi2 * hub_ay
+            - gz_phi2 * hub_az
         )
-        t_nad6b = (
-            t_krap6_2 * t_cfuim
-            - (k_theta2 + t_krap6 * gy_theta2)
-            - t_7qsh6 * cy_theta2
-            - t_3ipx7 * cz_theta2
-            + X_x4 * t_6pfo6_2
+        t_vwqqe = (
+            t_6pfo6_2 * hub_alphax
+            - k_theta2
+            - cy_theta2 * hub_alphay
+            - cz_theta2 * hub_alphaz
+            - gy_theta2 * hub_ay
+            + t_xs3iz * hub_az
         )
         return _vector(
-            ax_eq - vz * wy + vy * wz,
-            t_krap6 + (vz * wx - vx * wz),
-            t_krap6_2 + (vx * wy - vy * wx),
-            X_x4,
-            t_7qsh6,
-            t_3ipx7,
+            vy * wz - vz * wy + ax_eq,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx,
             wy,
             wz,
@@ -938,10 +992,10 @@ def rhs_reduced(x, u, p):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            t_wvrdl * t_gbl6n,
-            t_wwun2 / D_theta1,
-            t_etj7j * t_jx6g7,
-            t_nad6b / D_theta2,
+            t_vx25u * t_gbl6n,
+            t_uxkqc / (t_lgf4h + I1),
+            t_ngja3 * t_jx6g7,
+            t_vwqqe / (t_6pfo6_2 + I2),
         )
 
 
@@ -970,468 +1024,494 @@ def rhs_reduced_euler(x, u, p):
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
         sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
         sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
-        t_os4zj = l1 * l1
-        t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        k1 = t_wywjk * l1
-        me1 = t_wywjk * I1
-        t_6nwd2 = l1 * m1
-        mv1 = t_6nwd2 * k1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        k2 = t_jzg7x * l2
-        me2 = t_jzg7x * I2
-        t_popww = l2 * m2
-        mv2 = t_popww * k2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
-        W12 = wx * wy
-        W13 = wx * wz
-        e1 = h1 - x_C
-        e2 = h2 - x_C
         t_ruxs4 = cos_delta2 * F
         f_x = t_ruxs4 * cos_delta1
         f_y = sin_delta2 * F
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        w_x1 = wx - theta1_dot
-        p1 = Wn1 + phi1_dot
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        w_x2 = wx - theta2_dot
-        p2 = Wn2 + phi2_dot
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        t_rybsf = wy * wy + wz * wz
-        t_aqrn5 = t_rybsf * e1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        Asc_1 = As_1 * cos_phi1
-        eAss_1 = Ass_1 * e1
-        q_1 = sin_phi1 * l1
-        lc_1 = cos_phi1 * l1
-        B_1 = me1 * l1
-        Bs_1 = B_1 * sin_phi1
-        Bc_1 = B_1 * cos_phi1
-        Bl_1 = B_1 * l1
-        g_1 = e1 - lc_1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        wth_1 = th_1 * I1
-        eBc_1 = Bc_1 * e1
-        wg_1 = g_1 * wth_1
-        S_sq1 = sin_theta1 * sin_theta1
-        SC1 = cos_theta1 * sin_theta1
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo
-        wq_1 = q_1 * wth_1
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wqC_1 = cos_theta1 * wq_1
-        wqS_1 = sin_theta1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        loss_phi1 = eps1 * phi1_dot
-        loss_theta1 = eps1 * theta1_dot
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_v22 = theta1_dot * theta1_dot
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
         )
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        t_3hay7 = t_rybsf * e2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        Asc_2 = As_2 * cos_phi2
-        eAss_2 = Ass_2 * e2
-        q_2 = sin_phi2 * l2
-        lc_2 = cos_phi2 * l2
-        B_2 = me2 * l2
-        Bs_2 = B_2 * sin_phi2
-        Bc_2 = B_2 * cos_phi2
-        Bl_2 = B_2 * l2
-        g_2 = e2 - lc_2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        wth_2 = th_2 * I2
-        eBc_2 = Bc_2 * e2
-        wg_2 = g_2 * wth_2
-        S_sq2 = sin_theta2 * sin_theta2
-        SC2 = cos_theta2 * sin_theta2
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_2 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_2
-        wq_2 = q_2 * wth_2
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wqC_2 = cos_theta2 * wq_2
-        wqS_2 = sin_theta2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        loss_phi2 = eps2 * phi2_dot
-        loss_theta2 = eps2 * theta2_dot
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
         )
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        t_leuxo_3 = S_sq1 * tn11_1
-        t_leuxo_4 = S_sq2 * tn11_2
-        K22 = t_leuxo_3 + t_leuxo_4 + M_C + wth_1 + wth_2 - me1 - me2
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo_3 - t_leuxo_4
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        t_hig3c = wqq_1 + wqq_2
-        K44 = t_hig3c + Bl_1 + Bl_2 + J_C1
-        t_67i37 = wg_1 - e1 * me1
-        t_n5kna = wg_2 - e2 * me2
-        t_hig3c_2 = Bc_1 - eAss_1
-        t_vjftl = t_hig3c_2 + t_67i37
-        t_hig3c_3 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_3 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo
-            + t_leuxo_2
-            + t_hig3c
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        bob1_Fz = m1 * t_5cfms
+        bob1_g1_x = bob1_r1_x * m1
+        bob1_g1_y = bob1_r1_y * m1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_g2_y = bob1_r_z * m1
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_v22 = theta2_dot * theta2_dot
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
         )
-        K63 = t_edvw3 - (t_hig3c_2 + t_hig3c_3)
-        t_hig3c_4 = wgS_1 + wgS_2
-        K64 = t_hig3c_4 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_4 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mallh = F_n1 * cos_theta1
-        t_lbh6o = F_n2 * cos_theta2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_5 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_5
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_5 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        bob2_Fz = m2 * t_a43ey
+        bob2_g1_x = bob2_r1_x * m2
+        bob2_g1_y = bob2_r1_y * m2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_g2_y = bob2_r_z * m2
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        t_os4zj = l1 * l1
+        t_yx2kz = t_os4zj * m1
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_S1rx = I1 * t_gbl6n
+        t_hjphj = sin_phi1 * sin_phi1
+        t_lgf4h = t_yx2kz * t_hjphj
+        D_theta1 = I1 + t_lgf4h  # (26)
+        t_fdes3 = 1.0 / D_theta1
+        bob1_S2ty = bob1_g2_y * t_fdes3
+        bob1_S2rz = I1 * t_fdes3
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        t_pj4i3 = bob1_r_y * m1
+        t_loayl = t_pj4i3 * t_fdes3
+        bob1_Myz = t_loayl * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_loayl * t_pj4i3
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        t_2fozl = bob1_S1ty * bob1_g1_x
+        t_pn57p = t_2fozl * bob1_r_z
+        t_2fozl_2 = bob1_S1tz * bob1_g1_x
+        t_pn57p_2 = t_2fozl_2 * bob1_r_y
+        t_627tc = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_pn57p - (t_pn57p_2 + t_627tc)
+        t_627tc_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_2 - bob1_Myy * bob1_r_z
+        t_627tc_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc_3 - bob1_Myz * bob1_r_z
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x
+        t_627tc_4 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_627tc_4 + t_2fozl * bob1_r_y
+        t_ku3ch = bob1_Myz * bob1_r_x
+        bob1_Nzz = t_ku3ch + bob1_Bzz + t_pn57p_2
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_loayl
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_S1rx = I2 * t_jx6g7
+        t_pt6a7 = sin_phi2 * sin_phi2
+        D_theta2 = I2 + t_frp3h * t_pt6a7  # (26)
+        t_jlpsc = 1.0 / D_theta2
+        bob2_S2ty = bob2_g2_y * t_jlpsc
+        bob2_S2rz = I2 * t_jlpsc
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        t_zludf = bob2_r_y * m2
+        t_wzdtp = t_zludf * t_jlpsc
+        bob2_Myz = t_wzdtp * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_wzdtp * t_zludf
+        bob2_Bzz = bob2_S2rz * t_zludf
+        t_4rrc5 = bob2_S1ty * bob2_g1_x
+        t_fkg2b = t_4rrc5 * bob2_r_z
+        t_4rrc5_2 = bob2_S1tz * bob2_g1_x
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_y
+        t_m33lw = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_fkg2b - (t_fkg2b_2 + t_m33lw)
+        t_m33lw_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_2 - bob2_Myy * bob2_r_z
+        t_m33lw_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw_3 - bob2_Myz * bob2_r_z
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x
+        t_m33lw_4 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_m33lw_4 + t_4rrc5 * bob2_r_y
+        t_wg7vs = bob2_Myz * bob2_r_x
+        bob2_Nzz = t_wg7vs + bob2_Bzz + t_fkg2b_2
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_wzdtp
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_mass = m + m0
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_627tc_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_m33lw_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_627tc_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_m33lw_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_znu6i = t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_nwbhr = t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_znu6i + t_nwbhr)
+        t_znu6i_2 = t_pn57p + t_ku3ch
+        t_nwbhr_2 = t_fkg2b + t_wg7vs
+        hub_K54 = (
+            t_627tc_3 * bob1_r_x
+            - (t_627tc * bob1_r_z + t_znu6i * bob1_r_y + t_m33lw * bob2_r_z + t_nwbhr * bob2_r_y)
+            + t_znu6i_2 * bob1_r_z
+            + t_m33lw_3 * bob2_r_x
+            + t_nwbhr_2 * bob2_r_z
         )
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_hig3c_6 = Bs_1 + Bs_2
-        t_w6lcf = t_hig3c_6 * t_6dtnj
-        t_ly572 = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2 + t_f2nhc * t_w6lcf
-        t_vpdgs = t_ly572 * t_6dtnj_2
-        t_ichgo = K43 + t_upifj * t_vpdgs - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_ichgo * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_ly572 * t_vpdgs - t_ichgo * K_L43 - t_hig3c_6 * t_w6lcf
-        t_otpfz = K54 + t_ly572 * K_L52 - t_ichgo * K_L53 - t_hig3c_6 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_otpfz * t_6dtnj_4
-        t_aolgd = K64 - t_ly572 * t_bk7yo - t_ichgo * K_L63 - t_hig3c_6 * t_s62lc_2
-        K_L64 = t_aolgd * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_otpfz * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_znu6i * bob1_r_x
+            + t_nwbhr * bob2_r_x
         )
-        t_hdeaq = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_otpfz * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_627tc_2 * bob1_r_x
+            - t_m33lw_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_627tc * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_m33lw * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_hdeaq * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_aolgd * K_L64
-            - t_hdeaq * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        t_2qm2u = t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_jspy6 = t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y
+        hub_K66 = (
+            total_Jzz
+            - t_627tc_4 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_m33lw_4 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_2qm2u * bob1_r_y
+            - bob1_S2rz * I1
+            + t_jspy6 * bob2_r_y
+            - bob2_S2rz * I2
         )
-        b1 = (
-            f_x
-            + (t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2)
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        b2 = f_y - n2
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        b5 = Mz - n5 - f_y * t_bknng
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
+        )
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_lmznw = t_2fozl + t_4rrc5
+        t_rvh36 = t_lmznw * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
+        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - (t_znu6i_2 + t_nwbhr_2)
+        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_c7dq3 = t_2qm2u + t_jspy6
+        t_ak5u5 = t_c7dq3 * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_alphazhub_alphay1 = (
+            hub_K51 * t_ak5u5
+            - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        )
+        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        yhub_ay = f_y + hub_b2 + t_rvh36 * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
-        b6 = t_gcu5g * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_gcu5g + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_vpdgs * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_az = hub_b3 - t_gcu5g + t_rvh36_2 * yhub_ax - lhub_azhub_ay * yhub_ay
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_gcu5g * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - f_y * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_2
-            - K_L32 * X_x3
-            + t_vpdgs * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_3s3hq = bob1_r11_x * m1
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_3s3hq  # (25)
         t_dmccl = t_yx2kz * sin_theta1
         cz_phi1 = gy_phi1 * h1 - t_dmccl  # (25)
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
-        t_hjphj = sin_phi1 * cos_phi1
-        t_lgf4h = t_yx2kz * t_hjphj
-        t_wube7 = wx * wx
-        t_hjphj_2 = sin_phi1 * sin_phi1
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        t_hjphj_2 = cos_phi1 * sin_phi1
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
-        t_mgpcw = t_lgf4h_2 * t_l4ozg
+        t_wube7 = wx * wx
+        t_ik6g5 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h
-            - t_lgf4h * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5 * t_wjugd
+            - t_ik6g5 * (t_l4ozg_2 * t_l4ozg_2)
             - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj_2 * t_l4ozg * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
             + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        D_theta1 = t_lgf4h_2 + I1  # (26)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_iouus = sin_theta1 * gx_phi1
-        cy_theta1 = t_iouus * h1 - t_hjphj * t_dmccl  # (26)
-        cz_theta1 = gy_theta1 * h1 - t_hjphj * (t_yx2kz * cos_theta1) + I1  # (26)
-        t_prfqf = Wn1 * wx
-        t_hjux3 = phi1_dot + phi1_dot
-        t_cqyvk = t_lgf4h * t_hjux3
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
+        t_y5hcm = bob1_g1_x * sin_theta1
+        cy_theta1 = t_y5hcm * h1 - t_dmccl * t_hjphj_2  # (26)
+        cz_theta1 = gy_theta1 * h1 - t_hjphj_2 * (t_yx2kz * cos_theta1) + I1  # (26)
+        t_hawtx = t_l4ozg_2 * wx
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_cqyvk * theta1_dot
-            - t_lgf4h * t_prfqf
-            - t_cqyvk * wx
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
+            - bob1_twice1 * t_lgf4h_2 * wx
         )  # (26)
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
+        t_7pqnn = bob2_r11_x * m2
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
         t_c4pkx = sin_theta2 * t_frp3h
         cz_phi2 = gy_phi2 * h2 - t_c4pkx  # (25)
-        t_pt6a7 = sin_phi2 * cos_phi2
-        t_6pfo6 = t_pt6a7 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
+        t_tkdjn = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
         t_7ovbh = t_doiln * t_doiln
-        t_pt6a7_2 = sin_phi2 * sin_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_pt6a7_2 = cos_phi2 * sin_phi2
+        t_6pfo6 = t_pt6a7_2 * t_frp3h
+        t_6pfo6_2 = t_pt6a7 * t_frp3h
         t_n7l2g = t_doiln * t_6pfo6_2
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6
-            - (theta2_dot + theta2_dot) * t_n7l2g
+            bob2_loss_phi
+            - t_tkdjn * t_7ovbh
+            - t_tkdjn * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6 * bob2_v22
+            - t_6pfo6 * t_wube7
+            - t_n7l2g * bob2_twice2
             - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
-            + (t_doiln + t_doiln) * t_pt6a7_2 * t_nfvux * wx * m2
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
+            + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
             + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
-        D_theta2 = t_6pfo6_2 + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_cfuim = gx_phi2 * sin_theta2
-        cy_theta2 = t_cfuim * h2 - t_c4pkx * t_pt6a7  # (26)
-        cz_theta2 = gy_theta2 * h2 - t_pt6a7 * (cos_theta2 * t_frp3h) + I2  # (26)
-        t_prfqf_2 = Wn2 * wx
-        t_mw75j = phi2_dot + phi2_dot
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        cy_theta2 = t_xs3iz * h2 - t_c4pkx * t_pt6a7_2  # (26)
+        cz_theta2 = gy_theta2 * h2 - t_pt6a7_2 * (cos_theta2 * t_frp3h) + I2  # (26)
+        t_go56f = t_doiln_2 * wx
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_6pfo6 * t_mw75j * theta2_dot
-            - t_6pfo6 * t_prfqf_2
-            - t_6pfo6 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn * t_go56f
+            + t_6pfo6 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6 * t_go56f
+            - t_6pfo6 * bob2_twice1 * wx
         )  # (26)
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        t_krap6 = X_x2 - X_x5 * x_C
-        t_krap6_2 = X_x3 - X_x6 * x_C
-        t_7qsh6 = W13 - X_x6
-        t_3ipx7 = X_x5 - W12
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
-        t_wvrdl = (
-            t_7qsh6 * (gz_phi1 * h1 - t_os4zj * cos_theta1 * m1)
-            - (ax_eq * gx_phi1 + k_phi1 + t_krap6 * gy_phi1 + t_krap6_2 * gz_phi1)
-            - t_3ipx7 * cz_phi1
-            - X_x4 * I1
+        t_vx25u = (
+            (gz_phi1 * h1 - t_os4zj * cos_theta1 * m1) * hub_alphay
+            - (ax_eq * bob1_g1_x + k_phi1 + I1 * hub_alphax)
+            - cz_phi1 * hub_alphaz
+            - gy_phi1 * hub_ay
+            - gz_phi1 * hub_az
         )
-        t_wwun2 = (
-            t_krap6_2 * t_iouus
-            - (k_theta1 + t_krap6 * gy_theta1)
-            - t_7qsh6 * cy_theta1
-            - t_3ipx7 * cz_theta1
-            + X_x4 * t_lgf4h_2
+        t_uxkqc = (
+            t_lgf4h * hub_alphax
+            - k_theta1
+            - cy_theta1 * hub_alphay
+            - cz_theta1 * hub_alphaz
+            - gy_theta1 * hub_ay
+            + t_y5hcm * hub_az
         )
-        t_etj7j = (
-            t_7qsh6 * (gz_phi2 * h2 - cos_theta2 * t_nfvux * m2)
-            - (ax_eq * gx_phi2 + k_phi2 + t_krap6 * gy_phi2 + t_krap6_2 * gz_phi2)
-            - t_3ipx7 * cz_phi2
-            - X_x4 * I2
+        t_ngja3 = (
+            (gz_phi2 * h2 - cos_theta2 * t_nfvux * m2) * hub_alphay
+            - (ax_eq * bob2_g1_x + k_phi2 + I2 * hub_alphax)
+            - cz_phi2 * hub_alphaz
+            - gy_phi2 * hub_ay
+            - gz_phi2 * hub_az
         )
-        t_nad6b = (
-            t_krap6_2 * t_cfuim
-            - (k_theta2 + t_krap6 * gy_theta2)
-            - t_7qsh6 * cy_theta2
-            - t_3ipx7 * cz_theta2
-            + X_x4 * t_6pfo6_2
+        t_vwqqe = (
+            t_6pfo6_2 * hub_alphax
+            - k_theta2
+            - cy_theta2 * hub_alphay
+            - cz_theta2 * hub_alphaz
+            - gy_theta2 * hub_ay
+            + t_xs3iz * hub_az
         )
         return _vector(
-            ax_eq - vz * wy + vy * wz,
-            t_krap6 + (vz * wx - vx * wz),
-            t_krap6_2 + (vx * wy - vy * wx),
-            X_x4,
-            t_7qsh6,
-            t_3ipx7,
+            vy * wz - vz * wy + ax_eq,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl,
             cos_att1 * wy - sin_att1 * wz,
             t_s66h7 + t_bi4sl,
@@ -1439,10 +1519,10 @@ def rhs_reduced_euler(x, u, p):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            t_wvrdl * t_gbl6n,
-            t_wwun2 / D_theta1,
-            t_etj7j * t_jx6g7,
-            t_nad6b / D_theta2,
+            t_vx25u * t_gbl6n,
+            t_uxkqc / (t_lgf4h + I1),
+            t_ngja3 * t_jx6g7,
+            t_vwqqe / (t_6pfo6_2 + I2),
         )
 
 
@@ -1469,410 +1549,445 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        lc_1 = cos_phi1 * l1
-        w_x1 = wx - theta1_dot
-        t_rzamr = cos_theta1 * wz
-        t_uu2cl = sin_theta1 * wy
-        Wt1 = t_rzamr + t_uu2cl
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        p1 = Wn1 + phi1_dot
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * cos_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        t_adduy = cos_theta2 * wz
-        t_t2zmi = sin_theta2 * wy
-        Wt2 = t_adduy + t_t2zmi
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * cos_theta2
-        t_rybsf = wy * wy + wz * wz
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_g1_y = bob1_r1_y * m1
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
-        D1 = t_yx2kz + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        me1 = t_wywjk * I1
-        t_nfvux = l2 * l2
-        t_frp3h = t_nfvux * m2
-        D2 = t_frp3h + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        me2 = t_jzg7x * I2
-        t_omhyl = m + m0
-        M_C = t_omhyl + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_wywjk * l1
-        mv1 = t_6nwd2 * k1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_jzg7x * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        W_theta1 = r10 * m1  # (27)
+        D_phi1 = t_yx2kz + I1  # (25)
+        t_gbl6n = 1.0 / D_phi1
+        bob1_S1ty = bob1_g1_y * t_gbl6n
+        bob1_r1_x = sin_phi1 * l1
+        bob1_r_z = bob1_r1_x * cos_theta1
+        bob1_g2_y = bob1_r_z * m1
         t_hjphj = sin_phi1 * sin_phi1
         t_lgf4h = t_yx2kz * t_hjphj
-        D_theta1 = t_lgf4h + I1  # (26)
-        t_dxtpc = W_theta1 / (D_theta1 * D_theta1)
-        t_loou6 = t_dxtpc * t_lgf4h
-        gx_phi1 = sin_phi1 * t_6nwd2  # (25)
-        gy_theta1 = cos_theta1 * gx_phi1  # (26)
+        D_theta1 = I1 + t_lgf4h  # (26)
+        t_fdes3 = 1.0 / D_theta1
+        bob1_S2ty = bob1_g2_y * t_fdes3
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        bob1_r_x = h1 - bob1_r11_x
+        bob1_S2rz = I1 * t_fdes3
+        t_627tc = bob1_S2rz * bob1_g2_y
+        bob1_g1_x = bob1_r1_x * m1
+        t_2fozl = bob1_S1ty * bob1_g1_x
+        bob1_r_y = bob1_r1_x * sin_theta1
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_627tc + t_2fozl * bob1_r_y
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_g1_y = bob2_r1_y * m2
+        t_nfvux = l2 * l2
+        t_frp3h = t_nfvux * m2
+        D_phi2 = t_frp3h + I2  # (25)
+        t_jx6g7 = 1.0 / D_phi2
+        bob2_S1ty = bob2_g1_y * t_jx6g7
+        bob2_r1_x = sin_phi2 * l2
+        bob2_r_z = bob2_r1_x * cos_theta2
+        bob2_g2_y = bob2_r_z * m2
+        t_pt6a7 = sin_phi2 * sin_phi2
+        D_theta2 = I2 + t_frp3h * t_pt6a7  # (26)
+        t_jlpsc = 1.0 / D_theta2
+        bob2_S2ty = bob2_g2_y * t_jlpsc
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        bob2_r_x = h2 - bob2_r11_x
+        bob2_S2rz = I2 * t_jlpsc
+        t_m33lw = bob2_S2rz * bob2_g2_y
+        bob2_g1_x = bob2_r1_x * m2
+        t_4rrc5 = bob2_S1ty * bob2_g1_x
+        bob2_r_y = bob2_r1_x * sin_theta2
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_m33lw + t_4rrc5 * bob2_r_y
+        t_cub74 = b * m + h0 * m0
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        W_theta1 = r10 * m1  # (27)
+        t_czm24 = t_lgf4h + I1
+        t_kzhyn = W_theta1 / (t_czm24 * t_czm24)
+        t_tqbuz = t_kzhyn * t_lgf4h
+        gy_theta1 = cos_theta1 * bob1_g1_x  # (26)
         t_n4yir = gy_theta1 * h1
-        t_hjphj_2 = sin_phi1 * cos_phi1
+        t_hjphj_2 = cos_phi1 * sin_phi1
         t_dmccl = t_yx2kz * cos_theta1
         t_scs5l = t_n4yir - t_hjphj_2 * t_dmccl
         cz_theta1 = t_scs5l + I1  # (26)
         W_phi1 = r9 * m1  # (27)
-        t_hyv47 = W_phi1 / (D1 * D1)
+        t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
         t_if7mv = t_hyv47 * I1
-        t_3s3hq = lc_1 * m1
-        gy_phi1 = sin_theta1 * t_3s3hq  # (25)
+        t_3s3hq = bob1_r11_x * m1
+        gy_phi1 = t_3s3hq * sin_theta1  # (25)
         t_ik6g5 = gy_phi1 * h1
         t_dmccl_2 = t_yx2kz * sin_theta1
         cz_phi1 = t_ik6g5 - t_dmccl_2  # (25)
         W_phi2 = r9 * m2  # (27)
-        t_pi35k = W_phi2 / (D2 * D2)
+        t_pi35k = W_phi2 / (D_phi2 * D_phi2)
         t_tmzpj = t_pi35k * I2
-        t_7pqnn = lc_2 * m2
-        gy_phi2 = t_7pqnn * sin_theta2  # (25)
+        t_7pqnn = bob2_r11_x * m2
+        gy_phi2 = sin_theta2 * t_7pqnn  # (25)
         t_tkdjn = gy_phi2 * h2
         t_c4pkx = sin_theta2 * t_frp3h
         cz_phi2 = t_tkdjn - t_c4pkx  # (25)
         W_theta2 = r10 * m2  # (27)
-        t_pt6a7 = sin_phi2 * sin_phi2
         t_6pfo6 = t_pt6a7 * t_frp3h
-        D_theta2 = t_6pfo6 + I2  # (26)
-        t_hciml = W_theta2 / (D_theta2 * D_theta2)
-        t_mszyx = t_hciml * t_6pfo6
-        gx_phi2 = t_popww * sin_phi2  # (25)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
+        t_v7y4o = t_6pfo6 + I2
+        t_7wbsh = W_theta2 / (t_v7y4o * t_v7y4o)
+        t_i3wq5 = t_7wbsh * t_6pfo6
+        gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
         t_epql5 = gy_theta2 * h2
-        t_pt6a7_2 = sin_phi2 * cos_phi2
+        t_pt6a7_2 = cos_phi2 * sin_phi2
         t_c4pkx_2 = cos_theta2 * t_frp3h
         t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         cz_theta2 = t_rdvkg + I2  # (26)
-        f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        f31_v1 = t_tqbuz * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_i3wq5 * cz_theta2  # (29)
         f11_v1 = (
             r4
             - t_hyv47 * (I1 * I1)
             - t_pi35k * (I2 * I2)
-            - t_dxtpc * (t_lgf4h * t_lgf4h)
-            - t_hciml * (t_6pfo6 * t_6pfo6)
+            - t_kzhyn * (t_lgf4h * t_lgf4h)
+            - t_7wbsh * (t_6pfo6 * t_6pfo6)
         )  # (29)
         t_a2lgz = 1.0 / f11_v1
-        f_v1_L31 = f31_v1 * t_a2lgz
+        lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
         t_aqbxr = vz * r2
-        ax_eq = F / (t_omhyl + m1 + m2)  # (19)
-        t_chbo3 = ax_eq * gx_phi1
-        t_sxxxk = gx_phi1 * h1
-        t_l4ozg = t_uu2cl + t_rzamr
-        t_wjugd = t_l4ozg * t_l4ozg
+        total_mass = m + m0
+        ax_eq = F / (total_mass + m1 + m2)  # (19)
+        t_s5cay = ax_eq * bob1_g1_x
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        t_l4ozg = cos_theta1 * wz + sin_theta1 * wy
+        t_mgpcw = t_l4ozg * t_lgf4h
+        bob1_v22 = theta1_dot * theta1_dot
         t_lgf4h_2 = t_yx2kz * t_hjphj_2
         t_wube7 = wx * wx
-        t_mgpcw = t_lgf4h * t_l4ozg
+        t_ik6g5_2 = bob1_g1_x * h1
+        t_wjugd = t_l4ozg * t_l4ozg
+        t_l4ozg_2 = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
-            loss_phi1
-            - t_sxxxk * t_wjugd
-            - t_sxxxk * (Wn1 * Wn1)
-            - theta1_dot * theta1_dot * t_lgf4h_2
-            - t_lgf4h_2 * t_wube7
-            - (theta1_dot + theta1_dot) * t_mgpcw
+            bob1_loss_phi
+            - bob1_twice2 * t_mgpcw
+            - bob1_v22 * t_lgf4h_2
+            - t_wube7 * t_lgf4h_2
+            - t_ik6g5_2 * t_wjugd
+            - t_ik6g5_2 * (t_l4ozg_2 * t_l4ozg_2)
             - t_yx2kz * t_l4ozg * wx
-            + t_os4zj * t_wjugd * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_hjphj * t_l4ozg * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_wjugd * m1
+            + t_os4zj_2 * t_l4ozg * t_hjphj * wx * m1
             + cos_phi1 * t_l4ozg * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
-        t_o6h5x = ax_eq * gx_phi2
-        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
-        t_2ys72 = gx_phi2 * h2
-        t_doiln = t_t2zmi + t_adduy
+        t_q7mge = ax_eq * bob2_g1_x
+        bob2_loss_phi = eps2 * phi2_dot
+        t_tkdjn_2 = bob2_g1_x * h2
+        t_doiln = cos_theta2 * wz + sin_theta2 * wy
         t_7ovbh = t_doiln * t_doiln
+        t_doiln_2 = cos_theta2 * wy - sin_theta2 * wz
+        t_6pfo6_2 = t_pt6a7_2 * t_frp3h
+        bob2_v22 = theta2_dot * theta2_dot
         t_n7l2g = t_doiln * t_6pfo6
+        bob2_twice2 = theta2_dot + theta2_dot
         k_phi2 = (
-            loss_phi2
-            - t_wube7 * t_6pfo6_2
-            - t_2ys72 * t_7ovbh
-            - t_2ys72 * (Wn2 * Wn2)
-            - theta2_dot * theta2_dot * t_6pfo6_2
-            - (theta2_dot + theta2_dot) * t_n7l2g
+            bob2_loss_phi
+            - t_tkdjn_2 * t_7ovbh
+            - t_tkdjn_2 * (t_doiln_2 * t_doiln_2)
+            - t_6pfo6_2 * bob2_v22
+            - t_6pfo6_2 * t_wube7
+            - t_n7l2g * bob2_twice2
             - t_doiln * t_frp3h * wx
-            + t_7ovbh * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_7ovbh * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_doiln + t_doiln) * t_pt6a7 * t_nfvux * wx * m2
             + t_doiln * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
-        t_4maxk = D_theta1 * theta1_dot
-        t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_lgf4h_2 * t_hjux3
-        t_7xuxq = Dd_theta1 * theta1_dot
-        t_prfqf = Wn1 * wx
+        t_s5jfy = t_czm24 * theta1_dot
+        bob1_twice1 = phi1_dot + phi1_dot
+        Dd_theta1 = bob1_twice1 * t_lgf4h_2
+        t_acyi3 = Dd_theta1 * theta1_dot
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_v21 = bob1_twice1 * theta1_dot
+        t_hawtx = t_l4ozg_2 * wx
         k_theta1 = (
-            loss_theta1
-            + t_sxxxk * t_prfqf
-            + t_mgpcw * t_hjux3
-            + t_mgpcw * Wn1
-            + t_7xuxq
-            - t_lgf4h_2 * t_prfqf
+            bob1_loss_theta
+            + bob1_twice1 * t_mgpcw
+            + bob1_v21 * t_lgf4h_2
+            + t_l4ozg_2 * t_mgpcw
+            + t_ik6g5_2 * t_hawtx
+            - t_lgf4h_2 * t_hawtx
             - Dd_theta1 * wx
         )  # (26)
-        t_qu7qb = D_theta2 * theta2_dot
-        t_mw75j = phi2_dot + phi2_dot
-        Dd_theta2 = t_6pfo6_2 * t_mw75j
-        t_5f4es = Dd_theta2 * theta2_dot
-        t_prfqf_2 = Wn2 * wx
+        t_uz2dl = t_v7y4o * theta2_dot
+        bob2_twice1 = phi2_dot + phi2_dot
+        Dd_theta2 = t_6pfo6_2 * bob2_twice1
+        t_cgapl = Dd_theta2 * theta2_dot
+        bob2_loss_theta = eps2 * theta2_dot
+        t_go56f = t_doiln_2 * wx
+        bob2_v21 = bob2_twice1 * theta2_dot
         k_theta2 = (
-            loss_theta2
-            + Wn2 * t_n7l2g
-            + t_2ys72 * t_prfqf_2
-            + t_n7l2g * t_mw75j
-            + t_5f4es
-            - t_6pfo6_2 * t_prfqf_2
-            - t_6pfo6_2 * (wx + wx) * phi2_dot
+            bob2_loss_theta
+            + t_doiln_2 * t_n7l2g
+            + t_tkdjn_2 * t_go56f
+            + t_6pfo6_2 * bob2_v21
+            + t_n7l2g * bob2_twice1
+            - t_6pfo6_2 * t_go56f
+            - Dd_theta2 * wx
         )  # (26)
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
-            - t_hyv47 * (t_chbo3 * I1 + I1 * k_phi1)
-            - t_pi35k * (t_o6h5x * I2 + I2 * k_phi2)
-            - t_dxtpc * (t_4maxk * Dd_theta1 - (t_7xuxq * t_lgf4h + t_lgf4h * k_theta1))
-            - t_hciml * (t_qu7qb * Dd_theta2 - (t_5f4es * t_6pfo6 + t_6pfo6 * k_theta2))
+            - t_hyv47 * (t_s5cay * I1 + I1 * k_phi1)
+            - t_pi35k * (t_q7mge * I2 + I2 * k_phi2)
+            - t_kzhyn * (t_s5jfy * Dd_theta1 - (t_acyi3 * t_lgf4h + t_lgf4h * k_theta1))
+            - t_7wbsh * (t_uz2dl * Dd_theta2 - (t_cgapl * t_6pfo6 + t_6pfo6 * k_theta2))
             + vy * vz * r1
         )  # (29)
         t_y6t4t = wx * w3 + g1_v1
         t_wij2f = vy * r1
-        t_4pqij = D1 * phi1_dot
+        t_4pqij = D_phi1 * phi1_dot
         gz_phi1 = cos_theta1 * t_3s3hq  # (25)
-        t_ik6g5_2 = gz_phi1 * h1
-        t_2ksfs = t_ik6g5_2 - t_os4zj * cos_theta1 * m1
-        t_iouus = sin_theta1 * gx_phi1
-        t_d2e6j = t_iouus * h1
-        cdz_phi1 = t_2ksfs * theta1_dot - t_d2e6j * phi1_dot
-        t_lzacu = D2 * phi2_dot
-        gz_phi2 = t_7pqnn * cos_theta2  # (25)
-        t_tkdjn_2 = gz_phi2 * h2
-        t_zshn6 = t_tkdjn_2 - cos_theta2 * t_nfvux * m2
-        t_cfuim = gx_phi2 * sin_theta2
-        t_ipyra = t_cfuim * h2
-        cdz_phi2 = t_zshn6 * theta2_dot - t_ipyra * phi2_dot
+        t_ik6g5_3 = gz_phi1 * h1
+        t_2ksfs = t_ik6g5_3 - t_os4zj * cos_theta1 * m1
+        t_y5hcm = bob1_g1_x * sin_theta1
+        t_762ik = t_y5hcm * h1
+        cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
+        t_lzacu = D_phi2 * phi2_dot
+        gz_phi2 = cos_theta2 * t_7pqnn  # (25)
+        t_tkdjn_3 = gz_phi2 * h2
+        t_zshn6 = t_tkdjn_3 - cos_theta2 * t_nfvux * m2
+        t_xs3iz = sin_theta2 * bob2_g1_x
+        t_ogbo3 = t_xs3iz * h2
+        cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
         t_hjphj_3 = cos_phi1 * cos_phi1
-        cy_theta1 = t_d2e6j - t_hjphj_2 * t_dmccl_2  # (26)
-        cdz_theta1 = phi1_dot * (t_ik6g5_2 + t_hjphj * t_dmccl - t_dmccl * t_hjphj_3) - cy_theta1 * theta1_dot
+        cy_theta1 = t_762ik - t_dmccl_2 * t_hjphj_2  # (26)
+        cdz_theta1 = phi1_dot * (t_ik6g5_3 + t_hjphj * t_dmccl - t_hjphj_3 * t_dmccl) - cy_theta1 * theta1_dot
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cy_theta2 = t_ipyra - t_c4pkx * t_pt6a7_2  # (26)
-        cdz_theta2 = phi2_dot * (t_tkdjn_2 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
+        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         g3_v1 = (
             att3 * r7
             - t_wij2f * vx
-            - t_hyv47 * (t_chbo3 * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
-            - t_pi35k * (t_o6h5x * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
-            - t_dxtpc * (t_7xuxq * cz_theta1 + cz_theta1 * k_theta1 - t_4maxk * cdz_theta1)
-            - t_hciml * (t_5f4es * cz_theta2 + cz_theta2 * k_theta2 - t_qu7qb * cdz_theta2)
+            - t_hyv47 * (t_s5cay * cz_phi1 + cz_phi1 * k_phi1 - t_4pqij * cdz_phi1)
+            - t_pi35k * (t_q7mge * cz_phi2 + cz_phi2 * k_phi2 - t_lzacu * cdz_phi2)
+            - t_kzhyn * (t_acyi3 * cz_theta1 + cz_theta1 * k_theta1 - t_s5jfy * cdz_theta1)
+            - t_7wbsh * (t_cgapl * cz_theta2 + cz_theta2 * k_theta2 - t_uz2dl * cdz_theta2)
         )  # (29)
         f32_v1 = (
             t_hyv47 * t_2ksfs * cz_phi1
             + t_pi35k * t_zshn6 * cz_phi2
-            - t_dxtpc * cy_theta1 * cz_theta1
-            - t_hciml * cy_theta2 * cz_theta2
+            - t_kzhyn * cy_theta1 * cz_theta1
+            - t_7wbsh * cy_theta2 * cz_theta2
         )  # (29)
-        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
-        t_vk4eg = f32_v1 - f21_v1 * f_v1_L31
+        f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_tqbuz * cy_theta1 + t_i3wq5 * cy_theta2  # (29)
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
         f22_v1 = (
             r6
             - t_hyv47 * (t_2ksfs * t_2ksfs)
             - t_pi35k * (t_zshn6 * t_zshn6)
-            - t_dxtpc * (cy_theta1 * cy_theta1)
-            - t_hciml * (cy_theta2 * cy_theta2)
+            - t_kzhyn * (cy_theta1 * cy_theta1)
+            - t_7wbsh * (cy_theta2 * cy_theta2)
         )  # (29)
-        f_v1_L21 = f21_v1 * t_a2lgz
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_vk4eg * t_6dtnj
-        cdy_phi1 = t_n4yir * phi1_dot + cz_phi1 * theta1_dot
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
         cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
-        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_hjphj * t_dmccl_2 - t_hjphj_3 * t_dmccl_2)
+        cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_dmccl_2 * t_hjphj - t_hjphj_3 * t_dmccl_2)
         cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
         g2_v1 = (
             att2 * r5
-            + t_hyv47 * (t_chbo3 * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
-            + t_pi35k * (t_o6h5x * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
-            - t_dxtpc * (t_7xuxq * cy_theta1 + cy_theta1 * k_theta1 - t_4maxk * cdy_theta1)
-            - t_hciml * (t_5f4es * cy_theta2 + cy_theta2 * k_theta2 - t_qu7qb * cdy_theta2)
+            + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
+            + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
+            - t_kzhyn * (t_acyi3 * cy_theta1 + cy_theta1 * k_theta1 - t_s5jfy * cdy_theta1)
+            - t_7wbsh * (t_cgapl * cy_theta2 + cy_theta2 * k_theta2 - t_uz2dl * cdy_theta2)
             + vx * vz * r2
         )  # (29)
-        u_v1_y2 = f_v1_L21 * t_y6t4t - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_y6t4t - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
         f33_v1 = (
             r8
             - t_hyv47 * (cz_phi1 * cz_phi1)
             - t_pi35k * (cz_phi2 * cz_phi2)
-            - t_dxtpc * (cz_theta1 * cz_theta1)
-            - t_hciml * (cz_theta2 * cz_theta2)
+            - t_kzhyn * (cz_theta1 * cz_theta1)
+            - t_7wbsh * (cz_theta2 * cz_theta2)
         )  # (29)
-        f_v1_D3 = f33_v1 - t_vk4eg * f_v1_L32 - f31_v1 * f_v1_L31
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        G2_v1 = W12 + u_v1_x3
-        g_1 = e1 - lc_1
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        S_sq1 = sin_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        S_sq2 = sin_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        W13 = wx * wz
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        G3_v1 = W13 - u_v1_x2
-        SC1 = cos_theta1 * sin_theta1
-        SC2 = cos_theta2 * sin_theta2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_leuxo = S_sq1 * tn11_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        stream_z = t_cub74 * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
         t_xlxwl = t_hyv47 * (I1 * wx - t_2ksfs * wy + cz_phi1 * wz + t_4pqij)
         t_hgt7a = t_pi35k * (I2 * wx - t_zshn6 * wy + cz_phi2 * wz + t_lzacu)
-        t_z6ntf = t_dxtpc * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_4maxk)
-        t_dhnrr = t_hciml * (cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_qu7qb)
+        t_jxsl7 = t_kzhyn * (cy_theta1 * wy - t_lgf4h * wx + cz_theta1 * wz + t_s5jfy)
+        t_axu4c = t_7wbsh * (cy_theta2 * wy - t_6pfo6 * wx + cz_theta2 * wz + t_uz2dl)
         B_v1 = (
             t_wij2f
             - t_xlxwl * gy_phi1
             - t_hgt7a * gy_phi2
-            - t_z6ntf * gy_theta1
-            - t_dhnrr * gy_theta2
+            - t_jxsl7 * gy_theta1
+            - t_axu4c * gy_theta2
         )  # (29)
-        a2_v1 = G2_v1 * x_C - B_v1 * w1
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
+        t_btp7k = B_v1 * w1
+        t_pj4i3 = bob1_r_y * m1
+        t_loayl = t_pj4i3 * t_fdes3
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_S1tz = bob1_g1_z * t_gbl6n
+        bob1_Myz = t_loayl * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        t_zludf = bob2_r_y * m2
+        t_wzdtp = t_zludf * t_jlpsc
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_S1tz = bob2_g1_z * t_jx6g7
+        bob2_Myz = t_wzdtp * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        hub_K32 = bob1_Myz + bob2_Myz
         C_v1 = (
             t_aqbxr
             - t_xlxwl * gz_phi1
             - t_hgt7a * gz_phi2
-            + t_z6ntf * t_iouus
-            + t_dhnrr * t_cfuim
+            + t_jxsl7 * t_y5hcm
+            + t_axu4c * t_xs3iz
         )  # (29)
-        a3_v1 = G3_v1 * x_C - C_v1 * w2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
-        t_bewoy = t_y6t4t * t_a2lgz + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        q2_v1 = (
-            n2
-            + G2_v1 * K52
-            - G3_v1 * t_edvw3_2
-            + K22 * a2_v1
-            + K32 * a3_v1
-            + t_belws * t_bewoy
+        t_nn6jp = C_v1 * w2
+        bob1_S1rx = I1 * t_gbl6n
+        t_627tc_2 = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_627tc_2 - bob1_Myy * bob1_r_z
+        bob2_S1rx = I2 * t_jx6g7
+        t_m33lw_2 = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_m33lw_2 - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        t_pn57p = t_2fozl * bob1_r_z
+        t_ku3ch = bob1_Myz * bob1_r_x
+        t_znu6i = t_pn57p + t_ku3ch
+        t_fkg2b = t_4rrc5 * bob2_r_z
+        t_wg7vs = bob2_Myz * bob2_r_x
+        t_nwbhr = t_fkg2b + t_wg7vs
+        t_4yjdc = t_znu6i + t_nwbhr
+        t_dtmmd = (
+            hub_b2
+            + hub_K22 * t_btp7k
+            + hub_K32 * t_nn6jp
+            + hub_K42 * t_bewoy
+            + t_4yjdc * u_v1_x4
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_ti46a = (
-            t_ep53l
-            + G2_v1 * t_6iku5
-            + G3_v1 * t_6iku5_2
-            + t_f2nhc * a2_v1
-            + t_f2nhc_2 * a3_v1
+        q2_v1 = hub_K62 * u_v1_x5 - t_dtmmd
+        bob1_S1tx = bob1_g1_x * t_gbl6n
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_jx6g7
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        t_lmznw = t_2fozl + t_4rrc5
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_2fozl_2 = bob1_S1tz * bob1_g1_x
+        t_4rrc5_2 = bob2_S1tz * bob2_g1_x
+        t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
+        t_pn57p_2 = t_2fozl_2 * bob1_r_y
+        t_627tc_3 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_pn57p - (t_pn57p_2 + t_627tc_3)
+        t_fkg2b_2 = t_4rrc5_2 * bob2_r_y
+        t_m33lw_3 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_fkg2b - (t_fkg2b_2 + t_m33lw_3)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_2fozl_2 * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_4rrc5_2 * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_2qm2u = t_2fozl * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_jspy6 = t_4rrc5 * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_c7dq3 = t_2qm2u + t_jspy6
+        q1_v1 = (
+            t_lmznw * t_btp7k
+            - hub_b1
+            + t_lmznw_2 * t_nn6jp
+            - hub_K41 * t_bewoy
+            + hub_K51 * u_v1_x4
+            - t_c7dq3 * u_v1_x5
         )
-        q1_v1 = t_hig3c_3 * t_bewoy - t_ti46a
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        wqS_1 = sin_theta1 * wq_1
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_loayl * t_pj4i3
+        t_znu6i_2 = t_2fozl_2 * bob1_r_z + bob1_Mzz * bob1_r_x
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_wzdtp * t_zludf
+        t_nwbhr_2 = t_4rrc5_2 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_znu6i_2 + t_nwbhr_2)
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_loayl
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_wzdtp
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        t_627tc_4 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_627tc_4 - bob1_Myz * bob1_r_z
+        t_m33lw_4 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_m33lw_4 - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        bob1_Nzz = t_ku3ch + bob1_Bzz + t_pn57p_2
+        bob2_Bzz = bob2_S2rz * t_zludf
+        bob2_Nzz = t_wg7vs + bob2_Bzz + t_fkg2b_2
+        hub_K63 = bob1_Nzz + bob2_Nzz
         q3_v1 = (
-            n3
-            + G2_v1 * K53
-            + G3_v1 * K63
-            + K32 * a2_v1
-            + K33 * a3_v1
-            - K43 * t_bewoy
+            hub_K53 * u_v1_x4
+            - (hub_b3 + hub_K32 * t_btp7k + hub_K33 * t_nn6jp + hub_K43 * t_bewoy)
+            + hub_K63 * u_v1_x5
         )
-        Pq_v1 = K11 * q1_v1 - t_f2nhc * q2_v1 - t_f2nhc_2 * q3_v1
-        PP_v1 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        t_574pa = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
-        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_574pa))
+        Pq_v1 = hub_K11 * q1_v1 - t_lmznw * q2_v1 - t_lmznw_2 * q3_v1
+        PP_v1 = hub_K11 * hub_K11 + t_lmznw * t_lmznw + t_lmznw_2 * t_lmznw_2
+        t_23zlk = PP_v1 * (q1_v1 * q1_v1 - F * F + q2_v1 * q2_v1 + q3_v1 * q3_v1)
+        root_v1 = np.sqrt(np.fmax(0.0, Pq_v1 * Pq_v1 - t_23zlk))
         ax_v1 = (root_v1 - Pq_v1) / PP_v1
-        f2_v1 = q2_v1 - t_f2nhc * ax_v1
+        f2_v1 = q2_v1 - ax_v1 * t_lmznw
         t_y7rm6 = 1.0 / F
         sin_d2_v1 = np.fmax(-1.0, np.fmin(1.0, f2_v1 * t_y7rm6))
         delta2_v1 = np.arcsin(sin_d2_v1)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v1, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        f3_v1 = q3_v1 - t_f2nhc_2 * ax_v1
+        f3_v1 = q3_v1 - ax_v1 * t_lmznw_2
         cos_d2_v1 = np.sqrt(1.0 - sin_d2_v1 * sin_d2_v1)
         delta1_v1 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v1 * t_y7rm6 / np.fmax(1e-09, cos_d2_v1)))))
         sin_delta2_v1, cos_delta2_v1 = np.sin(delta2_v1), np.cos(delta2_v1)
@@ -1883,319 +1998,302 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
         sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
         t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
-        f_y = sin_delta2_act * F
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        f_y = F * sin_delta2_act
+        bob1_q2 = bob1_Q2 * t_fdes3
+        bob2_q2 = bob2_Q2 * t_jlpsc
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_627tc_4 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_m33lw_4 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_627tc_2 * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_m33lw_2 * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_627tc_4 * bob1_r_x
+            - (t_627tc_3 * bob1_r_z + t_znu6i_2 * bob1_r_y + t_m33lw_3 * bob2_r_z + t_nwbhr_2 * bob2_r_y)
+            + t_znu6i * bob1_r_z
+            + t_m33lw_4 * bob2_r_x
+            + t_nwbhr * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_znu6i_2 * bob1_r_x
+            + t_nwbhr_2 * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_627tc_2 * bob1_r_x
+            - t_m33lw_2 * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_627tc_3 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_m33lw_3 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj_2 = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj_2
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj_2
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_3 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_3
-        t_s62lc = t_6iku5 * t_6dtnj_2
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_3
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_w6lcf = t_hig3c_3 * t_6dtnj_2
-        t_cawlo = t_belws + t_f2nhc * t_w6lcf
-        t_bopbx = t_cawlo * t_6dtnj_3
-        t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_4 = 1.0 / K_D3
-        K_L43 = t_itbrl * t_6dtnj_4
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_4
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj_2
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_3
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_4
-        K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf
-        t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc
-        t_6dtnj_5 = 1.0 / K_D4
-        K_L54 = t_agu5t * t_6dtnj_5
-        t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2
-        K_L64 = t_kiszr * t_6dtnj_5
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_agu5t * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K66 = (
+            total_Jzz
+            - t_627tc * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_m33lw * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_2qm2u * bob1_r_y
+            - bob1_S2rz * I1
+            + t_jspy6 * bob2_r_y
+            - bob2_S2rz * I2
         )
-        t_nx7y6 = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_agu5t * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        t_6dtnj_6 = 1.0 / K_D5
-        K_L65 = t_nx7y6 * t_6dtnj_6
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_kiszr * K_L64
-            - t_nx7y6 * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
         )
-        b1 = f_x + t_ep53l
-        b2 = f_y - n2
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj_2 = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj_2
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj_2
+        t_rvh36 = t_lmznw * t_6dtnj_2
+        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
+        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
+        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - t_4yjdc
+        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_ak5u5 = t_c7dq3 * t_6dtnj_2
+        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_osa4j
+        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
+        t_6dtnj_3 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_3
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_3
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_3
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_3
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_4 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_4
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_4
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_4
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_5 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_5
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_5
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_6 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_6
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        t_4rwfu = sin_delta2_act * F
+        yhub_ay = t_4rwfu + hub_b2 + t_rvh36 * yhub_ax
+        t_y3fxb = t_gbb3a * sin_delta1_act
+        yhub_az = hub_b3 - t_y3fxb + t_rvh36_2 * yhub_ax - lhub_azhub_ay * yhub_ay
         t_qh3cx = F * cos_delta2_v1
-        f1_v1 = q1_v1 + K11 * ax_v1
+        f1_v1 = q1_v1 + ax_v1 * hub_K11
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
         t_jczim = F * sin_delta2_v1
         df2_v1 = t_jczim - f2_v1
-        da_v1_y2 = df2_v1 + t_gousg * df1_v1
+        yda_v1_y = df2_v1 + df1_v1 * t_rvh36
         t_v7qgl = t_qh3cx * sin_delta1_v1
-        da_v1_y3 = t_gousg_2 * df1_v1 - (t_v7qgl + f3_v1) - K_L32 * da_v1_y2
-        da_v1_x3 = da_v1_y3 * t_6dtnj_4
-        da_v1_x2 = da_v1_y2 * t_6dtnj_3 - K_L32 * da_v1_x3
-        da_v1_x1 = df1_v1 * t_6dtnj_2 + t_gousg * da_v1_x2 + t_gousg_2 * da_v1_x3
+        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lhub_azhub_ay * yda_v1_y
+        da_v1_z = yda_v1_z * t_6dtnj_4
+        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lhub_azhub_ay
+        da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2
         Mx_v1 = (
-            n4
-            + G2_v1 * K54
-            + G3_v1 * K64
-            - t_hig3c_3 * ax_v1
-            - t_hig3c_3 * da_v1_x1
-            - t_belws * a2_v1
-            - t_belws * da_v1_x2
-            + K43 * a3_v1
-            + K43 * da_v1_x3
-            - K44 * t_bewoy
+            ax_v1 * hub_K41
+            - hub_b4
+            + da_v1_x * hub_K41
+            + da_v1_y * hub_K42
+            + da_v1_z * hub_K43
+            - hub_K42 * t_btp7k
+            - hub_K43 * t_nn6jp
+            - hub_K44 * t_bewoy
+            + hub_K54 * u_v1_x4
+            + hub_K64 * u_v1_x5
         )
         t_gbb3a_2 = F * cos_delta2_act
         df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v1 * F * cos_delta1_v1
-        df2_act = F * sin_delta2_act - t_jczim
-        da_act_y2 = df2_act + t_gousg * df1_act
+        df2_act = f_y - t_jczim
+        yda_act_y = df2_act + df1_act * t_rvh36
         df3_act = t_m2xxj * F - t_gbb3a_2 * sin_delta1_act
-        da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
-        da_act_x3 = da_act_y3 * t_6dtnj_4
-        da_act_x2 = da_act_y2 * t_6dtnj_3 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj_2 + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v1 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        Mz_v1 = (
-            n5
-            + G2_v1 * K55
-            + G3_v1 * K65
-            - t_6iku5 * ax_v1
-            - t_6iku5 * da_v1_x1
-            + K52 * a2_v1
-            + K52 * da_v1_x2
-            + K53 * a3_v1
-            + K53 * da_v1_x3
-            - K54 * t_bewoy
-            + t_jczim * t_bknng
-        )
-        Mz = (
-            Mz_v1
-            - t_6iku5 * da_act_x1
-            + K52 * da_act_x2
-            + K53 * da_act_x3
-            + df2_act * t_bknng
-        )
-        b5 = Mz - n5 - f_y * t_bknng
-        t_y3fxb = t_gbb3a * sin_delta1_act
+        yda_act_z = df3_act + df1_act * t_rvh36_2 - lhub_azhub_ay * yda_act_y
+        da_act_z = yda_act_z * t_6dtnj_4
+        da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lhub_azhub_ay
+        da_act_x = df1_act * t_6dtnj_2 + da_act_y * t_rvh36 + da_act_z * t_rvh36_2
+        Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
         My_v1 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v1 * K65
-            - G3_v1 * K66
-            + t_6iku5_2 * ax_v1
-            + t_6iku5_2 * da_v1_x1
-            + t_edvw3_2 * a2_v1
-            + t_edvw3_2 * da_v1_x2
-            - K63 * a3_v1
-            - K63 * da_v1_x3
-            + K64 * t_bewoy
+            ax_v1 * hub_K51
+            - hub_b5
+            + da_v1_x * hub_K51
+            - da_v1_y * t_4yjdc
+            + da_v1_z * hub_K53
+            + t_4yjdc * t_btp7k
+            - hub_K53 * t_nn6jp
+            - hub_K54 * t_bewoy
+            + hub_K55 * u_v1_x4
+            - t_osa4j * u_v1_x5
+            + t_v7qgl * t_yxxpc
         )
         My = (
             My_v1
-            - df3_act * t_bknng
-            + t_6iku5_2 * da_act_x1
-            + t_edvw3_2 * da_act_x2
-            - K63 * da_act_x3
+            + da_act_x * hub_K51
+            - da_act_y * t_4yjdc
+            + da_act_z * hub_K53
+            - df3_act * t_yxxpc
         )
-        b6 = t_y3fxb * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_y3fxb * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        Mz_v1 = (
+            da_v1_y * hub_K62
+            - (hub_b6 + ax_v1 * t_c7dq3 + da_v1_x * t_c7dq3)
+            + da_v1_z * hub_K63
+            - hub_K62 * t_btp7k
+            - hub_K63 * t_nn6jp
+            - hub_K64 * t_bewoy
+            - t_osa4j * u_v1_x4
+            + hub_K66 * u_v1_x5
+            + t_jczim * t_yxxpc
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_6 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_5 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_4 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_3
-            - K_L32 * X_x3
-            + t_bopbx * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        Mz = (
+            Mz_v1
+            - da_act_x * t_c7dq3
+            + da_act_y * hub_K62
+            + da_act_z * hub_K63
+            + df2_act * t_yxxpc
         )
-        X_x1 = (
-            b1 * t_6dtnj_2
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - t_4rwfu * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
-        Gt_eta1 = G_t1 + eta1
-        t_2prat = (
-            cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-            + sin_phi1 * (X_x1 - t_aqrn5)
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_6 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_5 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_4 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_3
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        phi_acc1 = Gt_eta1 - (loss_phi1 + I1 * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat
-        t_3ipx7 = X_x5 - W12
-        t_hig3c_7 = X_x4 + X_x5
-        t_pksrm = (
-            zeta1
-            + X_x2 * cos_theta1
-            + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-            - t_hig3c_7 * q_1
-            - X_x3 * sin_theta1
+        hub_ax = (
+            yhub_ax * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_rvh36
+            + hub_az * t_rvh36_2
         )
-        theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (1.0 / m1) + q_1 * t_pksrm))
-        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
-        Gt_eta2 = G_t2 + eta2
-        t_y662k = (
-            cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-            + sin_phi2 * (X_x1 - t_3hay7)
+        bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz
+        bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax
+        bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay
+        bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_loayl * bob1_aPz
+        t_bzsqx = (
+            t_txuch * t_gbl6n
+            + bob1_S1rx * hub_alphax
+            + bob1_S1tx * bob1_aPx
+            + bob1_S1ty * bob1_aPy
+            + bob1_S1tz * bob1_aPz
         )
-        phi_acc2 = Gt_eta2 - (loss_phi2 + I2 * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k
-        t_zj7x3 = (
-            zeta2
-            + X_x2 * cos_theta2
-            + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-            - t_hig3c_7 * q_2
-            - X_x3 * sin_theta2
+        bob1_a1 = -t_bzsqx
+        bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz
+        bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax
+        bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay
+        bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_wzdtp * bob2_aPz
+        t_cckhz = (
+            t_xyjt2 * t_jx6g7
+            + bob2_S1rx * hub_alphax
+            + bob2_S1tx * bob2_aPx
+            + bob2_S1ty * bob2_aPy
+            + bob2_S1tz * bob2_aPz
         )
-        theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
+        bob2_a1 = -t_cckhz
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
         return _vector(
-            X_x1 + t_rybsf * x_C - vz * wy + vy * wz,
-            X_x2 - X_x5 * x_C + (vz * wx - vx * wz),
-            X_x3 - X_x6 * x_C + (vx * wy - vy * wx),
-            X_x4,
-            W13 - X_x6,
-            t_3ipx7,
+            vy * wz - vz * wy + hub_ax,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl,
             cos_att1 * wy - sin_att1 * wz,
             t_s66h7 + t_bi4sl,
@@ -2203,10 +2301,10 @@ def lyapunov_v1_loop_euler(q, r, p, c):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            phi_acc1,
-            theta_acc1,
-            phi_acc2,
-            theta_acc2,
+            bob1_a1,
+            bob1_a2,
+            bob2_a1,
+            bob2_a2,
         )
 
 
@@ -2235,94 +2333,93 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
+        gx_phi1 = sin_phi1 * l1 * m1  # (25)
         t_pv3py = cos_phi1 * l1 * m1
-        gy_phi1 = sin_theta1 * t_pv3py  # (25)
+        gy_phi1 = t_pv3py * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
         t_7uzqh = gy_phi1 * h1
         t_frhni = t_yx2kz * sin_theta1
         cz_phi1 = t_7uzqh - t_frhni  # (25)
-        t_2bctd = gx_phi1 * h1
-        t_5vpfz = sin_theta1 * wy + cos_theta1 * wz
-        t_3wt73 = t_5vpfz * t_5vpfz
-        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
-        t_fgmjk = sin_phi1 * cos_phi1
-        t_brgbu = t_yx2kz * t_fgmjk
-        t_wube7 = wx * wx
+        t_5vpfz = cos_theta1 * wz + sin_theta1 * wy
         t_j5zf2 = sin_phi1 * sin_phi1
         t_5dcra = t_yx2kz * t_j5zf2
-        t_3mjf5 = t_5dcra * t_5vpfz
+        t_3mjf5 = t_5vpfz * t_5dcra
+        t_fgmjk = cos_phi1 * sin_phi1
+        t_brgbu = t_yx2kz * t_fgmjk
+        t_wube7 = wx * wx
+        t_2bctd = gx_phi1 * h1
+        t_3wt73 = t_5vpfz * t_5vpfz
+        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
             eps1 * phi1_dot
+            - (theta1_dot + theta1_dot) * t_3mjf5
+            - theta1_dot * theta1_dot * t_brgbu
+            - t_wube7 * t_brgbu
             - t_2bctd * t_3wt73
             - t_2bctd * (t_d3hip * t_d3hip)
-            - theta1_dot * theta1_dot * t_brgbu
-            - t_brgbu * t_wube7
-            - (theta1_dot + theta1_dot) * t_3mjf5
             - t_yx2kz * t_5vpfz * wx
-            + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_j5zf2 * t_5vpfz * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_3wt73 * m1
+            + t_os4zj_2 * t_5vpfz * t_j5zf2 * wx * m1
             + cos_phi1 * t_5vpfz * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
         D_theta1 = t_5dcra + I1  # (26)
         gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_nimne = sin_theta1 * gx_phi1
+        t_nimne = gx_phi1 * sin_theta1
         t_f4thv = t_nimne * h1
-        cy_theta1 = t_f4thv - t_fgmjk * t_frhni  # (26)
+        cy_theta1 = t_f4thv - t_frhni * t_fgmjk  # (26)
         t_eacod = gy_theta1 * h1
         t_w7asd = t_yx2kz * cos_theta1
         t_tfgbs = t_eacod - t_fgmjk * t_w7asd
         cz_theta1 = t_tfgbs + I1  # (26)
-        t_ybskz = t_d3hip * wx
         t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_brgbu * t_hjux3
-        t_awntx = Dd_theta1 * theta1_dot
+        t_ybskz = t_d3hip * wx
+        Dd_theta1 = t_hjux3 * t_brgbu
         k_theta1 = (
             eps1 * theta1_dot
+            + t_hjux3 * t_3mjf5
+            + t_hjux3 * theta1_dot * t_brgbu
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
-            + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
-            + t_awntx
             - t_brgbu * t_ybskz
             - Dd_theta1 * wx
         )  # (26)
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        gx_phi2 = l2 * m2 * sin_phi2  # (25)
+        gx_phi2 = sin_phi2 * l2 * m2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        gy_phi2 = t_aafcb * sin_theta2  # (25)
-        gz_phi2 = t_aafcb * cos_theta2  # (25)
+        gy_phi2 = sin_theta2 * t_aafcb  # (25)
+        gz_phi2 = cos_theta2 * t_aafcb  # (25)
         t_zlzao = gy_phi2 * h2
         t_hhb7k = sin_theta2 * t_frp3h
         cz_phi2 = t_zlzao - t_hhb7k  # (25)
-        t_qg23f = sin_phi2 * cos_phi2
-        t_yetof = t_qg23f * t_frp3h
         t_yggmz = gx_phi2 * h2
-        t_cuv7o = sin_theta2 * wy + cos_theta2 * wz
+        t_cuv7o = cos_theta2 * wz + sin_theta2 * wy
         t_flneb = t_cuv7o * t_cuv7o
         t_3cqcq = cos_theta2 * wy - sin_theta2 * wz
+        t_qg23f = cos_phi2 * sin_phi2
+        t_yetof = t_qg23f * t_frp3h
         t_acoue = sin_phi2 * sin_phi2
         t_jeevc = t_acoue * t_frp3h
         t_gnuap = t_cuv7o * t_jeevc
         k_phi2 = (
             eps2 * phi2_dot
-            - t_wube7 * t_yetof
             - t_yggmz * t_flneb
             - t_yggmz * (t_3cqcq * t_3cqcq)
-            - theta2_dot * theta2_dot * t_yetof
-            - (theta2_dot + theta2_dot) * t_gnuap
+            - t_yetof * (theta2_dot * theta2_dot)
+            - t_yetof * t_wube7
+            - t_gnuap * (theta2_dot + theta2_dot)
             - t_cuv7o * t_frp3h * wx
-            + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_flneb * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * wx * m2
             + t_cuv7o * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         D_theta2 = t_jeevc + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_qo6r6 = gx_phi2 * sin_theta2
+        gy_theta2 = cos_theta2 * gx_phi2  # (26)
+        t_qo6r6 = sin_theta2 * gx_phi2
         t_k5wof = t_qo6r6 * h2
         cy_theta2 = t_k5wof - t_hhb7k * t_qg23f  # (26)
         t_mne3j = gy_theta2 * h2
@@ -2332,26 +2429,25 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         t_dr7rz = t_3cqcq * wx
         t_mw75j = phi2_dot + phi2_dot
         Dd_theta2 = t_yetof * t_mw75j
-        t_a5izx = Dd_theta2 * theta2_dot
         k_theta2 = (
             eps2 * theta2_dot
             + t_3cqcq * t_gnuap
             + t_yggmz * t_dr7rz
+            + t_yetof * (t_mw75j * theta2_dot)
             + t_gnuap * t_mw75j
-            + t_a5izx
             - t_yetof * t_dr7rz
-            - t_yetof * (wx + wx) * phi2_dot
+            - Dd_theta2 * wx
         )  # (26)
         ax_eq = F / (m + m0 + m1 + m2)  # (19)
         W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_eacod * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi1 = cz_phi1 * theta1_dot + t_eacod * phi1_dot
         t_7uzqh_2 = gz_phi1 * h1
         t_w3oy6 = t_7uzqh_2 - t_os4zj * cos_theta1 * m1
         cdz_phi1 = t_w3oy6 * theta1_dot - t_f4thv * phi1_dot
         W_theta1 = r10 * m1  # (27)
         t_tdfn5 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_tfgbs * theta1_dot + phi1_dot * (t_7uzqh + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni)
-        cdz_theta1 = phi1_dot * (t_7uzqh_2 + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * theta1_dot
+        cdy_theta1 = t_tfgbs * theta1_dot + phi1_dot * (t_7uzqh + t_frhni * t_j5zf2 - t_tdfn5 * t_frhni)
+        cdz_theta1 = phi1_dot * (t_7uzqh_2 + t_j5zf2 * t_w7asd - t_tdfn5 * t_w7asd) - cy_theta1 * theta1_dot
         W_phi2 = r9 * m2  # (27)
         cdy_phi2 = cz_phi2 * theta2_dot + t_mne3j * phi2_dot
         t_zlzao_2 = gz_phi2 * h2
@@ -2391,6 +2487,8 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         )  # (29)
         t_dolzu = ax_eq * gx_phi1
         t_3ublu = ax_eq * gx_phi2
+        t_awntx = Dd_theta1 * theta1_dot
+        t_a5izx = Dd_theta2 * theta2_dot
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
@@ -2450,55 +2548,56 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
             - t_mr7rb * (cz_theta2 * cz_theta2)
         )  # (29)
         t_eleav = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_eleav
-        f_v1_L31 = f31_v1 * t_eleav
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_4zipl = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_4zipl * t_6dtnj
-        f_v1_D3 = f33_v1 - t_4zipl * f_v1_L32 - f31_v1 * f_v1_L31
+        lu_v1_x4u_v1_x3 = f21_v1 * t_eleav
+        lu_v1_x5u_v1_x3 = f31_v1 * t_eleav
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
         t_yf7hh = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_yf7hh - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_yf7hh - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        t_ofjms = t_yf7hh * t_eleav + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        u_v1_x1 = -t_ofjms
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_yf7hh - (wy * w4 + g2_v1)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_yf7hh - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        t_ofjms = t_yf7hh * t_eleav + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        u_v1_x3 = -t_ofjms
         t_ezaly = B_v1 * w1
         t_pj322 = C_v1 * w2
         t_yqonm = (
             I1 * t_ofjms
             - (t_dolzu + k_phi1)
-            + t_w3oy6 * u_v1_x2
-            - cz_phi1 * u_v1_x3
+            + t_w3oy6 * u_v1_x4
+            - cz_phi1 * u_v1_x5
             + gy_phi1 * t_ezaly
             + gz_phi1 * t_pj322
         )
         t_xtoj5 = (
             gy_theta1 * t_ezaly
-            - (k_theta1 + t_5dcra * t_ofjms + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+            - (k_theta1 + t_5dcra * t_ofjms + cy_theta1 * u_v1_x4 + cz_theta1 * u_v1_x5)
             - t_nimne * t_pj322
         )
         t_fkziz = (
             I2 * t_ofjms
             - (t_3ublu + k_phi2)
-            + t_6qgnx * u_v1_x2
-            - cz_phi2 * u_v1_x3
+            + t_6qgnx * u_v1_x4
+            - cz_phi2 * u_v1_x5
             + gy_phi2 * t_ezaly
             + gz_phi2 * t_pj322
         )
         t_xosmh = (
             gy_theta2 * t_ezaly
-            - (k_theta2 + t_jeevc * t_ofjms + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+            - (k_theta2 + t_jeevc * t_ofjms + cy_theta2 * u_v1_x4 + cz_theta2 * u_v1_x5)
             - t_qo6r6 * t_pj322
         )
         return _vector(
-            ax_eq - vz * wy + vy * wz,
+            vy * wz - vz * wy + ax_eq,
             vz * wx - vx * wz - t_ezaly,
             vx * wy - vy * wx - t_pj322,
-            u_v1_x1,
-            u_v1_x2,
             u_v1_x3,
+            u_v1_x4,
+            u_v1_x5,
             wx,
             wy,
             wz,
@@ -2540,94 +2639,93 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
+        gx_phi1 = sin_phi1 * l1 * m1  # (25)
         t_pv3py = cos_phi1 * l1 * m1
-        gy_phi1 = sin_theta1 * t_pv3py  # (25)
+        gy_phi1 = t_pv3py * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
         t_7uzqh = gy_phi1 * h1
         t_frhni = t_yx2kz * sin_theta1
         cz_phi1 = t_7uzqh - t_frhni  # (25)
-        t_2bctd = gx_phi1 * h1
-        t_5vpfz = sin_theta1 * wy + cos_theta1 * wz
-        t_3wt73 = t_5vpfz * t_5vpfz
-        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
-        t_fgmjk = sin_phi1 * cos_phi1
-        t_brgbu = t_yx2kz * t_fgmjk
-        t_wube7 = wx * wx
+        t_5vpfz = cos_theta1 * wz + sin_theta1 * wy
         t_j5zf2 = sin_phi1 * sin_phi1
         t_5dcra = t_yx2kz * t_j5zf2
-        t_3mjf5 = t_5dcra * t_5vpfz
+        t_3mjf5 = t_5vpfz * t_5dcra
+        t_fgmjk = cos_phi1 * sin_phi1
+        t_brgbu = t_yx2kz * t_fgmjk
+        t_wube7 = wx * wx
+        t_2bctd = gx_phi1 * h1
+        t_3wt73 = t_5vpfz * t_5vpfz
+        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
             eps1 * phi1_dot
+            - (theta1_dot + theta1_dot) * t_3mjf5
+            - theta1_dot * theta1_dot * t_brgbu
+            - t_wube7 * t_brgbu
             - t_2bctd * t_3wt73
             - t_2bctd * (t_d3hip * t_d3hip)
-            - theta1_dot * theta1_dot * t_brgbu
-            - t_brgbu * t_wube7
-            - (theta1_dot + theta1_dot) * t_3mjf5
             - t_yx2kz * t_5vpfz * wx
-            + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_j5zf2 * t_5vpfz * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_3wt73 * m1
+            + t_os4zj_2 * t_5vpfz * t_j5zf2 * wx * m1
             + cos_phi1 * t_5vpfz * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
         D_theta1 = t_5dcra + I1  # (26)
         gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_nimne = sin_theta1 * gx_phi1
+        t_nimne = gx_phi1 * sin_theta1
         t_f4thv = t_nimne * h1
-        cy_theta1 = t_f4thv - t_fgmjk * t_frhni  # (26)
+        cy_theta1 = t_f4thv - t_frhni * t_fgmjk  # (26)
         t_eacod = gy_theta1 * h1
         t_w7asd = t_yx2kz * cos_theta1
         t_tfgbs = t_eacod - t_fgmjk * t_w7asd
         cz_theta1 = t_tfgbs + I1  # (26)
-        t_ybskz = t_d3hip * wx
         t_hjux3 = phi1_dot + phi1_dot
-        Dd_theta1 = t_brgbu * t_hjux3
-        t_awntx = Dd_theta1 * theta1_dot
+        t_ybskz = t_d3hip * wx
+        Dd_theta1 = t_hjux3 * t_brgbu
         k_theta1 = (
             eps1 * theta1_dot
+            + t_hjux3 * t_3mjf5
+            + t_hjux3 * theta1_dot * t_brgbu
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
-            + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
-            + t_awntx
             - t_brgbu * t_ybskz
             - Dd_theta1 * wx
         )  # (26)
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        gx_phi2 = l2 * m2 * sin_phi2  # (25)
+        gx_phi2 = sin_phi2 * l2 * m2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        gy_phi2 = t_aafcb * sin_theta2  # (25)
-        gz_phi2 = t_aafcb * cos_theta2  # (25)
+        gy_phi2 = sin_theta2 * t_aafcb  # (25)
+        gz_phi2 = cos_theta2 * t_aafcb  # (25)
         t_zlzao = gy_phi2 * h2
         t_hhb7k = sin_theta2 * t_frp3h
         cz_phi2 = t_zlzao - t_hhb7k  # (25)
-        t_qg23f = sin_phi2 * cos_phi2
-        t_yetof = t_qg23f * t_frp3h
         t_yggmz = gx_phi2 * h2
-        t_cuv7o = sin_theta2 * wy + cos_theta2 * wz
+        t_cuv7o = cos_theta2 * wz + sin_theta2 * wy
         t_flneb = t_cuv7o * t_cuv7o
         t_3cqcq = cos_theta2 * wy - sin_theta2 * wz
+        t_qg23f = cos_phi2 * sin_phi2
+        t_yetof = t_qg23f * t_frp3h
         t_acoue = sin_phi2 * sin_phi2
         t_jeevc = t_acoue * t_frp3h
         t_gnuap = t_cuv7o * t_jeevc
         k_phi2 = (
             eps2 * phi2_dot
-            - t_wube7 * t_yetof
             - t_yggmz * t_flneb
             - t_yggmz * (t_3cqcq * t_3cqcq)
-            - theta2_dot * theta2_dot * t_yetof
-            - (theta2_dot + theta2_dot) * t_gnuap
+            - t_yetof * (theta2_dot * theta2_dot)
+            - t_yetof * t_wube7
+            - t_gnuap * (theta2_dot + theta2_dot)
             - t_cuv7o * t_frp3h * wx
-            + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_flneb * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * wx * m2
             + t_cuv7o * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         D_theta2 = t_jeevc + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_qo6r6 = gx_phi2 * sin_theta2
+        gy_theta2 = cos_theta2 * gx_phi2  # (26)
+        t_qo6r6 = sin_theta2 * gx_phi2
         t_k5wof = t_qo6r6 * h2
         cy_theta2 = t_k5wof - t_hhb7k * t_qg23f  # (26)
         t_mne3j = gy_theta2 * h2
@@ -2637,26 +2735,25 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         t_dr7rz = t_3cqcq * wx
         t_mw75j = phi2_dot + phi2_dot
         Dd_theta2 = t_yetof * t_mw75j
-        t_a5izx = Dd_theta2 * theta2_dot
         k_theta2 = (
             eps2 * theta2_dot
             + t_3cqcq * t_gnuap
             + t_yggmz * t_dr7rz
+            + t_yetof * (t_mw75j * theta2_dot)
             + t_gnuap * t_mw75j
-            + t_a5izx
             - t_yetof * t_dr7rz
-            - t_yetof * (wx + wx) * phi2_dot
+            - Dd_theta2 * wx
         )  # (26)
         ax_eq = F / (m + m0 + m1 + m2)  # (19)
         W_phi1 = r9 * m1  # (27)
-        cdy_phi1 = t_eacod * phi1_dot + cz_phi1 * theta1_dot
+        cdy_phi1 = cz_phi1 * theta1_dot + t_eacod * phi1_dot
         t_7uzqh_2 = gz_phi1 * h1
         t_w3oy6 = t_7uzqh_2 - t_os4zj * cos_theta1 * m1
         cdz_phi1 = t_w3oy6 * theta1_dot - t_f4thv * phi1_dot
         W_theta1 = r10 * m1  # (27)
         t_tdfn5 = cos_phi1 * cos_phi1
-        cdy_theta1 = t_tfgbs * theta1_dot + phi1_dot * (t_7uzqh + t_j5zf2 * t_frhni - t_tdfn5 * t_frhni)
-        cdz_theta1 = phi1_dot * (t_7uzqh_2 + t_j5zf2 * t_w7asd - t_w7asd * t_tdfn5) - cy_theta1 * theta1_dot
+        cdy_theta1 = t_tfgbs * theta1_dot + phi1_dot * (t_7uzqh + t_frhni * t_j5zf2 - t_tdfn5 * t_frhni)
+        cdz_theta1 = phi1_dot * (t_7uzqh_2 + t_j5zf2 * t_w7asd - t_tdfn5 * t_w7asd) - cy_theta1 * theta1_dot
         W_phi2 = r9 * m2  # (27)
         cdy_phi2 = cz_phi2 * theta2_dot + t_mne3j * phi2_dot
         t_zlzao_2 = gz_phi2 * h2
@@ -2696,6 +2793,8 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         )  # (29)
         t_dolzu = ax_eq * gx_phi1
         t_3ublu = ax_eq * gx_phi2
+        t_awntx = Dd_theta1 * theta1_dot
+        t_a5izx = Dd_theta2 * theta2_dot
         g1_v1 = (
             att1 * r3
             - t_aqbxr * vy
@@ -2755,20 +2854,21 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
             - t_mr7rb * (cz_theta2 * cz_theta2)
         )  # (29)
         t_eleav = 1.0 / f11_v1
-        f_v1_L21 = f21_v1 * t_eleav
-        f_v1_L31 = f31_v1 * t_eleav
-        f_v1_D2 = f22_v1 - f21_v1 * f_v1_L21
-        t_4zipl = f32_v1 - f21_v1 * f_v1_L31
-        t_6dtnj = 1.0 / f_v1_D2
-        f_v1_L32 = t_4zipl * t_6dtnj
-        f_v1_D3 = f33_v1 - t_4zipl * f_v1_L32 - f31_v1 * f_v1_L31
+        lu_v1_x4u_v1_x3 = f21_v1 * t_eleav
+        lu_v1_x5u_v1_x3 = f31_v1 * t_eleav
+        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
         t_yf7hh = wx * w3 + g1_v1
-        u_v1_y2 = f_v1_L21 * t_yf7hh - (wy * w4 + g2_v1)
-        u_v1_y3 = f_v1_L31 * t_yf7hh - (wz * w5 + g3_v1) - f_v1_L32 * u_v1_y2
-        u_v1_x3 = u_v1_y3 / f_v1_D3
-        u_v1_x2 = u_v1_y2 * t_6dtnj - f_v1_L32 * u_v1_x3
-        t_ofjms = t_yf7hh * t_eleav + f_v1_L21 * u_v1_x2 + f_v1_L31 * u_v1_x3
-        u_v1_x1 = -t_ofjms
+        yu_v1_x4 = lu_v1_x4u_v1_x3 * t_yf7hh - (wy * w4 + g2_v1)
+        yu_v1_x5 = lu_v1_x5u_v1_x3 * t_yf7hh - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
+        t_ofjms = t_yf7hh * t_eleav + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
+        u_v1_x3 = -t_ofjms
         t_ezaly = B_v1 * w1
         t_pj322 = C_v1 * w2
         t_oa5el = 1.0 / cos_att2
@@ -2777,36 +2877,36 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         t_yqonm = (
             I1 * t_ofjms
             - (t_dolzu + k_phi1)
-            + t_w3oy6 * u_v1_x2
-            - cz_phi1 * u_v1_x3
+            + t_w3oy6 * u_v1_x4
+            - cz_phi1 * u_v1_x5
             + gy_phi1 * t_ezaly
             + gz_phi1 * t_pj322
         )
         t_xtoj5 = (
             gy_theta1 * t_ezaly
-            - (k_theta1 + t_5dcra * t_ofjms + cy_theta1 * u_v1_x2 + cz_theta1 * u_v1_x3)
+            - (k_theta1 + t_5dcra * t_ofjms + cy_theta1 * u_v1_x4 + cz_theta1 * u_v1_x5)
             - t_nimne * t_pj322
         )
         t_fkziz = (
             I2 * t_ofjms
             - (t_3ublu + k_phi2)
-            + t_6qgnx * u_v1_x2
-            - cz_phi2 * u_v1_x3
+            + t_6qgnx * u_v1_x4
+            - cz_phi2 * u_v1_x5
             + gy_phi2 * t_ezaly
             + gz_phi2 * t_pj322
         )
         t_xosmh = (
             gy_theta2 * t_ezaly
-            - (k_theta2 + t_jeevc * t_ofjms + cy_theta2 * u_v1_x2 + cz_theta2 * u_v1_x3)
+            - (k_theta2 + t_jeevc * t_ofjms + cy_theta2 * u_v1_x4 + cz_theta2 * u_v1_x5)
             - t_qo6r6 * t_pj322
         )
         return _vector(
-            ax_eq - vz * wy + vy * wz,
+            vy * wz - vz * wy + ax_eq,
             vz * wx - vx * wz - t_ezaly,
             vx * wy - vy * wx - t_pj322,
-            u_v1_x1,
-            u_v1_x2,
             u_v1_x3,
+            u_v1_x4,
+            u_v1_x5,
             wx + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl,
             cos_att1 * wy - sin_att1 * wz,
             t_s66h7 + t_bi4sl,
@@ -2844,507 +2944,532 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         sin_theta1, cos_theta1 = np.sin(theta1), np.cos(theta1)
         sin_phi2, cos_phi2 = np.sin(phi2), np.cos(phi2)
         sin_theta2, cos_theta2 = np.sin(theta2), np.cos(theta2)
-        q_1 = sin_phi1 * l1
-        th_1 = m1 / (I1 + m1 * (q_1 * q_1))
-        W12 = wx * wy
-        Wn1 = cos_theta1 * wy - sin_theta1 * wz
-        lc_1 = cos_phi1 * l1
-        w_x1 = wx - theta1_dot
-        Wt1 = cos_theta1 * wz + sin_theta1 * wy
-        chi1 = cos_phi1 * w_x1 - Wt1 * sin_phi1
-        p1 = Wn1 + phi1_dot
-        zeta1 = (
-            W12 * q_1
-            + Wn1 * lc_1 * w_x1
-            - chi1 * l1 * (p1 + phi1_dot)
-        )
-        loss_theta1 = eps1 * theta1_dot
-        F_n1 = th_1 * (zeta1 * I1 - loss_theta1 * q_1)
-        t_mallh = F_n1 * cos_theta1
-        q_2 = sin_phi2 * l2
-        th_2 = m2 / (I2 + m2 * (q_2 * q_2))
-        Wn2 = cos_theta2 * wy - sin_theta2 * wz
-        lc_2 = cos_phi2 * l2
-        w_x2 = wx - theta2_dot
-        Wt2 = cos_theta2 * wz + sin_theta2 * wy
-        chi2 = cos_phi2 * w_x2 - Wt2 * sin_phi2
-        p2 = Wn2 + phi2_dot
-        zeta2 = (
-            W12 * q_2
-            + Wn2 * lc_2 * w_x2
-            - chi2 * l2 * (p2 + phi2_dot)
-        )
-        loss_theta2 = eps2 * theta2_dot
-        F_n2 = th_2 * (zeta2 * I2 - loss_theta2 * q_2)
-        t_lbh6o = F_n2 * cos_theta2
-        t_rybsf = wy * wy + wz * wz
-        D1 = l1 * l1 * m1 + I1
-        t_gbl6n = 1.0 / D1
-        t_wywjk = m1 * t_gbl6n
-        me1 = t_wywjk * I1
-        D2 = l2 * l2 * m2 + I2
-        t_jx6g7 = 1.0 / D2
-        t_jzg7x = m2 * t_jx6g7
-        me2 = t_jzg7x * I2
-        M_C = m + m0 + me1 + me2
-        x_C = (h1 * me1 - (b * m + h0 * m0) + h2 * me2) / M_C
-        e1 = h1 - x_C
-        t_aqrn5 = t_rybsf * e1
-        t_6nwd2 = l1 * m1
-        k1 = t_wywjk * l1
-        mv1 = t_6nwd2 * k1
-        t_fyz6s = Wt1 * cos_phi1 + sin_phi1 * w_x1
-        sigma_sq1 = t_fyz6s * t_fyz6s + p1 * p1
-        tension1 = cos_phi1 * t_aqrn5 * mv1 - t_6nwd2 * sigma_sq1
-        B_1 = me1 * l1
-        eta1 = chi1 * t_fyz6s - Wt1 * w_x1
-        loss_phi1 = eps1 * phi1_dot
-        t_pc5rt = B_1 * eta1 + loss_phi1 * k1
-        F_t1 = sin_phi1 * tension1 - t_pc5rt * cos_phi1
-        e2 = h2 - x_C
-        t_3hay7 = t_rybsf * e2
-        t_popww = l2 * m2
-        k2 = t_jzg7x * l2
-        mv2 = t_popww * k2
-        t_2t7vh = Wt2 * cos_phi2 + sin_phi2 * w_x2
-        sigma_sq2 = t_2t7vh * t_2t7vh + p2 * p2
-        tension2 = cos_phi2 * t_3hay7 * mv2 - t_popww * sigma_sq2
-        B_2 = me2 * l2
-        eta2 = chi2 * t_2t7vh - Wt2 * w_x2
-        loss_phi2 = eps2 * phi2_dot
-        t_63ozv = B_2 * eta2 + loss_phi2 * k2
-        F_t2 = sin_phi2 * tension2 - t_63ozv * cos_phi2
-        n2 = t_mallh + t_lbh6o + F_t1 * sin_theta1 + F_t2 * sin_theta2
-        B_v2 = vy * r1  # (29)
-        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
-        G2_v2 = W12 - (wz * w5 + g3_v2) * (1.0 / r8)
-        g_1 = e1 - lc_1
-        wth_1 = th_1 * I1
-        wg_1 = g_1 * wth_1
-        t_67i37 = wg_1 - e1 * me1
-        g_2 = e2 - lc_2
-        wth_2 = th_2 * I2
-        wg_2 = g_2 * wth_2
-        t_n5kna = wg_2 - e2 * me2
-        S_sq1 = sin_theta1 * sin_theta1
-        Bc_1 = B_1 * cos_phi1
-        As_1 = mv1 * sin_phi1
-        Ass_1 = As_1 * sin_phi1
-        eAss_1 = Ass_1 * e1
-        t_hig3c = Bc_1 - eAss_1
-        t_vjftl = t_hig3c + t_67i37
-        S_sq2 = sin_theta2 * sin_theta2
-        Bc_2 = B_2 * cos_phi2
-        As_2 = mv2 * sin_phi2
-        Ass_2 = As_2 * sin_phi2
-        eAss_2 = Ass_2 * e2
-        t_hig3c_2 = Bc_2 - eAss_2
-        t_vsqil = t_hig3c_2 + t_n5kna
-        t_edvw3 = S_sq1 * t_vjftl + S_sq2 * t_vsqil
-        wq_1 = q_1 * wth_1
-        wqC_1 = cos_theta1 * wq_1
-        wq_2 = q_2 * wth_2
-        wqC_2 = cos_theta2 * wq_2
-        K52 = t_67i37 + t_n5kna - t_edvw3 - wqC_1 - wqC_2
-        W13 = wx * wz
+        bob1_r11_x = cos_phi1 * l1
+        bob1_r1_y = bob1_r11_x * sin_theta1
+        bob1_g1_y = bob1_r1_y * m1
+        t_wbepk = l1 * l1 * m1
+        t_vpzmf = 1.0 / (t_wbepk + I1)
+        bob1_S1ty = bob1_g1_y * t_vpzmf
+        bob1_r1_x = sin_phi1 * l1
+        bob1_g1_x = bob1_r1_x * m1
+        t_dugie = bob1_S1ty * bob1_g1_x
+        bob1_r_z = bob1_r1_x * cos_theta1
+        t_yiqfo = t_dugie * bob1_r_z
+        bob1_r_y = bob1_r1_x * sin_theta1
+        t_pj4i3 = bob1_r_y * m1
+        t_sjrjg = 1.0 / (I1 + t_wbepk * (sin_phi1 * sin_phi1))
+        t_rlquh = t_pj4i3 * t_sjrjg
+        bob1_g2_y = bob1_r_z * m1
+        bob1_r1_z = bob1_r11_x * cos_theta1
+        bob1_g1_z = bob1_r1_z * m1
+        bob1_S1tz = bob1_g1_z * t_vpzmf
+        bob1_Myz = t_rlquh * bob1_g2_y - bob1_S1tz * bob1_g1_y
+        bob1_r_x = h1 - bob1_r11_x
+        t_yugsj = bob1_Myz * bob1_r_x
+        t_vh7r5 = t_yiqfo + t_yugsj
+        bob2_r11_x = cos_phi2 * l2
+        bob2_r1_y = bob2_r11_x * sin_theta2
+        bob2_g1_y = bob2_r1_y * m2
+        t_nww6q = l2 * l2 * m2
+        t_mxpm2 = 1.0 / (t_nww6q + I2)
+        bob2_S1ty = bob2_g1_y * t_mxpm2
+        bob2_r1_x = sin_phi2 * l2
+        bob2_g1_x = bob2_r1_x * m2
+        t_s4byp = bob2_S1ty * bob2_g1_x
+        bob2_r_z = bob2_r1_x * cos_theta2
+        t_6j24m = t_s4byp * bob2_r_z
+        bob2_r_y = bob2_r1_x * sin_theta2
+        t_zludf = bob2_r_y * m2
+        t_ymfue = 1.0 / (I2 + t_nww6q * (sin_phi2 * sin_phi2))
+        t_i7psf = t_zludf * t_ymfue
+        bob2_g2_y = bob2_r_z * m2
+        bob2_r1_z = bob2_r11_x * cos_theta2
+        bob2_g1_z = bob2_r1_z * m2
+        bob2_S1tz = bob2_g1_z * t_mxpm2
+        bob2_Myz = t_i7psf * bob2_g2_y - bob2_S1tz * bob2_g1_y
+        bob2_r_x = h2 - bob2_r11_x
+        t_kmmnu = bob2_Myz * bob2_r_x
+        t_wudhu = t_6j24m + t_kmmnu
+        t_rsnrr = t_vh7r5 + t_wudhu
         C_v2 = vz * r2  # (29)
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
-        G3_v2 = W13 + (wy * w4 + g2_v2) * (1.0 / r6)
-        SC1 = cos_theta1 * sin_theta1
-        SC2 = cos_theta2 * sin_theta2
-        t_edvw3_2 = SC1 * t_vjftl + SC2 * t_vsqil
-        tn11_1 = Ass_1 + me1 - wth_1
-        t_leuxo = S_sq1 * tn11_1
-        tn11_2 = Ass_2 + me2 - wth_2
-        t_leuxo_2 = S_sq2 * tn11_2
-        K22 = t_leuxo + t_leuxo_2 + M_C + wth_1 + wth_2 - me1 - me2
-        a2_v2 = G2_v2 * x_C - B_v2 * w1
-        K32 = SC1 * tn11_1 + SC2 * tn11_2
-        a3_v2 = G3_v2 * x_C - C_v2 * w2
-        t_belws = wqC_1 + wqC_2 + Bc_1 * sin_theta1 + Bc_2 * sin_theta2
+        t_hby4t = (wy * w4 + g2_v2) * (1.0 / r6)
+        bob1_loss_phi = eps1 * phi1_dot
+        bob1_v11 = phi1_dot * phi1_dot
+        bob1_twice1 = phi1_dot + phi1_dot
+        bob1_twice2 = theta1_dot + theta1_dot
+        bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
+        bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
+        bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        bob1_v21 = bob1_twice1 * theta1_dot
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_v22 = theta1_dot * theta1_dot
+        t_z7xxh = (
+            bob1_r1_z * bob1_v21
+            + bob1_u_x * wz
+            - bob1_r_y * bob1_v11
+            - bob1_r_y * bob1_v22
+            - bob1_u_z * wx
+        )
+        bob1_Fy = m1 * t_z7xxh
+        t_5cfms = (
+            bob1_u_y * wx
+            - bob1_r1_y * bob1_v21
+            - bob1_r_z * bob1_v11
+            - bob1_r_z * bob1_v22
+            - bob1_u_x * wy
+        )
+        bob1_Fz = m1 * t_5cfms
+        t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
+        bob1_loss_theta = eps1 * theta1_dot
+        bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
+        bob1_S2ty = bob1_g2_y * t_sjrjg
+        bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
+        bob2_loss_phi = eps2 * phi2_dot
+        bob2_v11 = phi2_dot * phi2_dot
+        bob2_twice1 = phi2_dot + phi2_dot
+        bob2_twice2 = theta2_dot + theta2_dot
+        bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
+        bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
+        bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        bob2_v21 = bob2_twice1 * theta2_dot
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_v22 = theta2_dot * theta2_dot
+        t_2oe3n = (
+            bob2_r1_z * bob2_v21
+            + bob2_u_x * wz
+            - bob2_r_y * bob2_v11
+            - bob2_r_y * bob2_v22
+            - bob2_u_z * wx
+        )
+        bob2_Fy = m2 * t_2oe3n
+        t_a43ey = (
+            bob2_u_y * wx
+            - bob2_r1_y * bob2_v21
+            - bob2_r_z * bob2_v11
+            - bob2_r_z * bob2_v22
+            - bob2_u_x * wy
+        )
+        bob2_Fz = m2 * t_a43ey
+        t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
+        bob2_loss_theta = eps2 * theta2_dot
+        bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
+        bob2_S2ty = bob2_g2_y * t_ymfue
+        bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
+        t_cub74 = b * m + h0 * m0
+        stream_z = t_cub74 * wy
+        hub_b2 = bob1_fy + bob2_fy + stream_z * wx
+        bob1_Myy = m1 - bob1_S1ty * bob1_g1_y - bob1_S2ty * bob1_g2_y
+        bob2_Myy = m2 - bob2_S1ty * bob2_g1_y - bob2_S2ty * bob2_g2_y
+        total_mass = m + m0
+        hub_K22 = bob1_Myy + bob2_Myy + total_mass
+        B_v2 = vy * r1  # (29)
+        t_si2fh = B_v2 * w1
+        hub_K32 = bob1_Myz + bob2_Myz
+        t_gkvv2 = C_v2 * w2
+        bob1_S1rx = I1 * t_vpzmf
+        t_mwmzd = bob1_S1rx * bob1_g1_y
+        bob1_Nxy = bob1_Myz * bob1_r_y - t_mwmzd - bob1_Myy * bob1_r_z
+        bob2_S1rx = I2 * t_mxpm2
+        t_gxq2p = bob2_S1rx * bob2_g1_y
+        bob2_Nxy = bob2_Myz * bob2_r_y - t_gxq2p - bob2_Myy * bob2_r_z
+        hub_K42 = bob1_Nxy + bob2_Nxy
         g1_v2 = B_v2 * vz - C_v2 * vy + att1 * r3  # (29)
         t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
+        bob1_S2rz = I1 * t_sjrjg
+        t_dugie_2 = bob1_S2rz * bob1_g2_y
+        bob1_Nzy = bob1_Myy * bob1_r_x - t_dugie_2 + t_dugie * bob1_r_y
+        bob2_S2rz = I2 * t_ymfue
+        t_s4byp_2 = bob2_S2rz * bob2_g2_y
+        bob2_Nzy = bob2_Myy * bob2_r_x - t_s4byp_2 + t_s4byp * bob2_r_y
+        hub_K62 = bob1_Nzy + bob2_Nzy - t_cub74
+        g3_v2 = att3 * r7 - B_v2 * vx  # (29)
+        t_qayfy = (wz * w5 + g3_v2) * (1.0 / r8)
         q2_v2 = (
-            n2
-            + G2_v2 * K52
-            - G3_v2 * t_edvw3_2
-            + K22 * a2_v2
-            + K32 * a3_v2
-            + t_belws * t_7fmkp
+            t_rsnrr * t_hby4t
+            - (hub_b2 + hub_K22 * t_si2fh + hub_K32 * t_gkvv2 + hub_K42 * t_7fmkp)
+            - hub_K62 * t_qayfy
         )
-        Asc_1 = As_1 * cos_phi1
-        Asc_2 = As_2 * cos_phi2
-        t_f2nhc = Asc_1 * sin_theta1 + Asc_2 * sin_theta2
-        K11 = M_C + mv1 + mv2 - Ass_1 - Ass_2
-        Bs_1 = B_1 * sin_phi1
-        Bs_2 = B_2 * sin_phi2
-        t_hig3c_3 = Bs_1 + Bs_2
-        t_ep53l = t_pc5rt * sin_phi1 + t_63ozv * sin_phi2 + cos_phi1 * tension1 + cos_phi2 * tension2
-        t_2jubo = Bs_1 + Asc_1 * e1
-        t_ittbm = Bs_2 + Asc_2 * e2
-        t_6iku5 = t_2jubo * sin_theta1 + t_ittbm * sin_theta2
-        t_6iku5_2 = t_2jubo * cos_theta1 + t_ittbm * cos_theta2
-        t_f2nhc_2 = Asc_1 * cos_theta1 + Asc_2 * cos_theta2
-        t_rexgf = (
-            t_ep53l
-            + G2_v2 * t_6iku5
-            + G3_v2 * t_6iku5_2
-            + t_f2nhc * a2_v2
-            + t_f2nhc_2 * a3_v2
+        bob1_S1tx = bob1_g1_x * t_vpzmf
+        bob1_Mxx = m1 - bob1_S1tx * bob1_g1_x
+        bob2_S1tx = bob2_g1_x * t_mxpm2
+        bob2_Mxx = m2 - bob2_S1tx * bob2_g1_x
+        hub_K11 = bob1_Mxx + bob2_Mxx + total_mass
+        t_lhd4o = t_dugie + t_s4byp
+        bob1_fx = t_txuch * bob1_S1tx - bob1_Fx
+        bob2_fx = t_xyjt2 * bob2_S1tx - bob2_Fx
+        t_uw5f5 = t_cub74 * wz
+        hub_b1 = bob1_fx + bob2_fx - t_uw5f5 * wz - stream_z * wy
+        t_dugie_3 = bob1_S1tz * bob1_g1_x
+        t_s4byp_3 = bob2_S1tz * bob2_g1_x
+        t_lhd4o_2 = t_dugie_3 + t_s4byp_3
+        t_yiqfo_2 = t_dugie_3 * bob1_r_y
+        t_mwmzd_2 = bob1_S1rx * bob1_g1_x
+        bob1_Nxx = t_yiqfo - (t_yiqfo_2 + t_mwmzd_2)
+        t_6j24m_2 = t_s4byp_3 * bob2_r_y
+        t_gxq2p_2 = bob2_S1rx * bob2_g1_x
+        bob2_Nxx = t_6j24m - (t_6j24m_2 + t_gxq2p_2)
+        hub_K41 = bob1_Nxx + bob2_Nxx
+        bob1_Nyx = bob1_Mxx * bob1_r_z + t_dugie_3 * bob1_r_x
+        bob2_Nyx = bob2_Mxx * bob2_r_z + t_s4byp_3 * bob2_r_x
+        hub_K51 = bob1_Nyx + bob2_Nyx
+        t_ezb77 = t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y
+        t_ykkjc = t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y
+        t_bjkdc = t_ezb77 + t_ykkjc
+        q1_v2 = (
+            t_lhd4o * t_si2fh
+            - hub_b1
+            + t_lhd4o_2 * t_gkvv2
+            - hub_K41 * t_7fmkp
+            - hub_K51 * t_hby4t
+            + t_bjkdc * t_qayfy
         )
-        q1_v2 = t_hig3c_3 * t_7fmkp - t_rexgf
-        t_mallh_2 = F_n1 * sin_theta1
-        t_lbh6o_2 = F_n2 * sin_theta2
-        n3 = F_t1 * cos_theta1 - (t_mallh_2 + t_lbh6o_2) + F_t2 * cos_theta2
-        wqS_1 = sin_theta1 * wq_1
-        wqS_2 = sin_theta2 * wq_2
-        K53 = wqS_1 - t_edvw3_2 + wqS_2
-        K63 = t_edvw3 - (t_hig3c + t_hig3c_2)
-        K33 = Ass_1 + Ass_2 + M_C - t_leuxo - t_leuxo_2
-        K43 = wqS_1 + wqS_2 - Bc_1 * cos_theta1 - Bc_2 * cos_theta2
-        q3_v2 = (
-            n3
-            + G2_v2 * K53
-            + G3_v2 * K63
-            + K32 * a2_v2
-            + K33 * a3_v2
-            - K43 * t_7fmkp
+        bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_rlquh
+        bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_i7psf
+        hub_b3 = bob1_fz + bob2_fz + t_uw5f5 * wx
+        bob1_Mzz = m1 - bob1_S1tz * bob1_g1_z - t_rlquh * t_pj4i3
+        bob2_Mzz = m2 - bob2_S1tz * bob2_g1_z - t_i7psf * t_zludf
+        hub_K33 = bob1_Mzz + bob2_Mzz + total_mass
+        t_mwmzd_3 = bob1_S1rx * bob1_g1_z
+        bob1_Nxz = bob1_Mzz * bob1_r_y - t_mwmzd_3 - bob1_Myz * bob1_r_z
+        t_gxq2p_3 = bob2_S1rx * bob2_g1_z
+        bob2_Nxz = bob2_Mzz * bob2_r_y - t_gxq2p_3 - bob2_Myz * bob2_r_z
+        hub_K43 = bob1_Nxz + bob2_Nxz
+        t_vh7r5_2 = t_dugie_3 * bob1_r_z + bob1_Mzz * bob1_r_x
+        t_wudhu_2 = t_s4byp_3 * bob2_r_z + bob2_Mzz * bob2_r_x
+        hub_K53 = t_cub74 - (t_vh7r5_2 + t_wudhu_2)
+        bob1_Bzz = bob1_S2rz * t_pj4i3
+        bob1_Nzz = t_yugsj + bob1_Bzz + t_yiqfo_2
+        bob2_Bzz = bob2_S2rz * t_zludf
+        bob2_Nzz = t_kmmnu + bob2_Bzz + t_6j24m_2
+        hub_K63 = bob1_Nzz + bob2_Nzz
+        t_yyjih = (
+            hub_b3
+            + hub_K32 * t_si2fh
+            + hub_K33 * t_gkvv2
+            + hub_K43 * t_7fmkp
+            + hub_K53 * t_hby4t
+            + hub_K63 * t_qayfy
         )
-        Pq_v2 = K11 * q1_v2 - t_f2nhc * q2_v2 - t_f2nhc_2 * q3_v2
-        PP_v2 = K11 * K11 + t_f2nhc * t_f2nhc + t_f2nhc_2 * t_f2nhc_2
-        t_zudcj = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + q3_v2 * q3_v2)
-        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_zudcj))
+        Pq_v2 = hub_K11 * q1_v2 - t_lhd4o * q2_v2 + t_lhd4o_2 * t_yyjih
+        PP_v2 = hub_K11 * hub_K11 + t_lhd4o * t_lhd4o + t_lhd4o_2 * t_lhd4o_2
+        t_liumo = PP_v2 * (q1_v2 * q1_v2 - F * F + q2_v2 * q2_v2 + t_yyjih * t_yyjih)
+        root_v2 = np.sqrt(np.fmax(0.0, Pq_v2 * Pq_v2 - t_liumo))
         ax_v2 = (root_v2 - Pq_v2) / PP_v2
-        f2_v2 = q2_v2 - t_f2nhc * ax_v2
+        f2_v2 = q2_v2 - ax_v2 * t_lhd4o
         t_y7rm6 = 1.0 / F
         sin_d2_v2 = np.fmax(-1.0, np.fmin(1.0, f2_v2 * t_y7rm6))
         delta2_v2 = np.arcsin(sin_d2_v2)
         delta2_act = np.fmax(-delta2_max, np.fmin(delta2_v2, delta2_max))
         sin_delta2_act, cos_delta2_act = np.sin(delta2_act), np.cos(delta2_act)
-        f3_v2 = q3_v2 - t_f2nhc_2 * ax_v2
+        t_ofjwc = t_yyjih + ax_v2 * t_lhd4o_2
         cos_d2_v2 = np.sqrt(1.0 - sin_d2_v2 * sin_d2_v2)
-        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, -(f3_v2 * t_y7rm6 / np.fmax(1e-09, cos_d2_v2)))))
+        delta1_v2 = np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_ofjwc * t_y7rm6 / np.fmax(1e-09, cos_d2_v2))))
         sin_delta2_v2, cos_delta2_v2 = np.sin(delta2_v2), np.cos(delta2_v2)
         sin_delta1_v2, cos_delta1_v2 = np.sin(delta1_v2), np.cos(delta1_v2)
-        t_m2xxj = cos_delta2_v2 * sin_delta1_v2
+        t_ieqmc = cos_delta2_v2 * sin_delta1_v2
         m_m575p = (np.abs(delta2_v2) <= delta2_max)
-        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_m2xxj * (1.0 / np.cos(delta2_max))))))))
+        delta1_act = np.fmax(-delta1_max, np.fmin(delta1_max, np.where(m_m575p, delta1_v2, np.arcsin(np.fmax(-1.0, np.fmin(1.0, t_ieqmc * (1.0 / np.cos(delta2_max))))))))
         sin_delta1_act, cos_delta1_act = np.sin(delta1_act), np.cos(delta1_act)
         sin_att2, cos_att2 = np.sin(att2), np.cos(att2)
         sin_att1, cos_att1 = np.sin(att1), np.cos(att1)
-        S_C = (
-            me1 * (h1 * h1)
-            + me2 * (h2 * h2)
-            + m * (b * b)
-            + m0 * (h0 * h0)
-            - M_C * (x_C * x_C)
-        )
-        J_C1 = I0 + J_x
-        J_C3 = I0 + J_z + S_C
-        t_is5lg = I1 + I2
-        J_C2 = I0 + J_y + t_is5lg + S_C
         t_gbb3a = cos_delta2_act * F
         f_x = t_gbb3a * cos_delta1_act
-        f_y = sin_delta2_act * F
-        Bl_1 = B_1 * l1
-        eBc_1 = Bc_1 * e1
-        t_xdulz = me1 * (e1 * e1)
-        t_zmqjk = Bl_1 + -2.0 * eBc_1 + e1 * eAss_1
-        t_leuxo_3 = g_1 * wg_1
-        tn44_1 = t_xdulz + t_zmqjk - t_leuxo_3
-        wqg_1 = q_1 * wg_1
-        wqq_1 = q_1 * wq_1
-        wgC_1 = cos_theta1 * wqg_1
-        wgS_1 = sin_theta1 * wqg_1
-        M_q1 = F_n1 * q_1
-        I_phi1 = phi1_dot * I1
-        I_theta1 = theta1_dot * I1
-        Bl_2 = B_2 * l2
-        eBc_2 = Bc_2 * e2
-        t_uohf6 = me2 * (e2 * e2)
-        t_agwdt = Bl_2 + -2.0 * eBc_2 + e2 * eAss_2
-        t_leuxo_4 = g_2 * wg_2
-        tn44_2 = t_uohf6 + t_agwdt - t_leuxo_4
-        wqg_2 = q_2 * wg_2
-        wqq_2 = q_2 * wq_2
-        wgC_2 = cos_theta2 * wqg_2
-        wgS_2 = sin_theta2 * wqg_2
-        M_q2 = F_n2 * q_2
-        I_phi2 = phi2_dot * I2
-        I_theta2 = theta2_dot * I2
-        t_hig3c_4 = wqq_1 + wqq_2
-        K44 = t_hig3c_4 + Bl_1 + Bl_2 + J_C1
-        t_yzhyr = Bl_1 - eBc_1
-        t_q6put = Bl_2 - eBc_2
-        K54 = t_hig3c_4 - wgC_1 - wgC_2 + t_yzhyr * sin_theta1 + t_q6put * sin_theta2
-        t_leuxo_5 = S_sq1 * tn44_1
-        t_leuxo_6 = S_sq2 * tn44_2
-        K55 = (
-            t_leuxo_3
-            + t_leuxo_4
-            + t_hig3c_4
-            + t_leuxo_5
-            + t_leuxo_6
-            + J_C3
-            - t_xdulz
-            - t_uohf6
-            + -2.0 * wgC_1
-            + -2.0 * wgC_2
+        f_y = F * sin_delta2_act
+        bob1_q2 = bob1_Q2 * t_sjrjg
+        bob2_q2 = bob2_Q2 * t_ymfue
+        t_is5lg = I1 + I2
+        total_Jxx = I0 + J_x + t_is5lg
+        t_6sclu = t_is5lg + m * (b * b) + m0 * (h0 * h0)
+        total_Jyy = I0 + J_y + t_6sclu
+        total_Jzz = t_6sclu + (I0 + J_z)
+        total_hx = phi1_dot * I1 + phi2_dot * I2
+        total_hz = theta1_dot * I1 + theta2_dot * I2
+        total_Hx = total_hx + total_Jxx * wx
+        total_Hy = total_Jyy * wy
+        total_Hz = total_hz + total_Jzz * wz
+        hub_K44_fixed = total_Jxx - bob1_S1rx * I1 - bob2_S1rx * I2
+        hub_K44 = (
+            hub_K44_fixed
+            - t_mwmzd_3 * bob1_r_y
+            + bob1_Nxz * bob1_r_y
+            - t_gxq2p_3 * bob2_r_y
+            + bob2_Nxz * bob2_r_y
+            + t_mwmzd * bob1_r_z
+            - bob1_Nxy * bob1_r_z
+            + t_gxq2p * bob2_r_z
+            - bob2_Nxy * bob2_r_z
         )
-        t_hig3c_5 = wgS_1 + wgS_2
-        K64 = t_hig3c_5 + t_yzhyr * cos_theta1 + t_q6put * cos_theta2
-        K65 = t_hig3c_5 + SC1 * tn44_1 + SC2 * tn44_2
-        K66 = t_zmqjk + t_agwdt + J_C2 - t_leuxo_5 - t_leuxo_6
-        t_mjqai = Bs_1 * t_aqrn5 + t_pc5rt * l1
-        t_hig3c_6 = M_q1 + M_q2
-        t_ogbts = Bs_2 * t_3hay7 + t_63ozv * l2
-        t_sfymc = J_y - J_z
-        n4 = (
-            t_mjqai
-            - t_hig3c_6
-            + t_ogbts
-            - loss_phi1
-            - loss_phi2
-            + I_theta1 * wy
-            + I_theta2 * wy
-            - t_sfymc * wy * wz
+        hub_K54 = (
+            t_mwmzd_3 * bob1_r_x
+            - (t_mwmzd_2 * bob1_r_z + t_vh7r5_2 * bob1_r_y + t_gxq2p_2 * bob2_r_z + t_wudhu_2 * bob2_r_y)
+            + t_vh7r5 * bob1_r_z
+            + t_gxq2p_3 * bob2_r_x
+            + t_wudhu * bob2_r_z
         )
-        t_lsqzr = t_mjqai + F_t1 * e1
-        t_rbrf6 = t_ogbts + F_t2 * e2
-        n5 = (
-            t_lsqzr * sin_theta1
-            - (t_hig3c_6 + loss_theta1 + loss_theta2)
-            + t_rbrf6 * sin_theta2
-            - W12 * (J_C1 + (J_z - J_y))
-            - I_phi1 * wy
-            - I_phi2 * wy
-            + t_mallh * g_1
-            + t_lbh6o * g_2
+        hub_K55 = (
+            total_Jyy
+            + bob1_Nyx * bob1_r_z
+            + bob2_Nyx * bob2_r_z
+            + t_vh7r5_2 * bob1_r_x
+            + t_wudhu_2 * bob2_r_x
         )
-        n6 = (
-            t_lsqzr * cos_theta1
-            + t_rbrf6 * cos_theta2
-            + I_theta1 * wx
-            + I_theta2 * wx
-            - W13 * (J_C1 + t_is5lg + t_sfymc)
-            - t_mallh_2 * g_1
-            - t_lbh6o_2 * g_2
-            - I_phi1 * wz
-            - I_phi2 * wz
+        hub_K64 = (
+            bob1_Nzz * bob1_r_y
+            - t_mwmzd * bob1_r_x
+            - t_gxq2p * bob2_r_x
+            + bob2_Nzz * bob2_r_y
+            + t_mwmzd_2 * bob1_r_y
+            - bob1_Nzy * bob1_r_z
+            + t_gxq2p_2 * bob2_r_y
+            - bob2_Nzy * bob2_r_z
         )
-        t_6dtnj = 1.0 / K11
-        t_gousg = t_f2nhc * t_6dtnj
-        K_D2 = K22 - t_f2nhc * t_gousg
-        t_gousg_2 = t_f2nhc_2 * t_6dtnj
-        t_upifj = K32 - t_f2nhc * t_gousg_2
-        t_6dtnj_2 = 1.0 / K_D2
-        K_L32 = t_upifj * t_6dtnj_2
-        t_s62lc = t_6iku5 * t_6dtnj
-        t_6vega = K52 - t_f2nhc * t_s62lc
-        K_L52 = t_6vega * t_6dtnj_2
-        K_D3 = K33 - t_upifj * K_L32 - t_f2nhc_2 * t_gousg_2
-        t_w6lcf = t_hig3c_3 * t_6dtnj
-        t_cawlo = t_belws + t_f2nhc * t_w6lcf
-        t_bopbx = t_cawlo * t_6dtnj_2
-        t_itbrl = K43 + t_upifj * t_bopbx - t_f2nhc_2 * t_w6lcf
-        t_6dtnj_3 = 1.0 / K_D3
-        K_L43 = t_itbrl * t_6dtnj_3
-        t_jmicp = K53 - t_upifj * K_L52 - t_f2nhc_2 * t_s62lc
-        K_L53 = t_jmicp * t_6dtnj_3
-        t_s62lc_2 = t_6iku5_2 * t_6dtnj
-        t_avyqv = t_edvw3_2 + t_f2nhc * t_s62lc_2
-        t_bk7yo = t_avyqv * t_6dtnj_2
-        t_2dahu = K63 + t_upifj * t_bk7yo - t_f2nhc_2 * t_s62lc_2
-        K_L63 = t_2dahu * t_6dtnj_3
-        K_D4 = K44 - t_cawlo * t_bopbx - t_itbrl * K_L43 - t_hig3c_3 * t_w6lcf
-        t_agu5t = K54 + t_cawlo * K_L52 - t_itbrl * K_L53 - t_hig3c_3 * t_s62lc
-        t_6dtnj_4 = 1.0 / K_D4
-        K_L54 = t_agu5t * t_6dtnj_4
-        t_kiszr = K64 - t_cawlo * t_bk7yo - t_itbrl * K_L63 - t_hig3c_3 * t_s62lc_2
-        K_L64 = t_kiszr * t_6dtnj_4
-        K_D5 = (
-            K55
-            - t_6vega * K_L52
-            - t_jmicp * K_L53
-            - t_agu5t * K_L54
-            - t_6iku5 * t_s62lc
+        hub_K66 = (
+            total_Jzz
+            - t_dugie_2 * bob1_r_x
+            + bob1_Nzy * bob1_r_x
+            - t_s4byp_2 * bob2_r_x
+            + bob2_Nzy * bob2_r_x
+            + t_ezb77 * bob1_r_y
+            - bob1_S2rz * I1
+            + t_ykkjc * bob2_r_y
+            - bob2_S2rz * I2
         )
-        t_nx7y6 = (
-            K65
-            + t_6vega * t_bk7yo
-            - t_jmicp * K_L63
-            - t_agu5t * K_L64
-            - t_6iku5 * t_s62lc_2
+        hub_b4 = (
+            bob1_fz * bob1_r_y
+            + bob2_fz * bob2_r_y
+            + total_Hy * wz
+            + t_txuch * bob1_S1rx
+            - bob1_fy * bob1_r_z
+            + t_xyjt2 * bob2_S1rx
+            - bob2_fy * bob2_r_z
+            - total_Hz * wy
         )
-        t_6dtnj_5 = 1.0 / K_D5
-        K_L65 = t_nx7y6 * t_6dtnj_5
-        K_D6 = (
-            K66
-            - t_avyqv * t_bk7yo
-            - t_2dahu * K_L63
-            - t_kiszr * K_L64
-            - t_nx7y6 * K_L65
-            - t_6iku5_2 * t_s62lc_2
+        hub_b5 = (
+            bob1_fx * bob1_r_z
+            + bob2_fx * bob2_r_z
+            + total_Hz * wx
+            - bob1_fz * bob1_r_x
+            - bob2_fz * bob2_r_x
+            - total_Hx * wz
         )
-        b1 = f_x + t_ep53l
-        b2 = f_y - n2
+        hub_b6 = (
+            bob1_fy * bob1_r_x
+            + bob2_fy * bob2_r_x
+            + total_Hx * wy
+            - bob1_Q2 * bob1_S2rz
+            - bob1_fx * bob1_r_y
+            - bob2_Q2 * bob2_S2rz
+            - bob2_fx * bob2_r_y
+            - total_Hy * wx
+        )
+        t_6dtnj = 1.0 / hub_K11
+        lhub_alphaxhub_ax = hub_K41 * t_6dtnj
+        lhub_alphayhub_ax = hub_K51 * t_6dtnj
+        t_skn5h = t_lhd4o * t_6dtnj
+        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
+        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
+        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
+        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
+        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
+        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - t_rsnrr
+        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
+        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
+        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
+        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
+        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
+        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_6u6cw
+        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
+        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
+        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
+        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
+        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
+        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
+        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
+        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
+        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az2
+        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
+        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
+        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
+        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
+        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
+        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
+        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
+        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
+        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
+        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
+        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
+        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        yhub_ax = f_x + hub_b1
+        t_4rwfu = sin_delta2_act * F
+        yhub_ay = t_4rwfu + hub_b2 + t_skn5h * yhub_ax
+        t_y3fxb = t_gbb3a * sin_delta1_act
+        yhub_az = hub_b3 - t_y3fxb + t_skn5h_2 * yhub_ax - lhub_azhub_ay * yhub_ay
         t_qh3cx = F * cos_delta2_v2
-        f1_v2 = q1_v2 + K11 * ax_v2
+        f1_v2 = q1_v2 + ax_v2 * hub_K11
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
         t_jczim = F * sin_delta2_v2
         df2_v2 = t_jczim - f2_v2
-        da_v2_y2 = df2_v2 + t_gousg * df1_v2
-        t_v7qgl = t_qh3cx * sin_delta1_v2
-        da_v2_y3 = t_gousg_2 * df1_v2 - (t_v7qgl + f3_v2) - K_L32 * da_v2_y2
-        da_v2_x3 = da_v2_y3 * t_6dtnj_3
-        da_v2_x2 = da_v2_y2 * t_6dtnj_2 - K_L32 * da_v2_x3
-        da_v2_x1 = df1_v2 * t_6dtnj + t_gousg * da_v2_x2 + t_gousg_2 * da_v2_x3
+        yda_v2_y = df2_v2 + df1_v2 * t_skn5h
+        t_hal4t = t_qh3cx * sin_delta1_v2
+        df3_v2 = t_ofjwc - t_hal4t
+        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lhub_azhub_ay * yda_v2_y
+        da_v2_z = yda_v2_z * t_6dtnj_3
+        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lhub_azhub_ay
+        da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2
         Mx_v2 = (
-            n4
-            + G2_v2 * K54
-            + G3_v2 * K64
-            - t_hig3c_3 * ax_v2
-            - t_hig3c_3 * da_v2_x1
-            - t_belws * a2_v2
-            - t_belws * da_v2_x2
-            + K43 * a3_v2
-            + K43 * da_v2_x3
-            - K44 * t_7fmkp
+            ax_v2 * hub_K41
+            - hub_b4
+            + da_v2_x * hub_K41
+            + da_v2_y * hub_K42
+            + da_v2_z * hub_K43
+            - hub_K42 * t_si2fh
+            - hub_K43 * t_gkvv2
+            - hub_K44 * t_7fmkp
+            - hub_K54 * t_hby4t
+            - hub_K64 * t_qayfy
         )
         t_gbb3a_2 = F * cos_delta2_act
         df1_act = t_gbb3a_2 * cos_delta1_act - cos_delta2_v2 * F * cos_delta1_v2
-        df2_act = F * sin_delta2_act - t_jczim
-        da_act_y2 = df2_act + t_gousg * df1_act
-        df3_act = t_m2xxj * F - t_gbb3a_2 * sin_delta1_act
-        da_act_y3 = df3_act + t_gousg_2 * df1_act - K_L32 * da_act_y2
-        da_act_x3 = da_act_y3 * t_6dtnj_3
-        da_act_x2 = da_act_y2 * t_6dtnj_2 - K_L32 * da_act_x3
-        da_act_x1 = df1_act * t_6dtnj + t_gousg * da_act_x2 + t_gousg_2 * da_act_x3
-        Mx = Mx_v2 - t_hig3c_3 * da_act_x1 - t_belws * da_act_x2 + K43 * da_act_x3
-        b4 = Mx - n4
-        t_bknng = b + d + x_C
-        Mz_v2 = (
-            n5
-            + G2_v2 * K55
-            + G3_v2 * K65
-            - t_6iku5 * ax_v2
-            - t_6iku5 * da_v2_x1
-            + K52 * a2_v2
-            + K52 * da_v2_x2
-            + K53 * a3_v2
-            + K53 * da_v2_x3
-            - K54 * t_7fmkp
-            + t_jczim * t_bknng
-        )
-        Mz = (
-            Mz_v2
-            - t_6iku5 * da_act_x1
-            + K52 * da_act_x2
-            + K53 * da_act_x3
-            + df2_act * t_bknng
-        )
-        b5 = Mz - n5 - f_y * t_bknng
-        t_y3fxb = t_gbb3a * sin_delta1_act
+        df2_act = f_y - t_jczim
+        yda_act_y = df2_act + df1_act * t_skn5h
+        df3_act = t_ieqmc * F - t_gbb3a_2 * sin_delta1_act
+        yda_act_z = df3_act + df1_act * t_skn5h_2 - lhub_azhub_ay * yda_act_y
+        da_act_z = yda_act_z * t_6dtnj_3
+        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay
+        da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2
+        Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
+        yhub_alphax = Mx + hub_b4 - lhub_alphaxhub_ax * yhub_ax - lhub_alphaxhub_ay * yhub_ay - lhub_alphaxhub_az * yhub_az
+        t_yxxpc = b + d
         My_v2 = (
-            t_v7qgl * t_bknng
-            - n6
-            - G2_v2 * K65
-            - G3_v2 * K66
-            + t_6iku5_2 * ax_v2
-            + t_6iku5_2 * da_v2_x1
-            + t_edvw3_2 * a2_v2
-            + t_edvw3_2 * da_v2_x2
-            - K63 * a3_v2
-            - K63 * da_v2_x3
-            + K64 * t_7fmkp
+            ax_v2 * hub_K51
+            - hub_b5
+            + da_v2_x * hub_K51
+            - da_v2_y * t_rsnrr
+            + da_v2_z * hub_K53
+            + t_rsnrr * t_si2fh
+            - hub_K53 * t_gkvv2
+            - hub_K54 * t_7fmkp
+            - hub_K55 * t_hby4t
+            + t_6u6cw * t_qayfy
+            + t_hal4t * t_yxxpc
         )
         My = (
             My_v2
-            - df3_act * t_bknng
-            + t_6iku5_2 * da_act_x1
-            + t_edvw3_2 * da_act_x2
-            - K63 * da_act_x3
+            + da_act_x * hub_K51
+            - da_act_y * t_rsnrr
+            + da_act_z * hub_K53
+            - df3_act * t_yxxpc
         )
-        b6 = t_y3fxb * t_bknng - (My + n6)
-        X_y2 = b2 + t_gousg * b1
-        X_y3 = t_gousg_2 * b1 - (t_y3fxb + n3) - K_L32 * X_y2
-        X_y4 = b4 + t_w6lcf * b1 + t_bopbx * X_y2 - K_L43 * X_y3
-        X_y5 = (
-            b5
-            + t_s62lc * b1
-            - K_L52 * X_y2
-            - K_L53 * X_y3
-            - K_L54 * X_y4
+        yhub_alphay = (
+            My
+            + hub_b5
+            - t_y3fxb * t_yxxpc
+            - lhub_alphayhub_alphax * yhub_alphax
+            - lhub_alphayhub_ax * yhub_ax
+            - lhub_alphayhub_ay * yhub_ay
+            - lhub_alphayhub_az * yhub_az
         )
-        X_y6 = (
-            b6
-            + t_s62lc_2 * b1
-            + t_bk7yo * X_y2
-            - K_L63 * X_y3
-            - K_L64 * X_y4
-            - K_L65 * X_y5
+        Mz_v2 = (
+            da_v2_y * hub_K62
+            - (hub_b6 + ax_v2 * t_bjkdc + da_v2_x * t_bjkdc)
+            + da_v2_z * hub_K63
+            - hub_K62 * t_si2fh
+            - hub_K63 * t_gkvv2
+            - hub_K64 * t_7fmkp
+            + t_6u6cw * t_hby4t
+            - hub_K66 * t_qayfy
+            + t_jczim * t_yxxpc
         )
-        X_x6 = X_y6 / K_D6
-        X_x5 = X_y5 * t_6dtnj_5 - K_L65 * X_x6
-        X_x4 = X_y4 * t_6dtnj_4 - K_L54 * X_x5 - K_L64 * X_x6
-        X_x3 = X_y3 * t_6dtnj_3 - K_L43 * X_x4 - K_L53 * X_x5 - K_L63 * X_x6
-        X_x2 = (
-            X_y2 * t_6dtnj_2
-            - K_L32 * X_x3
-            + t_bopbx * X_x4
-            - K_L52 * X_x5
-            + t_bk7yo * X_x6
+        Mz = (
+            Mz_v2
+            - da_act_x * t_bjkdc
+            + da_act_y * hub_K62
+            + da_act_z * hub_K63
+            + df2_act * t_yxxpc
         )
-        X_x1 = (
-            b1 * t_6dtnj
-            + t_gousg * X_x2
-            + t_gousg_2 * X_x3
-            + t_w6lcf * X_x4
-            + t_s62lc * X_x5
-            + t_s62lc_2 * X_x6
+        yhub_alphaz = (
+            Mz
+            + hub_b6
+            - t_4rwfu * t_yxxpc
+            - lhub_alphazhub_alphax * yhub_alphax
+            - lhub_alphazhub_alphay * yhub_alphay
+            + t_ak5u5 * yhub_ax
+            - lhub_alphazhub_ay * yhub_ay
+            - lhub_alphazhub_az * yhub_az
         )
-        G_t1 = X_x5 * sin_theta1 + X_x6 * cos_theta1
-        Gt_eta1 = G_t1 + eta1
-        t_2prat = (
-            cos_phi1 * (G_t1 * e1 + X_x2 * sin_theta1 + X_x3 * cos_theta1)
-            + sin_phi1 * (X_x1 - t_aqrn5)
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
+        hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
+        hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
+        hub_ay = (
+            yhub_ay * t_6dtnj_2
+            - hub_alphax * lhub_alphaxhub_ay
+            - hub_alphay * lhub_alphayhub_ay
+            - hub_alphaz * lhub_alphazhub_ay
+            - hub_az * lhub_azhub_ay
         )
-        phi_acc1 = Gt_eta1 - (loss_phi1 + I1 * (Gt_eta1 + X_x4)) * t_gbl6n - k1 * t_2prat
-        t_3ipx7 = X_x5 - W12
-        t_hig3c_7 = X_x4 + X_x5
-        t_pksrm = (
-            zeta1
-            + X_x2 * cos_theta1
-            + g_1 * (X_x5 * cos_theta1 - X_x6 * sin_theta1)
-            - t_hig3c_7 * q_1
-            - X_x3 * sin_theta1
+        hub_ax = (
+            yhub_ax * t_6dtnj
+            - hub_alphax * lhub_alphaxhub_ax
+            - hub_alphay * lhub_alphayhub_ax
+            + hub_alphaz * t_ak5u5
+            + hub_ay * t_skn5h
+            + hub_az * t_skn5h_2
         )
-        theta_acc1 = -(t_3ipx7 + th_1 * (loss_theta1 * (1.0 / m1) + q_1 * t_pksrm))
-        G_t2 = X_x5 * sin_theta2 + X_x6 * cos_theta2
-        Gt_eta2 = G_t2 + eta2
-        t_y662k = (
-            cos_phi2 * (G_t2 * e2 + X_x2 * sin_theta2 + X_x3 * cos_theta2)
-            + sin_phi2 * (X_x1 - t_3hay7)
+        bob1_aPx = hub_ax + bob1_r_z * hub_alphay - bob1_r_y * hub_alphaz
+        bob1_aPy = hub_ay + bob1_r_x * hub_alphaz - bob1_r_z * hub_alphax
+        bob1_aPz = hub_az + bob1_r_y * hub_alphax - bob1_r_x * hub_alphay
+        bob1_a2 = bob1_q2 - bob1_S2rz * hub_alphaz - bob1_S2ty * bob1_aPy + t_rlquh * bob1_aPz
+        t_ozyob = (
+            t_txuch * t_vpzmf
+            + bob1_S1rx * hub_alphax
+            + bob1_S1tx * bob1_aPx
+            + bob1_S1ty * bob1_aPy
+            + bob1_S1tz * bob1_aPz
         )
-        phi_acc2 = Gt_eta2 - (loss_phi2 + I2 * (Gt_eta2 + X_x4)) * t_jx6g7 - k2 * t_y662k
-        t_zj7x3 = (
-            zeta2
-            + X_x2 * cos_theta2
-            + g_2 * (X_x5 * cos_theta2 - X_x6 * sin_theta2)
-            - t_hig3c_7 * q_2
-            - X_x3 * sin_theta2
+        bob1_a1 = -t_ozyob
+        bob2_aPx = hub_ax + bob2_r_z * hub_alphay - bob2_r_y * hub_alphaz
+        bob2_aPy = hub_ay + bob2_r_x * hub_alphaz - bob2_r_z * hub_alphax
+        bob2_aPz = hub_az + bob2_r_y * hub_alphax - bob2_r_x * hub_alphay
+        bob2_a2 = bob2_q2 - bob2_S2rz * hub_alphaz - bob2_S2ty * bob2_aPy + t_i7psf * bob2_aPz
+        t_xux2d = (
+            t_xyjt2 * t_mxpm2
+            + bob2_S1rx * hub_alphax
+            + bob2_S1tx * bob2_aPx
+            + bob2_S1ty * bob2_aPy
+            + bob2_S1tz * bob2_aPz
         )
-        theta_acc2 = -(t_3ipx7 + th_2 * (loss_theta2 * (1.0 / m2) + q_2 * t_zj7x3))
+        bob2_a1 = -t_xux2d
         t_oa5el = 1.0 / cos_att2
         t_s66h7 = sin_att1 * t_oa5el * wy
         t_bi4sl = cos_att1 * t_oa5el * wz
         return _vector(
-            X_x1 + t_rybsf * x_C - vz * wy + vy * wz,
-            X_x2 - X_x5 * x_C + (vz * wx - vx * wz),
-            X_x3 - X_x6 * x_C + (vx * wy - vy * wx),
-            X_x4,
-            W13 - X_x6,
-            t_3ipx7,
+            vy * wz - vz * wy + hub_ax,
+            vz * wx - vx * wz + hub_ay,
+            vx * wy - vy * wx + hub_az,
+            hub_alphax,
+            hub_alphay,
+            hub_alphaz,
             wx + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl,
             cos_att1 * wy - sin_att1 * wz,
             t_s66h7 + t_bi4sl,
@@ -3352,10 +3477,10 @@ def lyapunov_v2_loop_euler(q, r, p, c):
             theta1_dot,
             phi2_dot,
             theta2_dot,
-            phi_acc1,
-            theta_acc1,
-            phi_acc2,
-            theta_acc2,
+            bob1_a1,
+            bob1_a2,
+            bob2_a1,
+            bob2_a2,
         )
 
 
@@ -3384,87 +3509,86 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
+        gx_phi1 = sin_phi1 * l1 * m1  # (25)
         t_pv3py = cos_phi1 * l1 * m1
-        gy_phi1 = sin_theta1 * t_pv3py  # (25)
+        gy_phi1 = t_pv3py * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
         t_frhni = t_yx2kz * sin_theta1
         cz_phi1 = gy_phi1 * h1 - t_frhni  # (25)
-        t_2bctd = gx_phi1 * h1
-        t_5vpfz = sin_theta1 * wy + cos_theta1 * wz
-        t_3wt73 = t_5vpfz * t_5vpfz
-        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
-        t_fgmjk = sin_phi1 * cos_phi1
-        t_brgbu = t_yx2kz * t_fgmjk
-        t_wube7 = wx * wx
+        t_5vpfz = cos_theta1 * wz + sin_theta1 * wy
         t_j5zf2 = sin_phi1 * sin_phi1
         t_5dcra = t_yx2kz * t_j5zf2
-        t_3mjf5 = t_5dcra * t_5vpfz
+        t_3mjf5 = t_5vpfz * t_5dcra
+        t_fgmjk = cos_phi1 * sin_phi1
+        t_brgbu = t_yx2kz * t_fgmjk
+        t_wube7 = wx * wx
+        t_2bctd = gx_phi1 * h1
+        t_3wt73 = t_5vpfz * t_5vpfz
+        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
             eps1 * phi1_dot
+            - (theta1_dot + theta1_dot) * t_3mjf5
+            - theta1_dot * theta1_dot * t_brgbu
+            - t_wube7 * t_brgbu
             - t_2bctd * t_3wt73
             - t_2bctd * (t_d3hip * t_d3hip)
-            - theta1_dot * theta1_dot * t_brgbu
-            - t_brgbu * t_wube7
-            - (theta1_dot + theta1_dot) * t_3mjf5
             - t_yx2kz * t_5vpfz * wx
-            + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_j5zf2 * t_5vpfz * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_3wt73 * m1
+            + t_os4zj_2 * t_5vpfz * t_j5zf2 * wx * m1
             + cos_phi1 * t_5vpfz * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
         D_theta1 = t_5dcra + I1  # (26)
         gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_nimne = sin_theta1 * gx_phi1
-        cy_theta1 = t_nimne * h1 - t_fgmjk * t_frhni  # (26)
+        t_nimne = gx_phi1 * sin_theta1
+        cy_theta1 = t_nimne * h1 - t_frhni * t_fgmjk  # (26)
         cz_theta1 = gy_theta1 * h1 - t_fgmjk * (t_yx2kz * cos_theta1) + I1  # (26)
-        t_ybskz = t_d3hip * wx
         t_hjux3 = phi1_dot + phi1_dot
-        t_w7e46 = t_brgbu * t_hjux3
+        t_ybskz = t_d3hip * wx
         k_theta1 = (
             eps1 * theta1_dot
+            + t_hjux3 * t_3mjf5
+            + t_hjux3 * theta1_dot * t_brgbu
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
-            + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
-            + t_w7e46 * theta1_dot
             - t_brgbu * t_ybskz
-            - t_w7e46 * wx
+            - t_hjux3 * t_brgbu * wx
         )  # (26)
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        gx_phi2 = l2 * m2 * sin_phi2  # (25)
+        gx_phi2 = sin_phi2 * l2 * m2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        gy_phi2 = t_aafcb * sin_theta2  # (25)
-        gz_phi2 = t_aafcb * cos_theta2  # (25)
+        gy_phi2 = sin_theta2 * t_aafcb  # (25)
+        gz_phi2 = cos_theta2 * t_aafcb  # (25)
         t_hhb7k = sin_theta2 * t_frp3h
         cz_phi2 = gy_phi2 * h2 - t_hhb7k  # (25)
-        t_qg23f = sin_phi2 * cos_phi2
-        t_yetof = t_qg23f * t_frp3h
         t_yggmz = gx_phi2 * h2
-        t_cuv7o = sin_theta2 * wy + cos_theta2 * wz
+        t_cuv7o = cos_theta2 * wz + sin_theta2 * wy
         t_flneb = t_cuv7o * t_cuv7o
         t_3cqcq = cos_theta2 * wy - sin_theta2 * wz
+        t_qg23f = cos_phi2 * sin_phi2
+        t_yetof = t_qg23f * t_frp3h
         t_acoue = sin_phi2 * sin_phi2
         t_jeevc = t_acoue * t_frp3h
         t_gnuap = t_cuv7o * t_jeevc
         k_phi2 = (
             eps2 * phi2_dot
-            - t_wube7 * t_yetof
             - t_yggmz * t_flneb
             - t_yggmz * (t_3cqcq * t_3cqcq)
-            - theta2_dot * theta2_dot * t_yetof
-            - (theta2_dot + theta2_dot) * t_gnuap
+            - t_yetof * (theta2_dot * theta2_dot)
+            - t_yetof * t_wube7
+            - t_gnuap * (theta2_dot + theta2_dot)
             - t_cuv7o * t_frp3h * wx
-            + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_flneb * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * wx * m2
             + t_cuv7o * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         D_theta2 = t_jeevc + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_qo6r6 = gx_phi2 * sin_theta2
+        gy_theta2 = cos_theta2 * gx_phi2  # (26)
+        t_qo6r6 = sin_theta2 * gx_phi2
         cy_theta2 = t_qo6r6 * h2 - t_hhb7k * t_qg23f  # (26)
         cz_theta2 = gy_theta2 * h2 - t_qg23f * (cos_theta2 * t_frp3h) + I2  # (26)
         t_dr7rz = t_3cqcq * wx
@@ -3473,10 +3597,10 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
             eps2 * theta2_dot
             + t_3cqcq * t_gnuap
             + t_yggmz * t_dr7rz
+            + t_yetof * (t_mw75j * theta2_dot)
             + t_gnuap * t_mw75j
-            + t_yetof * t_mw75j * theta2_dot
             - t_yetof * t_dr7rz
-            - t_yetof * (wx + wx) * phi2_dot
+            - t_yetof * t_mw75j * wx
         )  # (26)
         ax_eq = F / (m + m0 + m1 + m2)  # (19)
         B_v2 = vy * r1  # (29)
@@ -3485,11 +3609,11 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         g3_v2 = att3 * r7 - B_v2 * vx  # (29)
         t_qayfy = (wz * w5 + g3_v2) * (1.0 / r8)
-        u_v2_x3 = -t_qayfy
+        u_v2_x5 = -t_qayfy
         t_hby4t = (wy * w4 + g2_v2) * (1.0 / r6)
-        u_v2_x2 = -t_hby4t
+        u_v2_x4 = -t_hby4t
         t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
-        u_v2_x1 = -t_7fmkp
+        u_v2_x3 = -t_7fmkp
         t_si2fh = B_v2 * w1
         t_gkvv2 = C_v2 * w2
         t_aic4o = (
@@ -3523,12 +3647,12 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
             - t_qo6r6 * t_gkvv2
         )
         return _vector(
-            ax_eq - vz * wy + vy * wz,
+            vy * wz - vz * wy + ax_eq,
             vz * wx - vx * wz - t_si2fh,
             vx * wy - vy * wx - t_gkvv2,
-            u_v2_x1,
-            u_v2_x2,
             u_v2_x3,
+            u_v2_x4,
+            u_v2_x5,
             wx,
             wy,
             wz,
@@ -3570,87 +3694,86 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         t_os4zj = l1 * l1
         t_yx2kz = t_os4zj * m1
         D_phi1 = t_yx2kz + I1  # (25)
-        gx_phi1 = sin_phi1 * (l1 * m1)  # (25)
+        gx_phi1 = sin_phi1 * l1 * m1  # (25)
         t_pv3py = cos_phi1 * l1 * m1
-        gy_phi1 = sin_theta1 * t_pv3py  # (25)
+        gy_phi1 = t_pv3py * sin_theta1  # (25)
         gz_phi1 = cos_theta1 * t_pv3py  # (25)
         t_frhni = t_yx2kz * sin_theta1
         cz_phi1 = gy_phi1 * h1 - t_frhni  # (25)
-        t_2bctd = gx_phi1 * h1
-        t_5vpfz = sin_theta1 * wy + cos_theta1 * wz
-        t_3wt73 = t_5vpfz * t_5vpfz
-        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
-        t_fgmjk = sin_phi1 * cos_phi1
-        t_brgbu = t_yx2kz * t_fgmjk
-        t_wube7 = wx * wx
+        t_5vpfz = cos_theta1 * wz + sin_theta1 * wy
         t_j5zf2 = sin_phi1 * sin_phi1
         t_5dcra = t_yx2kz * t_j5zf2
-        t_3mjf5 = t_5dcra * t_5vpfz
+        t_3mjf5 = t_5vpfz * t_5dcra
+        t_fgmjk = cos_phi1 * sin_phi1
+        t_brgbu = t_yx2kz * t_fgmjk
+        t_wube7 = wx * wx
+        t_2bctd = gx_phi1 * h1
+        t_3wt73 = t_5vpfz * t_5vpfz
+        t_d3hip = cos_theta1 * wy - sin_theta1 * wz
         t_os4zj_2 = t_os4zj + t_os4zj
         k_phi1 = (
             eps1 * phi1_dot
+            - (theta1_dot + theta1_dot) * t_3mjf5
+            - theta1_dot * theta1_dot * t_brgbu
+            - t_wube7 * t_brgbu
             - t_2bctd * t_3wt73
             - t_2bctd * (t_d3hip * t_d3hip)
-            - theta1_dot * theta1_dot * t_brgbu
-            - t_brgbu * t_wube7
-            - (theta1_dot + theta1_dot) * t_3mjf5
             - t_yx2kz * t_5vpfz * wx
-            + t_os4zj * t_3wt73 * sin_phi1 * cos_phi1 * m1
-            + t_os4zj_2 * t_j5zf2 * t_5vpfz * wx * m1
+            + t_os4zj * cos_phi1 * sin_phi1 * t_3wt73 * m1
+            + t_os4zj_2 * t_5vpfz * t_j5zf2 * wx * m1
             + cos_phi1 * t_5vpfz * h1 * wx * l1 * m1
-            + t_os4zj_2 * sin_phi1 * cos_phi1 * theta1_dot * wx * m1
+            + t_os4zj_2 * cos_phi1 * sin_phi1 * theta1_dot * wx * m1
         )  # (25)
         D_theta1 = t_5dcra + I1  # (26)
         gy_theta1 = cos_theta1 * gx_phi1  # (26)
-        t_nimne = sin_theta1 * gx_phi1
-        cy_theta1 = t_nimne * h1 - t_fgmjk * t_frhni  # (26)
+        t_nimne = gx_phi1 * sin_theta1
+        cy_theta1 = t_nimne * h1 - t_frhni * t_fgmjk  # (26)
         cz_theta1 = gy_theta1 * h1 - t_fgmjk * (t_yx2kz * cos_theta1) + I1  # (26)
-        t_ybskz = t_d3hip * wx
         t_hjux3 = phi1_dot + phi1_dot
-        t_w7e46 = t_brgbu * t_hjux3
+        t_ybskz = t_d3hip * wx
         k_theta1 = (
             eps1 * theta1_dot
+            + t_hjux3 * t_3mjf5
+            + t_hjux3 * theta1_dot * t_brgbu
+            + t_d3hip * t_3mjf5
             + t_2bctd * t_ybskz
-            + t_3mjf5 * t_hjux3
-            + t_3mjf5 * t_d3hip
-            + t_w7e46 * theta1_dot
             - t_brgbu * t_ybskz
-            - t_w7e46 * wx
+            - t_hjux3 * t_brgbu * wx
         )  # (26)
         t_nfvux = l2 * l2
         t_frp3h = t_nfvux * m2
         D_phi2 = t_frp3h + I2  # (25)
-        gx_phi2 = l2 * m2 * sin_phi2  # (25)
+        gx_phi2 = sin_phi2 * l2 * m2  # (25)
         t_aafcb = cos_phi2 * l2 * m2
-        gy_phi2 = t_aafcb * sin_theta2  # (25)
-        gz_phi2 = t_aafcb * cos_theta2  # (25)
+        gy_phi2 = sin_theta2 * t_aafcb  # (25)
+        gz_phi2 = cos_theta2 * t_aafcb  # (25)
         t_hhb7k = sin_theta2 * t_frp3h
         cz_phi2 = gy_phi2 * h2 - t_hhb7k  # (25)
-        t_qg23f = sin_phi2 * cos_phi2
-        t_yetof = t_qg23f * t_frp3h
         t_yggmz = gx_phi2 * h2
-        t_cuv7o = sin_theta2 * wy + cos_theta2 * wz
+        t_cuv7o = cos_theta2 * wz + sin_theta2 * wy
         t_flneb = t_cuv7o * t_cuv7o
         t_3cqcq = cos_theta2 * wy - sin_theta2 * wz
+        t_qg23f = cos_phi2 * sin_phi2
+        t_yetof = t_qg23f * t_frp3h
         t_acoue = sin_phi2 * sin_phi2
         t_jeevc = t_acoue * t_frp3h
         t_gnuap = t_cuv7o * t_jeevc
         k_phi2 = (
             eps2 * phi2_dot
-            - t_wube7 * t_yetof
             - t_yggmz * t_flneb
             - t_yggmz * (t_3cqcq * t_3cqcq)
-            - theta2_dot * theta2_dot * t_yetof
-            - (theta2_dot + theta2_dot) * t_gnuap
+            - t_yetof * (theta2_dot * theta2_dot)
+            - t_yetof * t_wube7
+            - t_gnuap * (theta2_dot + theta2_dot)
             - t_cuv7o * t_frp3h * wx
-            + t_flneb * sin_phi2 * cos_phi2 * t_nfvux * m2
+            + t_flneb * cos_phi2 * sin_phi2 * t_nfvux * m2
             + (t_cuv7o + t_cuv7o) * t_acoue * t_nfvux * wx * m2
             + t_cuv7o * cos_phi2 * h2 * wx * l2 * m2
-            + (sin_phi2 + sin_phi2) * cos_phi2 * t_nfvux * theta2_dot * wx * m2
+            + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * theta2_dot * wx * m2
         )  # (25)
         D_theta2 = t_jeevc + I2  # (26)
-        gy_theta2 = gx_phi2 * cos_theta2  # (26)
-        t_qo6r6 = gx_phi2 * sin_theta2
+        gy_theta2 = cos_theta2 * gx_phi2  # (26)
+        t_qo6r6 = sin_theta2 * gx_phi2
         cy_theta2 = t_qo6r6 * h2 - t_hhb7k * t_qg23f  # (26)
         cz_theta2 = gy_theta2 * h2 - t_qg23f * (cos_theta2 * t_frp3h) + I2  # (26)
         t_dr7rz = t_3cqcq * wx
@@ -3659,10 +3782,10 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
             eps2 * theta2_dot
             + t_3cqcq * t_gnuap
             + t_yggmz * t_dr7rz
+            + t_yetof * (t_mw75j * theta2_dot)
             + t_gnuap * t_mw75j
-            + t_yetof * t_mw75j * theta2_dot
             - t_yetof * t_dr7rz
-            - t_yetof * (wx + wx) * phi2_dot
+            - t_yetof * t_mw75j * wx
         )  # (26)
         ax_eq = F / (m + m0 + m1 + m2)  # (19)
         B_v2 = vy * r1  # (29)
@@ -3671,11 +3794,11 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         g2_v2 = C_v2 * vx + att2 * r5  # (29)
         g3_v2 = att3 * r7 - B_v2 * vx  # (29)
         t_qayfy = (wz * w5 + g3_v2) * (1.0 / r8)
-        u_v2_x3 = -t_qayfy
+        u_v2_x5 = -t_qayfy
         t_hby4t = (wy * w4 + g2_v2) * (1.0 / r6)
-        u_v2_x2 = -t_hby4t
+        u_v2_x4 = -t_hby4t
         t_7fmkp = (wx * w3 + g1_v2) * (1.0 / r4)
-        u_v2_x1 = -t_7fmkp
+        u_v2_x3 = -t_7fmkp
         t_si2fh = B_v2 * w1
         t_gkvv2 = C_v2 * w2
         t_oa5el = 1.0 / cos_att2
@@ -3712,12 +3835,12 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
             - t_qo6r6 * t_gkvv2
         )
         return _vector(
-            ax_eq - vz * wy + vy * wz,
+            vy * wz - vz * wy + ax_eq,
             vz * wx - vx * wz - t_si2fh,
             vx * wy - vy * wx - t_gkvv2,
-            u_v2_x1,
-            u_v2_x2,
             u_v2_x3,
+            u_v2_x4,
+            u_v2_x5,
             wx + sin_att2 * t_s66h7 + sin_att2 * t_bi4sl,
             cos_att1 * wy - sin_att1 * wz,
             t_s66h7 + t_bi4sl,

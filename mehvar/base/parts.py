@@ -40,7 +40,22 @@ def renamed_parts(old: Parts, new: Parts) -> dict[str, str]:
     return names
 
 
-def part_changes(old: Parts, new: Parts, unit_of: Callable[[str, str], str]) -> tuple[str, ...]:
+def exchanged_parts(old: Parts, new: Parts) -> dict[str, str]:
+    """Return new names by old ones of parts that both assemblies have, whose fields changed places.
+
+    Parameters
+    ----------
+    old, new : Parts
+        The assemblies.
+    """
+    shared = [name for name in old if name and old[name] != new.get(name, old[name])]
+    names = {name: other for name in shared for other in shared if new[other] == old[name]}
+    return names if set(names) == set(names.values()) else {}
+
+
+def part_changes(
+    old: Parts, new: Parts, unit_of: Callable[[str, str], str], names: Mapping[str, str] | None = None
+) -> tuple[str, ...]:
     """List the differences of two assemblies part by part, such as "wheel2: axis (1, 0, 0) -> (0, 0, 1)".
 
     Parameters
@@ -49,8 +64,10 @@ def part_changes(old: Parts, new: Parts, unit_of: Callable[[str, str], str]) -> 
         The assemblies.
     unit_of : callable
         Unit of a field, by class and name; empty for a field without unit.
+    names : mapping of str to str, optional
+        New names of parts by old ones; default: those of `renamed_parts`.
     """
-    names = renamed_parts(old, new)
+    names = renamed_parts(old, new) if names is None else names
     lines = [f"{name}: renamed to {other}" for name, other in names.items()]
     old = {
         names.get(name, name): {

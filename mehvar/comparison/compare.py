@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pickle
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -134,15 +134,17 @@ def _with_consequences(model: ModelDiff, old: Path, new: Path) -> ModelDiff:
 def compare_documents(old: Document, new: Document) -> ModelDiff:
     """Compare the equations of a model, and its numbers if both sides have a manifest."""
     comparison = compare(old, new)
-    return ModelDiff(comparison.model, _status(comparison), comparison, parts=_part_changes(old.manifest, new.manifest))
+    parts = _part_changes(old.manifest, new.manifest, dict(comparison.renamed))
+    return ModelDiff(comparison.model, _status(comparison), comparison, parts=parts)
 
 
-def _part_changes(old: Manifest | None, new: Manifest | None) -> tuple[str, ...]:
+def _part_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[str, str]) -> tuple[str, ...]:
     if not (old and new and (old.parts or new.parts)):
         return ()
     from mehvar.models.parts.part import unit_of
 
-    return part_changes(old.parts, new.parts, unit_of)
+    names = {name: other for name, other in renamed.items() if name in old.parts and other in new.parts}
+    return part_changes(old.parts, new.parts, unit_of, names)
 
 
 def read_equations(path: Path) -> Document:
@@ -228,7 +230,9 @@ def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelD
 
 def _cached(old: Path, new: Path) -> ModelDiff:
     """Compare two folders, or return a cached comparison of the same files by this version."""
-    engine = sorted((*_CODEGEN.rglob("*.py"), *Path(__file__).parent.glob("*.py")))
+    engine = sorted(
+        (*_CODEGEN.rglob("*.py"), *(p for of in (__file__, cache.__file__) for p in Path(of).parent.glob("*.py")))
+    )
     texts = [
         path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _READ))
     ]

@@ -33,14 +33,15 @@ import os
 import sys
 from pathlib import Path
 from mehvar.codegen.build import file_folder
+from mehvar.codegen.watch import opened_file
 path, read = Path(sys.argv[1]), set()
 sys.path.insert(0, str(path.parent.resolve()))
-sys.addaudithook(lambda event, of: event == "open" and isinstance(of[0], (str, os.PathLike)) and read.add(str(of[0])))
+sys.addaudithook(lambda event, of: read.add(opened_file(event, of)))
 folder = file_folder(path).resolve()
-data = {name for name in read if not name.endswith((".py", ".pyc"))}
+data = {name for name in read if name and not name.endswith((".py", ".pyc"))}
 code = {module.__file__ for name, module in sys.modules.items() if name.partition(".")[0] != "mehvar" and
         getattr(module, "__file__", None)}
-print(json.dumps(sorted(os.path.realpath(name) for name in data | code)))
+print(json.dumps(sorted(data | code | set(map(os.path.realpath, data | code)))))
 print(folder)
 """
 
@@ -193,7 +194,8 @@ class Sources:
         folders = {name: folder for name, folder in folders.items() if name not in old}
         fresh = derive(tree, [name for name in derivable if name in old or name in stale], revision.label)
         for name, folder in fresh.items():
-            read = (os.path.realpath(root / file) for file in read_manifest(folder).inputs_sha256)
+            read = [os.path.abspath(root / file) for file in read_manifest(folder).inputs_sha256]  # noqa: PTH100
+            read += [os.path.realpath(file) for file in read]
             _refuse_files_of_today(revision, f"{revision.label}: {name}", read)
         folders |= fresh
         return Version(revision.label, folders, models, tree=tree, stale=stale)

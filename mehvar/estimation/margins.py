@@ -128,8 +128,9 @@ def margins(
     Returns
     -------
     tuple of Margin
-        For each input that the law uses. Factors above 1000 and below 1/1000 are infinite. A warning says that the
-        linear loop still changes where the scenario ends.
+        For each input that the law uses. Factors above 1000 and below 1/1000 are infinite. Warnings say that the
+        linear loop still changes where the scenario ends, that a tank drains there, or that the margins leave out modes
+        as slow as the craft's orbit.
 
     Raises
     ------

@@ -87,7 +87,7 @@ def _below_zero(matrix: Array) -> float:
 
 def _terms(part: Part, at: Mounted) -> list[Expr]:
     """Return mass, power of dampers, momentum, rate of the first moment, first moment, and the matrix of T."""
-    of, coordinates = part.aggregates(at), part.coordinates()
+    of, coordinates = part.total(at), part.coordinates()
     speeds = [c.speed.symbol for c in coordinates]
     damping, rate = of.power, sp.zeros(3, 1)
     if of.forces and not any(of.prescribed):

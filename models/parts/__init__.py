@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of a spacecraft, the assembled spacecraft, and the base class for parts of your own."""
 
-from .bobs import Bob
 from .control import AttitudeFilter, Law
 from .craft import Spacecraft
 from .environment import (
@@ -18,25 +17,30 @@ from .environment import (
 )
 from .frame import point_inertia
 from .hub import ExternalForce, Hub, PointMass, Thruster, Torquer
-from .joints import Hinge, Joint, Slider
 from .mechanisms import (
+    Bob,
     Cable,
     Chain,
     ControlMomentGyro,
     Engine,
+    Hinge,
+    Joint,
     Link,
+    Mode,
+    Modes,
     Pendulum,
     Rod,
+    Slider,
     SprungMass,
     Tank,
     Tether,
     UnbalancedWheel,
+    Wheel,
 )
-from .modes import Mode, Modes
-from .part import Aggregates, Contribution, Coordinate, Load, Mounted, Part
+from .part import Mounted, Part
 from .sensors import Accelerometer, Gyro, Instrument, Magnetometer, StarTracker, SunSensor, Tachometer
+from .terms import Aggregates, Contribution, Coordinate, Load, Particle
 from .values import Number, Tensor, Value, Vector, direction, place, scalar, tensor, vector
-from .wheels import Wheel
 
 __all__ = [
     "Accelerometer",
@@ -71,6 +75,7 @@ __all__ = [
     "Number",
     "Orbit",
     "Part",
+    "Particle",
     "Pendulum",
     "PointMass",
     "Rod",

@@ -22,7 +22,9 @@ import sympy as sp
 from ..derivation import Expr
 from ..mechanics import cross_matrix
 from .frame import AXES, ZERO, Frame, point_inertia
-from .part import Contribution, Craft, Follower, Load, Moments, Motion, Mounted, Part, Row, gyroscopic, transport
+from .motion import Motion, gyroscopic, transport
+from .part import Craft, Mounted, Part
+from .terms import Contribution, Follower, Load, Moments, Point
 from .values import Parameters, directions
 
 MOST_PULLS = 5
@@ -35,7 +37,7 @@ Operations that depend on state or input, for bobs on one axis, by pulls and by 
 
 @dataclass(frozen=True)
 class _Pivot:
-    """An eliminated coordinate: q'' = right - share . (a_O, W') - terms of later q''."""
+    """An eliminated coordinate: q'' = right - share . (a, W') - terms of later q''."""
 
     right: Expr
     share: sp.Matrix
@@ -44,11 +46,22 @@ class _Pivot:
 
 @dataclass(frozen=True)
 class _Reduced:
-    """A part after elimination: its pivots, and its contributions to the hub's matrix and right side."""
+    """A part after elimination.
+
+    Attributes
+    ----------
+    pivots : tuple of _Pivot
+        Its coordinates.
+    matrix, right : sympy.Matrix
+        Its terms in the hub's matrix (6, 6) and right side (6, 1) about O.
+    at : sympy.Matrix
+        Point for which the shares of its pivots hold.
+    """
 
     pivots: tuple[_Pivot, ...]
-    matrices: tuple[tuple[sp.Matrix, sp.Matrix], ...]
+    matrix: sp.Matrix
     right: sp.Matrix
+    at: sp.Matrix
 
 
 @dataclass(frozen=True)
@@ -57,13 +70,13 @@ class _Sums(Moments):
 
     Attributes
     ----------
-    taken : sympy.Matrix
-        Symmetric (6, 6): reduction of the hub's matrix by the eliminated coordinates.
+    matrix : sympy.Matrix
+        Symmetric (6, 6): terms of the parts in the hub's matrix beside those of a rigid body.
     right : sympy.Matrix
-        (6, 1): reduction of the right side.
+        (6, 1): the same in the right side.
     """
 
-    taken: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 6))
+    matrix: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 6))
     right: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 1))
 
 
@@ -121,7 +134,7 @@ def balance(craft: Craft) -> Balance:
     """Return the hub's equations, from which `moved` computes accelerations."""
     frame, names, parts = craft.frame, [part.name for part, _ in craft.parts], contributions(craft)
     frame.derivation.section("Equations of the hub")
-    sums = _sums(frame, parts, [_reduced(frame, name, part.rows) for name, part in zip(names, parts, strict=True)])
+    sums = _sums(frame, parts, [_reduced(frame, name, part) for name, part in zip(names, parts, strict=True)])
     return _with_followers(frame, names, parts, _without_followers(frame, names, parts, sums))
 
 
@@ -176,7 +189,7 @@ def accelerations(
     list of Motion
         For each part, with its own accelerations.
     """
-    reduced = [_reduced(frame, name, part.rows) for name, part in zip(names, parts, strict=True)]
+    reduced = [_reduced(frame, name, part) for name, part in zip(names, parts, strict=True)]
     sums = _sums(frame, parts, reduced)
     rigid = _without_followers(frame, names, parts, sums)
     rigid = replace(rigid, applied=_wrench(frame, "loads", loads, rigid.centre))
@@ -185,27 +198,27 @@ def accelerations(
     motion, pulls = solve_hub(frame, names, parts, rigid, unknowns)
     solution = sp.Matrix([*(ZERO if rigid.decoupled else motion.linear), *motion.angular])
     return [
-        Motion(frame, motion.centre, motion.linear, motion.angular, _own(frame, name, part.pivots, solution), values)
+        Motion(frame, motion.centre, motion.linear, motion.angular, _own(frame, name, part, solution), values)
         for name, part, values in zip(names, reduced, pulls, strict=True)
     ]
 
 
-def _reduced(frame: Frame, name: str, rows: Sequence[Row]) -> _Reduced:
+def _reduced(frame: Frame, name: str, part: Contribution) -> _Reduced:
     """Eliminate the coordinates of a part one by one."""
-    size = len(rows)
+    rows, size = part.rows, len(part.rows)
     coupling = [list(row.coupling) for row in rows]
     right = [frame.define(f"{name}_Q{i + 1}", row.right, f"{name}: generalised force") for i, row in enumerate(rows)]
     shares = [
         _named(frame, f"{name}_G{i + 1}", [*row.linear, *row.angular], f"{name}: coupling to the hub")
         for i, row in enumerate(rows)
     ]
-    pivots, matrices, taken = [], [], sp.zeros(6, 1)
+    pivots, pairs, right_hub = [], [], sp.zeros(6, 1)
     for i in range(size):
         inverse = frame.define(f"{name}_D{i + 1}", 1 / coupling[i][i], f"{name}: inverse inertia of coordinate {i + 1}")
         scaled = _named(frame, f"{name}_S{i + 1}", inverse * shares[i], f"{name}: share of the hub")
-        matrices.append((scaled, shares[i]))
+        pairs.append((scaled, shares[i]))
         value = frame.define(f"{name}_q{i + 1}", inverse * right[i], f"{name}: acceleration on a fixed hub")
-        taken += scaled * right[i]
+        right_hub -= scaled * right[i]
         later = []
         for j in range(i + 1, size):
             factor = frame.define(f"{name}_L{j + 1}{i + 1}", coupling[j][i] * inverse, f"{name}: factor")
@@ -219,7 +232,24 @@ def _reduced(frame: Frame, name: str, rows: Sequence[Row]) -> _Reduced:
             shares[j] = _named(frame, f"{name}_G{j + 1}_{i + 1}", entries, f"{name}: coupling to the hub")
             right[j] = frame.define(f"{name}_Q{j + 1}_{i + 1}", right[j] - factor * right[i], f"{name}: force")
         pivots.append(_Pivot(value, scaled, tuple(later)))
-    return _Reduced(tuple(pivots), tuple(matrices), taken)
+    matrix = sp.Matrix(6, 6, lambda i, j: sp.Add(*(-s[max(i, j)] * g[min(i, j)] for s, g in pairs), part.matrix[i, j]))
+    if part.point is None:
+        return _Reduced(tuple(pivots), matrix, right_hub, ZERO)
+    return _Reduced(tuple(pivots), *_about_hub(frame, name, part.point, matrix, right_hub), part.point.at)
+
+
+def _about_hub(
+    frame: Frame, name: str, point: Point, matrix: sp.Matrix, right: sp.Matrix
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """Move the terms of a part from its point to O."""
+    hat = cross_matrix(point.at)
+    mass = frame.tensor(f"{name}_M", matrix[:3, :3] + point.mass * sp.eye(3), f"{name}: mass that the hub moves", "kg")
+    mixed = frame.matrix(f"{name}_B", matrix[3:, :3], f"{name}: moment at its point for an acceleration")
+    moved = frame.matrix(f"{name}_N", mixed + hat * mass, f"{name}: moment about O for an acceleration")
+    turned = matrix[3:, 3:] + hat * mixed.T - moved * hat
+    force = frame.vector(f"{name}_f", right[:3, :] + point.force, f"{name}: force on the hub", "N")
+    whole = sp.Matrix(sp.BlockMatrix([[mass, moved.T], [moved, turned]]))
+    return whole, sp.Matrix([*force, *(right[3:, :] + point.at.cross(force))])
 
 
 def _named(frame: Frame, name: str, entries: Sequence[Expr], title: str) -> sp.Matrix:
@@ -237,18 +267,14 @@ def _sums(frame: Frame, parts: Sequence[Contribution], reduced: Sequence[_Reduce
                 f"total_J{AXES[j]}{AXES[i]}", [p.inertia[i, j] for p in parts], "inertia about O", "kg m^2"
             )
             inertia[i, j] = inertia[j, i] = entry
-    pairs = [pair for r in reduced for pair in r.matrices]
-    resisting = [p.matrix for p in parts if not p.matrix.is_zero_matrix]
-    taken = sp.Matrix(
-        6, 6, lambda i, j: sp.Add(*(s[max(i, j)] * g[min(i, j)] for s, g in pairs), *(-m[i, j] for m in resisting))
-    )
+    matrix = sp.Matrix(6, 6, lambda i, j: sp.Add(*(r.matrix[max(i, j), min(i, j)] for r in reduced)))
     return _Sums(
         frame.total("total_mass", [p.mass for p in parts], "mass", "kg"),
         _sum(frame, "total_s", [p.first for p in parts], "first moment about O", "kg m"),
         inertia,
         _sum(frame, "total_p", [p.momentum for p in parts], "relative momentum", "kg m/s"),
         _sum(frame, "total_h", [p.angular for p in parts], "relative angular momentum about O", "kg m^2/s"),
-        taken,
+        matrix,
         sum((r.right for r in reduced), sp.zeros(6, 1)),
     )
 
@@ -288,8 +314,8 @@ class _Rigid:
 
 
 def _without_followers(frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums) -> _Rigid:
-    fixed = all(frame.is_constant(e) for e in (sums.mass, *sums.first, *sums.inertia, *sums.taken))
-    if fixed and sums.taken[:3, :].is_zero_matrix:
+    fixed = all(frame.is_constant(e) for e in (sums.mass, *sums.first, *sums.inertia, *sums.matrix))
+    if fixed and sums.matrix[:3, :].is_zero_matrix:
         return _about_centre(frame, names, parts, sums)
     return _about_origin(frame, names, parts, sums)
 
@@ -302,9 +328,9 @@ def _about_centre(frame: Frame, names: Sequence[str], parts: Sequence[Contributi
     inertia = frame.tensor(
         "central_J", sums.inertia - point_inertia(sums.mass, centre), "inertia about the centre of mass"
     )
-    held = frame.tensor("held_J", inertia - sums.taken[3:, 3:], "inertia about the centre of mass, wheels free")
+    held = frame.tensor("held_J", inertia + sums.matrix[3:, 3:], "inertia about the centre of mass, wheels free")
     angular = sums.angular - centre.cross(sums.momentum)
-    right = sp.Matrix([*(-w.cross(2 * sums.momentum)), *(-gyroscopic(frame, inertia, angular) - sums.right[3:, :])])
+    right = sp.Matrix([*(-w.cross(2 * sums.momentum)), *(-gyroscopic(frame, inertia, angular) + sums.right[3:, :])])
     for name, part in zip(names, parts, strict=True):
         right += _wrench(frame, name, part.loads, centre)
     terms = {(k, k): [sums.mass] for k in range(3)}
@@ -434,11 +460,11 @@ def _about_origin(frame: Frame, names: Sequence[str], parts: Sequence[Contributi
             terms.setdefault((i + 3, j + 3), []).append(sums.inertia[i, j])
     for i in range(6):
         for j in range(i + 1):
-            terms.setdefault((i, j), []).append(-sums.taken[i, j])
+            terms.setdefault((i, j), []).append(sums.matrix[i, j])
     stream = frame.vector(
         "stream_", w.cross(sums.first) + 2 * sums.momentum, "momentum of rotation and relative motion"
     )
-    right = sp.Matrix([*(-w.cross(stream)), *(-gyroscopic(frame, sums.inertia, sums.angular))]) - sums.right
+    right = sp.Matrix([*(-w.cross(stream)), *(-gyroscopic(frame, sums.inertia, sums.angular))]) + sums.right
     for name, part in zip(names, parts, strict=True):
         right += _wrench(frame, name, part.loads, ZERO)
     return _Rigid(ZERO, False, sums.mass, terms, right)
@@ -496,13 +522,28 @@ def _by_factors(
     ]
 
 
-def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequence[str]) -> list[Expr]:
-    """Solve a symmetric positive definite system by K = L D L', skipping structural zeros."""
-    size = len(right)
+@dataclass(frozen=True)
+class Factors:
+    """Factors of a symmetric positive definite matrix K = L D L'.
+
+    Attributes
+    ----------
+    lower : sympy.Matrix
+        L without its diagonal of ones; structural zeros stay zero.
+    inverse : tuple of Expr
+        Inverse of D.
+    """
+
+    lower: sp.Matrix
+    inverse: tuple[Expr, ...]
+
+
+def factorise(frame: Frame, matrix: sp.Matrix, names: Sequence[str]) -> Factors:
+    """Factorise a symmetric positive definite matrix, skipping structural zeros; `names` are those of its rows."""
+    size = matrix.rows
     rest = matrix.copy()
     lower = sp.zeros(size, size)
     inverse: list[Expr] = []
-    values = list(right)
     for j in range(size):
         inverse.append(frame.define(f"i{names[j]}", 1 / rest[j, j], "inverse of a pivot"))
         for i in range(j + 1, size):
@@ -516,17 +557,36 @@ def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequenc
                     entry = rest[i, k] - lower[i, j] * rest[k, j]
                     rest[i, k] = frame.define(f"k{names[i]}{names[k]}{j + 1}", entry, "matrix after elimination")
                     rest[k, i] = rest[i, k]
+    return Factors(lower, tuple(inverse))
+
+
+def substitute(frame: Frame, factors: Factors, right: Sequence[Expr], names: Sequence[str]) -> list[Expr]:
+    """Solve K x = right; `names` are those of x."""
+    lower, values, size = factors.lower, list(right), len(right)
     for i in range(size):
         value = values[i] - sp.Add(*(lower[i, j] * values[j] for j in range(i)))
         values[i] = frame.define(f"y{names[i]}", value, "forward step")
     for i in reversed(range(size)):
-        value = values[i] * inverse[i] - sp.Add(*(lower[k, i] * values[k] for k in range(i + 1, size)))
+        value = values[i] * factors.inverse[i] - sp.Add(*(lower[k, i] * values[k] for k in range(i + 1, size)))
         values[i] = frame.define(f"{names[i]}", value, "solution")
     return values
 
 
-def _own(frame: Frame, name: str, pivots: Sequence[_Pivot], solution: sp.Matrix) -> tuple[Expr, ...]:
+def solve(frame: Frame, matrix: sp.Matrix, right: Sequence[Expr], names: Sequence[str]) -> list[Expr]:
+    """Solve a symmetric positive definite system."""
+    return substitute(frame, factorise(frame, matrix, names), right, names)
+
+
+def _own(frame: Frame, name: str, part: _Reduced, solution: sp.Matrix) -> tuple[Expr, ...]:
     """Return the accelerations of a part's coordinates by back substitution."""
+    pivots = part.pivots
+    if pivots and not part.at.is_zero_matrix:
+        here = frame.vector(
+            f"{name}_aP",
+            solution[:3, :] + solution[3:, :].cross(part.at),
+            f"{name}: acceleration of the hub at its point",
+        )
+        solution = sp.Matrix([*here, *solution[3:, :]])
     values: list[Expr] = [sp.S.Zero] * len(pivots)
     for i in reversed(range(len(pivots))):
         pivot = pivots[i]

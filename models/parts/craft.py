@@ -27,9 +27,11 @@ from .control import Law, LawText
 from .environment import Orbit
 from .frame import AXES, Frame, triple
 from .hub import Pulsed
-from .part import Craft, Motion, Mounted, Part, State, points, start, unit_of
+from .motion import Motion
+from .part import Craft, Mounted, Part, points, start, unit_of
 from .readings import readings
 from .sensors import drifting, measuring, watching
+from .terms import State
 from .values import Parameters, Value
 
 AnyPart = TypeVar("AnyPart", bound=Part)

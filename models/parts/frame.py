@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -112,6 +113,36 @@ class Frame:
         if moving and len(fixed) > 1:
             constant = self.define(f"{name}_fixed", constant, f"{title}: constant part", unit)
         return self.define(name, sp.Add(constant, *moving), title, unit)
+
+
+@dataclass(frozen=True)
+class Labels(ABC):
+    """Names of steps that begin with a part's.
+
+    Attributes
+    ----------
+    name : str
+        Name of the part, and start of the names of its parameters, states and steps.
+    """
+
+    name: str
+
+    @property
+    @abstractmethod
+    def frame(self) -> Frame:
+        """Hub axes of the assembly."""
+
+    def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
+        """Name an expression after the part."""
+        return self.frame.define(f"{self.name}_{name}", expr, f"{self.name}: {title}", unit)
+
+    def vector(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the components of a vector of the part."""
+        return self.frame.vector(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
+
+    def matrix(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the entries of a matrix of the part."""
+        return self.frame.matrix(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
 
 
 def triple(start: str, unit: str, meaning: str) -> tuple[Quantity, ...]:

@@ -16,7 +16,9 @@ from ..geometry import Shape
 from ..quantities import ModelError, Quantity
 from ..system import Condition
 from .frame import AXES, ZERO, point_inertia, symbols, triple
-from .part import Aggregates, Jump, Load, Motion, Mounted, Part, State, points
+from .motion import Motion
+from .part import Mounted, Part, points
+from .terms import Aggregates, Jump, Load, State
 from .values import Number, Tensor, Vector, direction, place, scalar, tensor
 
 _OFF = sp.Rational(1, 10**6)

@@ -1,23 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interface of a part, and derivation of its equations from its energy.
-
-The kinetic energy of a part that is mounted on a hub is quadratic in the velocity V of the hub's origin O, in the rate
-W of its axes, and in the part's own speeds:
-
-    T = m V.V/2 + V.(W x s + p) + W.J W/2 + W.h + T_own.
-
-Mass m, first moment s, inertia J, relative momentum p, relative angular momentum h (all about O, in hub axes) and
-T_own are the `Aggregates` of the part. They determine the part's `Contribution` to the hub's equations and the part's
-own equations, with row i
-
-    G_i . (a, W') + sum_j D_ij q_j'' = Q_i - k_i,    G_i = (dp/dq_i', dh/dq_i'),
-
-with the acceleration a = V' + W x V of O.
-"""
+"""Interface of a part, and the assembly as a part sees it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
@@ -29,260 +15,14 @@ import sympy as sp
 from ..derivation import Expr, free_symbols
 from ..events import Event
 from ..geometry import Shape
-from ..mechanics import cross_matrix
 from ..quantities import ModelError, Quantity
 from ..system import Condition
-from .frame import AXES, ZERO, Frame
+from .equations import contribution, slopes_of
+from .frame import ZERO, Frame, Labels, point_inertia
+from .motion import Motion
 from .table import read_table
+from .terms import Aggregates, Contribution, Coordinate, Jump, Load, Moments, Particle, State
 from .values import Complete, Parameters, conditions, kinds
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A degree of freedom of a part.
-
-    Attributes
-    ----------
-    speed : Quantity
-        Its rate, a state.
-    place : Quantity, optional
-        The coordinate, a state; None if nothing depends on it, as for a wheel.
-    """
-
-    speed: Quantity
-    place: Quantity | None = None
-
-
-@dataclass(frozen=True)
-class Moments:
-    """Mass of a body and its moments about O.
-
-    Attributes
-    ----------
-    mass : Expr
-        kg.
-    first : sympy.Matrix
-        First moment s about O, kg m, a function of the coordinates.
-    inertia : sympy.Matrix
-        J about O, kg m^2.
-    momentum, angular : sympy.Matrix
-        Relative momentum p = s', kg m/s, and relative angular momentum h about O, kg m^2/s; linear in the speeds.
-    """
-
-    mass: Expr = sp.S.Zero
-    first: sp.Matrix = field(default_factory=lambda: ZERO)
-    inertia: sp.Matrix = field(default_factory=lambda: sp.zeros(3, 3))
-    momentum: sp.Matrix = field(default_factory=lambda: ZERO)
-    angular: sp.Matrix = field(default_factory=lambda: ZERO)
-
-    @classmethod
-    def whole(cls, each: Iterable[Moments]) -> Moments:
-        """Return the moments of several bodies as one."""
-        bodies = list(each)
-        mass = sp.Add(*(of.mass for of in bodies))
-        first, momentum, angular = (
-            sum((getattr(of, name) for of in bodies), ZERO) for name in ("first", "momentum", "angular")
-        )
-        return Moments(mass, first, sum((of.inertia for of in bodies), sp.zeros(3, 3)), momentum, angular)
-
-
-@dataclass(frozen=True)
-class Aggregates(Moments):
-    """Masses, momenta and energies that determine the motion of a part and its effect on the hub.
-
-    Attributes
-    ----------
-    energy : Expr
-        Kinetic energy relative to the hub, J; quadratic in the speeds.
-    potential : Expr
-        Potential energy of springs, J.
-    forces : tuple of Expr
-        Generalised force of dampers and motors on each coordinate.
-    prescribed : tuple of (Expr or None)
-        Prescribed acceleration of each coordinate, or None for a free one; empty if all are free.
-    power : Expr
-        Power of dampers and motors that are not in `forces`, W.
-    """
-
-    energy: Expr = sp.S.Zero
-    potential: Expr = sp.S.Zero
-    forces: tuple[Expr, ...] = ()
-    prescribed: tuple[Expr | None, ...] = ()
-    power: Expr = sp.S.Zero
-
-
-@dataclass(frozen=True)
-class Row:
-    """Equation of a coordinate: G . (a, W') + D q'' = right.
-
-    Attributes
-    ----------
-    linear, angular : sympy.Matrix
-        The two parts of G.
-    coupling : tuple of Expr
-        Row of D.
-    right : Expr
-        Q - k.
-    """
-
-    linear: sp.Matrix
-    angular: sp.Matrix
-    coupling: tuple[Expr, ...]
-    right: Expr
-
-
-@dataclass(frozen=True)
-class Load:
-    """A force at a point of the hub, N, and a couple, N m."""
-
-    force: sp.Matrix = field(default_factory=lambda: ZERO)
-    at: sp.Matrix = field(default_factory=lambda: ZERO)
-    couple: sp.Matrix = field(default_factory=lambda: ZERO)
-
-
-@dataclass(frozen=True)
-class Follower:
-    """A mass that follows a point P of the hub along e. Its force on the hub at P is (pull - mass e . a_P) e.
-
-    Attributes
-    ----------
-    mass : Expr
-        kg.
-    along, at : sympy.Matrix
-        e, of length one, and P from O, m.
-    pull : Expr
-        N.
-    """
-
-    mass: Expr
-    along: sp.Matrix
-    at: sp.Matrix
-    pull: Expr = sp.S.Zero
-
-
-@dataclass(frozen=True)
-class Contribution(Moments):
-    """Terms that a part adds to the equations of the hub; the assembly forms those of a rigid body from its moments.
-
-    Attributes
-    ----------
-    loads : tuple of Load
-        Forces between part and hub, and the terms of p', h' and J' W without accelerations.
-    rows : tuple of Row
-        Equations of the part's coordinates, which the assembly eliminates.
-    held : tuple of Row
-        Equations of prescribed coordinates, which determine the motor's force.
-    followers : tuple of Follower
-        Masses that follow the hub along one direction each.
-    matrix : sympy.Matrix
-        Symmetric (6, 6): additional resistance to a and W', beyond that of a rigid body.
-    """
-
-    loads: tuple[Load, ...] = ()
-    rows: tuple[Row, ...] = ()
-    held: tuple[Row, ...] = ()
-    followers: tuple[Follower, ...] = ()
-    matrix: sp.Matrix = field(default_factory=lambda: sp.zeros(6, 6))
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Accelerations of an assembly.
-
-    Attributes
-    ----------
-    frame : Frame
-        The axes of the hub.
-    centre : sympy.Matrix
-        Point of the hub for which `linear` holds, from O.
-    linear, angular : sympy.Matrix
-        Acceleration of that point, and W', in the axes of the hub.
-    own : tuple of Expr
-        q'' of the part's rows, in their order.
-    pulls : tuple of Expr
-        mass e . a_P - pull of the part's followers, N, in their order.
-    """
-
-    frame: Frame
-    centre: sp.Matrix
-    linear: sp.Matrix
-    angular: sp.Matrix
-    own: tuple[Expr, ...] = ()
-    pulls: tuple[Expr, ...] = ()
-
-    @property
-    def origin(self) -> sp.Matrix:
-        """Acceleration of O."""
-        return self.at(ZERO, "aO", "O")
-
-    def at(self, point: sp.Matrix, name: str, title: str) -> sp.Matrix:
-        """Return the acceleration of a point of the hub; names of its steps begin with `name`."""
-        arm = self.frame.vector(f"{name}_arm_", point - self.centre, f"{title}: place from the centre", "m")
-        result = self.linear + transport(self.frame, self.angular, "turn_", arm)
-        return self.frame.vector(name, result, f"acceleration of {title}", "m/s^2")
-
-
-def transport(frame: Frame, angular: sp.Matrix, name: str, arm: sp.Matrix) -> sp.Matrix:
-    """Return W' x r + W x (W x r): the relative acceleration of two points of the hub.
-
-    The result is a matrix times r. Its columns are named once for all points; `name` is the start of their names.
-    """
-    products, result = rate_products(frame), ZERO
-    turning = cross_matrix(angular) + products - products.trace() * sp.eye(3)
-    for k, axis in enumerate(AXES):
-        if arm[k] != 0:
-            title = f"acceleration of a point per distance along {axis}"
-            result += arm[k] * frame.vector(f"{name}{axis}_", turning[:, k], title, "1/s^2")
-    return result
-
-
-def rate_products(frame: Frame) -> sp.Matrix:
-    """Return the matrix W W' with a name for each product."""
-    w = frame.rate
-    entry = {
-        (i, j): frame.define(f"w{AXES[i]}w{AXES[j]}", w[i] * w[j], "product of rates", "rad^2/s^2")
-        for i in range(3)
-        for j in range(i, 3)
-    }
-    return sp.Matrix(3, 3, lambda i, j: entry[min(i, j), max(i, j)])
-
-
-def gyroscopic(frame: Frame, inertia: sp.Matrix, angular: sp.Matrix) -> sp.Matrix:
-    """Return W x (J W + h), with shared products of rates if J depends only on parameters."""
-    w = frame.rate
-    if any(e != 0 and not frame.is_constant(e) for e in inertia) or not angular.is_zero_matrix:
-        spin = frame.vector("total_H", inertia * w + angular, "angular momentum", "kg m^2/s")
-        return w.cross(spin)
-    products = rate_products(frame)
-    result = []
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        parts = [
-            frame.define(f"gyro_J{AXES[i]}", inertia[k, k] - inertia[j, j], "difference of inertias", "kg m^2")
-            * products[j, k],
-            inertia[k, i] * products[i, j] - inertia[j, i] * products[i, k],
-            inertia[j, k] * (products[j, j] - products[k, k]),
-        ]
-        result.append(sp.Add(*parts))
-    return sp.Matrix(result)
-
-
-@dataclass(frozen=True)
-class State:
-    """A state of a part, and its initial value as a function of plant and scenario parameters."""
-
-    quantity: Quantity
-    start: Expr = sp.S.Zero
-
-
-@dataclass(frozen=True)
-class Jump:
-    """A state's value after a sample: `after`, and a normal number of standard deviation `size`."""
-
-    state: Quantity
-    after: Expr = sp.S.Zero
-    size: Expr = sp.S.Zero
-
 
 _TURNING = sp.Rational(1, 1000)
 """Torque scale divided by the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A
@@ -320,13 +60,13 @@ class Craft:
 
     def whole(self) -> Moments:
         """Return the moments of all parts."""
-        return Moments.whole(part.aggregates(at) for part, at in self.parts)
+        return Moments.whole(part.total(at) for part, at in self.parts)
 
     @property
     def _body(self) -> Aggregates:
         """Mass and inertia of the first part that has them at all times, from which the picture takes its scales."""
         for part, at in self.parts:
-            of = part.aggregates(at)
+            of = part.total(at)
             if of.mass != 0 and all(self.frame.is_constant(entry) for entry in of.inertia):
                 return of
         return Aggregates(sp.Integer(12), inertia=sp.eye(3))
@@ -365,7 +105,7 @@ class Craft:
 
 
 @dataclass(frozen=True)
-class Mounted:
+class Mounted(Labels):
     """A part within an assembly.
 
     Attributes
@@ -378,7 +118,6 @@ class Mounted:
         The assembly.
     """
 
-    name: str
     values: SimpleNamespace
     craft: Craft
 
@@ -387,24 +126,12 @@ class Mounted:
         """Hub axes of the assembly."""
         return self.craft.frame
 
-    def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
-        """Name an expression after the part."""
-        return self.frame.define(f"{self.name}_{name}", expr, f"{self.name}: {title}", unit)
-
-    def vector(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
-        """Name the components of a vector of the part."""
-        return self.frame.vector(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
-
-    def matrix(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
-        """Name the entries of a matrix of the part."""
-        return self.frame.matrix(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
-
 
 @dataclass(frozen=True)
 class Part(metaclass=Complete):
     """A part of a spacecraft.
 
-    A user's part overrides `coordinates` and `aggregates`; the equations follow.
+    A user's part overrides `coordinates`, and `particle` or `aggregates` or both; the equations follow.
 
     Parameters
     ----------
@@ -470,9 +197,26 @@ class Part(metaclass=Complete):
         """Return the degrees of freedom of the part."""
         return ()
 
+    def particle(self, at: Mounted) -> Particle | None:
+        """Return the point mass that moves with the coordinates, if the part has one."""
+        return None
+
     def aggregates(self, at: Mounted) -> Aggregates:
-        """Return masses, momenta and energies, which determine the part's motion; None for a pure load."""
+        """Return masses, momenta and energies besides those of the particle, which determine the part's motion."""
         return Aggregates()
+
+    def total(self, at: Mounted) -> Aggregates:
+        """Return the aggregates including those of the particle."""
+        of, particle = self.aggregates(at), self.particle(at)
+        if particle is None:
+            return of
+        m, r, slopes = particle.mass, particle.place, slopes_of(particle.place, self.coordinates(), at)
+        v = sum((slope * c.speed.symbol for slope, c in zip(slopes, self.coordinates(), strict=True)), ZERO)
+        squared = v.dot(v) if particle.squared is None else particle.squared
+        return replace(
+            of, mass=of.mass + m, first=of.first + m * r, inertia=of.inertia + point_inertia(m, r),
+            momentum=of.momentum + m * v, angular=of.angular + m * r.cross(v), energy=of.energy + m * squared / 2,
+        )  # fmt: skip
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         """Return the external load on the part."""
@@ -489,7 +233,10 @@ class Part(metaclass=Complete):
 
     def contribution(self, at: Mounted) -> Contribution:
         """Return the part's contribution to the equations of the hub."""
-        return contribution(self.aggregates(at), self.coordinates(), at)
+        particle = self.particle(at)
+        if particle is None or any(self.aggregates(at).prescribed):
+            return contribution(self.total(at), self.coordinates(), at)
+        return contribution(self.aggregates(at), self.coordinates(), at, particle)
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
         """Return the rates of the part's states."""
@@ -498,7 +245,7 @@ class Part(metaclass=Complete):
 
     def power(self, at: Mounted, motion: Motion) -> Expr:
         """Return the power of the part's motors and dampers, W."""
-        of, coordinates = self.aggregates(at), self.coordinates()
+        of, coordinates = self.total(at), self.coordinates()
         speeds = [c.speed.symbol for c in coordinates]
         result = of.power + sp.Add(*(f * s for f, s in zip(of.forces, speeds, strict=bool(of.forces))))
         if any(of.prescribed):
@@ -546,7 +293,7 @@ class Part(metaclass=Complete):
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
         """Return the part's shapes in hub axes: a ball at its centre of mass, and a rod from its mount."""
-        of = self.aggregates(at)
+        of = self.total(at)
         if of.mass == 0:
             return ()
         centre = (of.first / of.mass).applyfunc(sp.expand)
@@ -585,63 +332,3 @@ def _accelerations(prescribed: Sequence[Expr | None], own: Sequence[Expr]) -> tu
 
 def _held(prescribed: Sequence[Expr | None], values: Sequence[Expr]) -> list[Expr]:
     return [v for v, given in zip(values, prescribed, strict=True) if given is not None]
-
-
-def _check_degrees(of: Aggregates, speeds: Sequence[sp.Symbol], name: str) -> None:
-    """Refuse energies that are not quadratic in the speeds, and momenta that are not linear in the speeds."""
-
-    def depends(slopes: sp.Matrix) -> bool:
-        return any(slope.has(*speeds) and sp.simplify(slope).has(*speeds) for slope in slopes)
-
-    if speeds and depends(sp.hessian(of.energy, speeds)):
-        raise ModelError(f"{name}.energy = {of.energy}: must be quadratic in the speeds {', '.join(map(str, speeds))}")
-    for what, momentum in (("momentum", of.momentum), ("angular", of.angular)):
-        if speeds and depends(momentum.jacobian(speeds)):
-            raise ModelError(
-                f"{name}.{what} = {tuple(momentum)}: must be linear in the speeds {', '.join(map(str, speeds))}"
-            )
-
-
-def contribution(of: Aggregates, coordinates: Sequence[Coordinate], at: Mounted) -> Contribution:
-    """Derive a part's contribution to the hub's equations from its masses, momenta and energies."""
-    frame, w = at.frame, at.frame.rate
-    places = [c.place.symbol if c.place else None for c in coordinates]
-    speeds = [c.speed.symbol for c in coordinates]
-
-    def by(expr: Expr, place: sp.Symbol | None) -> Expr:
-        return sp.S.Zero if place is None else frame.slope(expr, place)
-
-    def along(expr: Expr) -> Expr:
-        """Differentiate along the motion with constant speeds."""
-        return sp.Add(*(by(expr, q) * v for q, v in zip(places, speeds, strict=True)))
-
-    _check_degrees(of, speeds, at.name)
-    prescribed = of.prescribed or (None,) * len(speeds)
-    drive = dict(pair for pair in zip(speeds, prescribed, strict=True) if pair[1] is not None)
-    rows, held, swelling = [], [], ZERO
-    for i, (q, v) in enumerate(zip(places, speeds, strict=True)):
-        linear, angular, own = of.momentum.diff(v), of.angular.diff(v), of.energy.diff(v)
-        gyro = angular.applyfunc(along) - of.angular.applyfunc(lambda e, q=q: by(e, q))
-        spin = of.inertia.applyfunc(lambda e, q=q: by(e, q))
-        turned = at.vector(f"JW{i + 1}_", spin * w, f"slope of the inertia by coordinate {i + 1}, times the rate")
-        swelling += turned * v
-        bias = (
-            w.dot(gyro.applyfunc(sp.expand)) - w.dot(turned) / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
-        )
-        forces = of.forces[i] if of.forces else sp.S.Zero
-        if prescribed[i] is not None:
-            held.append(Row(linear, angular, tuple(own.diff(other) for other in speeds), forces - bias))
-            continue
-        if own.diff(v) == 0:
-            text = (
-                f"no mass and no inertia moves with {v}: give {at.name} an inertia about its axis, or a centre off it"
-            )
-            raise ModelError(f"{at.name}: {text}")
-        coupling = tuple(own.diff(other) for other in speeds if other not in drive)
-        driven = sp.Add(*(own.diff(other) * value for other, value in drive.items()))
-        rows.append(Row(linear, angular, coupling, forces - bias - driven))
-    force, couple = -of.momentum.applyfunc(along), -of.angular.applyfunc(along) - swelling
-    for speed, value in drive.items():
-        force, couple = force - of.momentum.diff(speed) * value, couple - of.angular.diff(speed) * value
-    load = Load(force, ZERO, couple)
-    return Contribution(of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows), tuple(held))

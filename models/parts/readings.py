@@ -11,7 +11,9 @@ from ..derivation import Expr
 from ..quantities import Group, Quantity
 from ..system import Function
 from .frame import AXES
-from .part import Aggregates, Load, Moments, Motion, Mounted, Part
+from .motion import Motion
+from .part import Mounted, Part
+from .terms import Aggregates, Load, Moments
 
 _WRENCH = (*(f"p{axis}" for axis in AXES), *(f"h{axis}" for axis in AXES))
 
@@ -36,7 +38,7 @@ def readings(
     """
     x, u, p = groups
     w = mounted[0].frame.rate
-    aggregates = [part.aggregates(at) for part, at in zip(parts, mounted, strict=True)]
+    aggregates = [part.total(at) for part, at in zip(parts, mounted, strict=True)]
     loads = [load for part, at in zip(parts, mounted, strict=True) for load in part.loads(at)]
     force, moment = _summed(loads)
     whole = Moments.whole(aggregates)

@@ -10,7 +10,7 @@ import sympy as sp
 
 from ..derivation import symmetric, vector
 from ..parts import Contribution, Load, Mounted, Part
-from ..parts.part import Motion
+from ..parts.motion import Motion
 from ..system import Actuator, Condition, Derivation, Expr, Group, Quantity
 
 FEWEST = 3

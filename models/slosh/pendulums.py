@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..system import Derivation, Expr, Group, Quantity
-from .fast.angles import angle_dynamics
-from .fast.ball import ball_dynamics, fuel, slip_symbols
-from .fast.hull import Dynamics
+from .bobs import ball_bob, slip_symbols
+from .dynamics import Dynamics, dynamics
 from .laws.controllers import Form
 from .laws.weights import angle_form, ball_term
 from .plant import ball, pendulum
@@ -90,7 +89,7 @@ def angle_pendulums(
     """Describe the pendulums by angles, with the inertia convention `paper` or `hinge`."""
     numbers = range(1, len(pendulums) + 1)
     d.section("Evaluation of the equations of motion")
-    dynamics = angle_dynamics(p, pendulums, inertia, d)
+    moving = dynamics(p, pendulums, inertia, d)
     d.section("Reduced model, pendulum by pendulum")
     rows = angle_rows(pendulums, inertia, d)
     speeds = tuple(row.speed for row in rows)
@@ -106,8 +105,8 @@ def angle_pendulums(
     return Pendulums(
         states,
         (*(e for s in starts for e in (s.phi, s.theta)), *(e for s in starts for e in (s.phi_rate, s.theta_rate))),
-        dynamics,
-        (*speeds, *dynamics.bobs),
+        moving,
+        (*speeds, *(e for bob in moving.bobs for e in bob[2:])),
         lambda linear, angular: (*speeds, *angle_accelerations(rows, linear, angular)),
         terms,
         (),
@@ -121,7 +120,7 @@ def ball_pendulums(
     """Describe the pendulums by directions with inertial rates, on ball joints."""
     numbers = range(1, len(pendulums) + 1)
     d.section("Evaluation of the equations of motion")
-    dynamics = ball_dynamics(p, pendulums, d)
+    moving = dynamics(p, pendulums, "ball", d)
     names = [ball.instance(a, k) for k, a in enumerate(pendulums, 1)]
     slips = [slip_symbols(pendulum) for pendulum in pendulums]
 
@@ -133,17 +132,16 @@ def ball_pendulums(
     def terms(c: Group, axial: Expr) -> list[tuple[Expr, Form]]:
         return [ball_term(a, k, named, c.r9, axial, d) for k, a, named in zip(numbers, pendulums, names, strict=True)]
 
-    arms = [dynamics.bobs[3 * k : 3 * k + 3] for k in range(len(pendulums))]
     begun = (ball.at_angles(s.phi, s.theta, (s.phi_rate, s.theta_rate), turning) for s in starts)
     return Pendulums(
         tuple(q for k in numbers for q in (*direction_quantities(k), *arm_rate_quantities(k))),
         tuple(e for start in begun for e in start),
-        dynamics,
-        tuple(e for slip, arm in zip(slips, arms, strict=True) for e in (*slip, *arm)),
+        moving,
+        tuple(e for bob in moving.bobs for e in bob),
         reduced,
         terms,
         tuple(pair for k in numbers for pair in _angles(k)),
-        tuple(e for pendulum in pendulums for e in fuel(pendulum).projection().values()),
+        tuple(e for pendulum in pendulums for e in ball_bob(pendulum).projection().values()),
     )
 
 

@@ -24,6 +24,7 @@ from mehvar.codegen.generate import (
     write,
 )
 from mehvar.codegen.new_numbers import shapes
+from mehvar.codegen.workspace import ROOMS
 from mehvar.models.quantities import ModelError
 
 ROOT = installed_tree().root
@@ -68,6 +69,13 @@ def test_who_derives_changes_nothing(tree):
     manifest.unlink()
     python("import runpy; runpy.run_path('bin/derive')", tree.root, PYTHONPATH=f"{tree.root}:{ROOT}")
     assert manifest.read_bytes() == before
+
+
+def test_folders_inside_the_rooms_are_sources_too():
+    """An edit of an orbit or a sensor left the satellite up to date: only files directly in a room were recorded."""
+    rooms = {path.relative_to(ROOT).as_posix() for room in ROOMS for path in (ROOT / "models" / room).rglob("*.py")}
+    assert any(name.count("/") > 2 for name in rooms)
+    assert rooms <= installed_tree().sources("satellite").keys()
 
 
 def generate_in(tree: Tree) -> None:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inputs are what a derivation loaded: helpers beside the model, what they import, files, versions of libraries."""
 
+import contextlib
 import dataclasses
 import importlib.metadata
 import os
 import re
 import shutil
+import sqlite3
 import subprocess
 import sys
 from pathlib import Path
@@ -131,6 +133,27 @@ def test_a_file_elsewhere_that_a_model_reads_is_an_input(derived, tmp_path):
     assert not check(tree, "wheel").stale
     far.write_text("2\n")
     assert check(tree, "wheel").reasons == ("../far/gain.csv changed",)
+
+
+def test_a_link_and_a_database_are_inputs(derived, tmp_path):
+    """A link that leads elsewhere is another file; of a database only the library opens the file."""
+    tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
+    link, base = tree.root / "gain.csv", tree.root / "gains.db"
+    for name in ("one", "other"):
+        (tmp_path / name).write_text(f"{name}\n")
+    link.symlink_to(tmp_path / "one")
+    with contextlib.closing(sqlite3.connect(base)) as made:
+        made.execute("create table gains (value)")
+    start = tree.root / "models" / "wheel" / "__init__.py"
+    asking = f"open({str(link)!r}).close()\nimport sqlite3\nsqlite3.connect('file:{base}?mode=ro', uri=True).close()\n"
+    start.write_text(f"{asking}sqlite3.connect(':memory:').close()\n{start.read_text()}")
+    mehvar(tree.root, "generate")
+    assert check(tree, "wheel").reasons == ()
+    assert not any(":memory:" in name for name in read_manifest(tree.root / "generated" / "wheel").inputs_sha256)
+    link.unlink()
+    link.symlink_to(tmp_path / "other")
+    base.write_bytes(b"")
+    assert check(tree, "wheel").reasons == ("gain.csv changed", "gains.db changed")
 
 
 def test_the_version_of_a_library_that_a_model_imports_is_an_input(derived, tmp_path):

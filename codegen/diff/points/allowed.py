@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
@@ -17,6 +18,8 @@ _POINTS = 128
 """Number of drawn points. Half of them have default parameters, which fulfil constraints, so that some points remain
 even with five independent inequalities; a quarter are whole numbers.
 """
+_HALVINGS = 40
+"""Halvings of the distance between two points, to 1e-12 of it: the width of an edge that is found."""
 
 Test = Callable[[Worlds], bool]
 
@@ -57,15 +60,39 @@ class Allowed:
             return verdict
         test = self.test(old, new)
         count = 0
+        tried: list[tuple[Point, object]] = []
         for point in self._points(verdict.point):
             worlds = self._equality.stepped(point)  # as a name may be equal to a threshold
             if test(worlds):
                 count += 1
                 if self._equality.differ(worlds, old, new) or self._equality.one_exists(worlds, old, new):
                     return Verdict(False, verdict.how, point=point)
+            tried.append((point, worlds[old[0]].defined(old[1])))
         if not count:
             return verdict
+        for point in self._between(tried, old):
+            worlds = self._equality.stepped(point)
+            if test(worlds) and self._equality.differ(worlds, old, new):
+                return Verdict(False, verdict.how, point=point)
         return Verdict(None, f"they differ, but at none of {count} points that the constraints and limits allow")
+
+    def _between(self, tried: Sequence[tuple[Point, object]], side: Expression) -> Iterator[Point]:
+        """Yield the points of bisections between points with two values, as differences may be at their edge only.
+
+        The shadow of a point-like Sun and that of its disc differ in the penumbra.
+        """
+        known = [(point, value) for point, value in tried if value is not None]
+        for (low, first), (high, last) in itertools.pairwise(known):
+            for _ in range(_HALVINGS if first != last else 0):
+                middle = {name: (low[name] + high[name]) / 2 for name in low.keys() & high.keys()}
+                yield middle
+                value = self._equality.stepped(middle)[side[0]].defined(side[1])
+                if value == first:
+                    low = middle
+                elif value == last:
+                    high = middle
+                else:
+                    break
 
     def _points(self, known: Point | None) -> Iterator[Point]:
         sampler = self._equality.sampler

@@ -29,7 +29,7 @@ def effects(parts: Actuators, centre: sp.Matrix) -> sp.Matrix:
 
 
 def _effects(part: Part, at: Mounted, centre: sp.Matrix) -> list[tuple[sp.Matrix, sp.Matrix]]:
-    loads, of = part.mean_loads(at), part.aggregates(at)
+    loads, of = part.mean_loads(at), part.total(at)
     result = []
     for u in (q.symbol for q in part.inputs()):
         force, couple = ZERO, ZERO

@@ -13,8 +13,9 @@ from mehvar.base.errors import suggestion
 from ...derivation import Expr, free_symbols
 from ...quantities import Group, ModelError, Parameter, Quantity
 from ...system import Controller, Output
-from ..part import Craft, Moments, Part
+from ..part import Craft, Part
 from ..sensors import Gyro, Instrument, StarTracker
+from ..terms import Moments
 from ..values import Parameters, Value
 from .allocation import allocated, check_effects, effects
 from .filter import AttitudeFilter, Estimate
@@ -204,7 +205,7 @@ class Law:
     def _centre(self) -> sp.Matrix:
         """Return the centre of mass of the parts that are fixed to the hub."""
         frame = self._craft.frame
-        each = [part.aggregates(at) for part, at in self._craft.parts]
+        each = [part.total(at) for part, at in self._craft.parts]
         still = Moments.whole(of for of in each if all(map(frame.is_constant, (of.mass, *of.first))))
         return still.first / still.mass
 

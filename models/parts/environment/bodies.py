@@ -12,7 +12,8 @@ import sympy as sp
 from ...derivation import Expr
 from ...mechanics import frame_turn
 from ...quantities import TIME
-from ..part import Load, Mounted, Part
+from ..part import Mounted, Part
+from ..terms import Load
 from ..values import Number, scalar
 from .orbit import Attraction, sky
 

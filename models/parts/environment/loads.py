@@ -17,7 +17,8 @@ from ...quantities import ModelError, Quantity
 from ..frame import point_inertia
 from ..hub import Pulsed
 from ..mechanisms.tethers import Rod
-from ..part import Load, Mounted, Part
+from ..part import Mounted, Part
+from ..terms import Load
 from ..values import Number, Vector, direction, place, scalar, vector
 from .orbit import sky
 

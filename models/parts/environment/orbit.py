@@ -25,7 +25,9 @@ from ...mechanics import direction, frame_turn
 from ...quantities import ModelError, Quantity
 from ...system import TIME, Condition
 from ..frame import AXES, ZERO, Frame, symbols
-from ..part import Motion, Mounted, Part, State
+from ..motion import Motion
+from ..part import Mounted, Part
+from ..terms import State
 from ..values import Number, Parameters, Value, kinds, scalar
 from .magnetism import Harmonics, check, coefficients
 from .magnetism import field as gauss_field

@@ -27,7 +27,9 @@ from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ...system import Condition
 from ..frame import AXES, ZERO, point_inertia, quaternion, triple
-from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, points, start
+from ..motion import Motion
+from ..part import Mounted, Part, points, start
+from ..terms import Aggregates, Contribution, Load, State
 from ..values import Complete, Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
 
 JOINTS = ("hinge", "slider", "ball")

@@ -14,7 +14,9 @@ from ...derivation import Expr
 from ...geometry import Shape
 from ...quantities import Quantity
 from ..hub import jet
-from ..part import Load, Motion, Mounted, Part, State, start
+from ..motion import Motion
+from ..part import Mounted, Part, start
+from ..terms import Load, State
 from ..values import Number, Parameters, Vector, direction, place, scalar
 from .rotors import check_across
 

@@ -11,8 +11,8 @@ import sympy as sp
 
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
-from ..frame import point_inertia
-from ..part import Aggregates, Coordinate, Mounted, Part
+from ..part import Mounted, Part
+from ..terms import Aggregates, Coordinate, Particle
 from ..values import Number, Parameters, Vector, direction, place, scalar
 from .rotors import check_across
 
@@ -72,21 +72,29 @@ class Pendulum(Part):
             for k in (("1", "2") if self.angles == 2 else ("",))
         )
 
+    def particle(self, at: Mounted) -> Particle:
+        v = at.values
+        return Particle(v.mass, v.at + v.length * self._rod(at)[0], v.length**2 * self._squared(at))
+
     def aggregates(self, at: Mounted) -> Aggregates:
         v = at.values
-        rod, slopes = self._rod(at)
         rates = [c.speed.symbol for c in self.coordinates()]
+        drags = (
+            [-v.damping * size * rate for size, rate in zip(self._sizes(at), rates, strict=True)] if v.damping else []
+        )
+        if v.inertia is None:
+            return Aggregates(forces=tuple(drags))
+        rod, slopes = self._rod(at)
         slip = sum((s * rate for s, rate in zip(slopes, rates, strict=True)), sp.zeros(3, 1))
-        place, velocity = v.at + v.length * rod, v.length * slip
-        inertia = v.inertia if v.inertia is not None else sp.S.Zero
-        sizes = self._sizes(at)
-        squared = sp.Add(*(size * rate**2 for size, rate in zip(sizes, rates, strict=True)))
-        drags = [-v.damping * size * rate for size, rate in zip(sizes, rates, strict=True)] if v.damping else []
         return Aggregates(
-            v.mass, v.mass * place, point_inertia(v.mass, place) + inertia * (sp.eye(3) - rod * rod.T),
-            v.mass * velocity, v.mass * place.cross(velocity) + inertia * rod.cross(slip),
-            (v.mass * v.length**2 + inertia) * squared / 2, forces=tuple(drags),
+            inertia=v.inertia * (sp.eye(3) - rod * rod.T), angular=v.inertia * rod.cross(slip),
+            energy=v.inertia * self._squared(at) / 2, forces=tuple(drags),
         )  # fmt: skip
+
+    def _squared(self, at: Mounted) -> Expr:
+        """Return the square of the rate of the rod's direction."""
+        rates = [c.speed.symbol for c in self.coordinates()]
+        return sp.Add(*(size * rate**2 for size, rate in zip(self._sizes(at), rates, strict=True)))
 
     def _circles(self, at: Mounted) -> list[tuple[Expr, Expr]]:
         return [at.frame.circle(c.place.symbol) for c in self.coordinates() if c.place is not None]
@@ -140,13 +148,16 @@ class SprungMass(Part):
         place = Quantity(f"{self.name}_place", "m", f"place of {self.name} along its axis")
         return (Coordinate(Quantity(f"{self.name}_speed", "m/s", f"speed of {self.name}"), place),)
 
+    def _coordinate(self) -> tuple[Expr, Expr]:
+        (c,) = self.coordinates()
+        assert c.place is not None
+        return c.place.symbol, c.speed.symbol
+
+    def particle(self, at: Mounted) -> Particle:
+        v, (shift, speed) = at.values, self._coordinate()
+        return Particle(v.mass, v.at + shift * v.axis, speed**2)
+
     def aggregates(self, at: Mounted) -> Aggregates:
-        v, (coordinate,) = at.values, self.coordinates()
-        assert coordinate.place is not None
-        shift, speed = coordinate.place.symbol, coordinate.speed.symbol
-        place = v.at + shift * v.axis
-        return Aggregates(
-            v.mass, v.mass * place, point_inertia(v.mass, place), v.mass * speed * v.axis,
-            v.mass * speed * v.at.cross(v.axis), v.mass * speed**2 / 2, v.stiffness * shift**2 / 2,
-            (-v.damping * speed if v.damping is not None else sp.S.Zero,),
-        )  # fmt: skip
+        v, (shift, speed) = at.values, self._coordinate()
+        drag = -v.damping * speed if v.damping is not None else sp.S.Zero
+        return Aggregates(potential=v.stiffness * shift**2 / 2, forces=(drag,))

@@ -15,10 +15,12 @@ from ...geometry import Shape
 from ...quantities import ModelError, Quantity
 from ...system import Condition
 from ..frame import AXES, ZERO, point_inertia
-from ..joints import polynomial, shifted
-from ..part import Aggregates, Coordinate, Motion, Mounted, Part, points
+from ..motion import Motion
+from ..part import Mounted, Part, points
+from ..terms import Aggregates, Coordinate
 from ..values import NO_BODY, Number, Parameters, Vector, direction, of_a_body, place, scalar
-from ..wheels import Wheel
+from .joints import polynomial, shifted
+from .wheels import Wheel
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,10 +13,12 @@ import sympy as sp
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
 from ...system import Condition
-from ..bobs import Bob
 from ..frame import ZERO, point_inertia
-from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State
+from ..motion import Motion
+from ..part import Mounted, Part
+from ..terms import Aggregates, Contribution, Load, State
 from ..values import Number, Parameters, Value, Vector, direction, place, plain, scalar
+from .bobs import Bob
 
 
 @dataclass(frozen=True)

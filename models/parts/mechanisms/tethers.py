@@ -15,7 +15,9 @@ from ...events import Event
 from ...mechanics import quaternion_product, quaternion_rates, quaternion_rotation
 from ...quantities import ModelError, Quantity
 from ..frame import AXES, point_inertia, quaternion, symbols, triple
-from ..part import Aggregates, Contribution, Load, Motion, Mounted, Part, State, start
+from ..motion import Motion
+from ..part import Mounted, Part, start
+from ..terms import Aggregates, Contribution, Load, State
 from ..values import Number, Parameters, Tensor, Vector, listed, place, scalar, tensor
 
 

@@ -17,7 +17,9 @@ import sympy as sp
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
 from ..frame import AXES, symbols, triple
-from ..part import Jump, Motion, Mounted, State, start
+from ..motion import Motion
+from ..part import Mounted, start
+from ..terms import Jump, State
 from ..values import Number, Parameters, Vector, place, scalar, vector
 from .instruments import HALF, Triad, density
 

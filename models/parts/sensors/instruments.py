@@ -26,7 +26,9 @@ from ...quantities import TIME, ModelError, Quantity
 from ...system import Condition
 from ..environment import sky
 from ..frame import AXES, quaternion
-from ..part import Motion, Mounted, Part, State
+from ..motion import Motion
+from ..part import Mounted, Part
+from ..terms import State
 from ..values import Number, Parameters, Vector, direction, scalar, vector
 
 HALF = sp.Rational(1, 2)

@@ -11,7 +11,8 @@ import sympy as sp
 from ...derivation import Expr
 from ...quantities import Group, Quantity
 from ...system import Controller, RandomStep, Sensor
-from ..part import Jump, Mounted, Part, State
+from ..part import Mounted, Part
+from ..terms import Jump, State
 from .instruments import HALF, Instrument
 
 Noise = dict[str, Quantity]

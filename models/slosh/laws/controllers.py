@@ -15,8 +15,9 @@ import sympy as sp
 
 from ...derivation import vector
 from ...mechanics import gradient, time_derivative
+from ...parts.assembly import solve
+from ...parts.frame import Frame
 from ...system import Derivation, Expr, Group, ModelError
-from ..fast.linear import factorise, solve
 from ..plant.reduced import demand, reduced_velocity
 from ..states import rate, velocity
 
@@ -184,7 +185,7 @@ def _law(tag: str, numbers: Sequence[str], value: Expr, form: Form, c: Group, d:
                 f[i, j] = d.define(f"f{place}_{tag}", f[i, j], "(29)", title, "s^2/rad^2", f"f_{{{place}}}")
     gains = (c.w3, c.w4, c.w5)
     right = [-(g[k] + gains[k] * rate[k]) for k in range(3)]
-    turns = solve(factorise(f, f"f_{tag}", d), right, f"u_{tag}", d)
+    turns = solve(Frame(d, sp.Matrix(rate)), f, right, [f"u_{tag}_x{k + 3}" for k in range(3)])
     u1 = d.define(f"u1_{tag}", -c.w1 * b, numbers[1], "demanded a_y", "m/s^2", "u_1")
     u2 = d.define(f"u2_{tag}", -c.w2 * cc, numbers[2], "demanded a_z", "m/s^2", "u_2")
     u345 = [

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...derivation import vector
+from ...parts.assembly import substitute
 from ...system import Actuator, Derivation, Expr, Group, Quantity
-from ..fast.hull import Dynamics
-from ..fast.linear import solve
+from ..dynamics import Dynamics
 from ..plant.equations import gimbal_position, thrust
-from ..states import GIMBALS, INPUTS, MOMENTS
+from ..states import GIMBALS, INPUTS, MOMENTS, rate
 
 
 @dataclass(frozen=True)
@@ -56,30 +56,18 @@ def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: 
     d : Derivation
         Receives the steps.
     """
-    matrix, bias, (xy, xz) = plant.balance.matrix, plant.balance.bias, plant.products
 
     def name(text: str, value: Expr, title: str, unit: str, latex: str) -> sp.Symbol:
         return d.define(f"{text}_{tag}", value, title=title, unit=unit, latex=latex)
 
-    ay, az, alpha1, alpha2, alpha3 = demand
-    g2 = name("G2", alpha3 + xy, "demanded G along y", "1/s^2", "G_y")
-    g3 = name("G3", xz - alpha2, "demanded G along z", "1/s^2", "G_z")
-    lateral = (
-        name("a2", ay + plant.centre * g2, "demanded acceleration of C along y", "m/s^2", "a_{C,y}"),
-        name("a3", az + plant.centre * g3, "demanded acceleration of C along z", "m/s^2", "a_{C,z}"),
-    )
-    accelerations = (*lateral, alpha1, *((alpha3, -alpha2) if plant.direct else (g2, g3)))
+    accelerations = _of_the_centre(plant, demand, name)
+    demanded = plant.balance.matrix[:, 1:] * sp.Matrix(accelerations) - plant.balance.right
     offsets = [
-        name(
-            f"q{k + 1}",
-            bias[k] + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(accelerations))),
-            f"force along {'xyz'[k]} at a_x = 0",
-            "N",
-            f"q_{'xyz'[k]}",
-        )
-        for k in range(3)
+        name(f"q{k + 1}", demanded[k], f"force along {axis} at a_x = 0", "N", f"q_{axis}")
+        for k, axis in enumerate("xyz")
     ]
     axial = _axial(p, plant, offsets, name)
+    matrix = plant.balance.matrix
     force = [
         name(f"f{k + 1}", offsets[k] + matrix[k, 0] * axial, f"demanded force along {'xyz'[k]}", "N", f"f_{'xyz'[k]}")
         for k in range(3)
@@ -90,20 +78,33 @@ def to_physical(p: Group, plant: Dynamics, demand: Sequence[Expr], tag: str, d: 
         name(f"df{k + 1}", acting[k] - force[k], f"thrust less demand along {'xyz'[k]}", "N", rf"\Delta f_{'xyz'[k]}")
         for k in range(3)
     ]
-    change = _moment_change(plant, missing, f"da_{tag}", d)
-    demanded = [
-        bias[k] + matrix[k, 0] * axial + sp.Add(*(matrix[k, j + 1] * x for j, x in enumerate(accelerations)))
-        for k in (3, 4, 5)
-    ]
-    turned = [moment + extra for moment, extra in zip(demanded, change, strict=True)]
-    lever = gimbal_position(p)[0] - plant.centre
-    moments = (turned[0], lever * acting[2] - turned[2], turned[1] - lever * acting[1])
+    change = _moment_change(plant, missing, f"da_{tag}")
+    turned = demanded[3:, :] + axial * matrix[3:, 0] + change
+    moments = turned - _lever(p, plant).cross(sp.Matrix(acting))
     named = [name(q.name, moment, q.description, q.unit, q.latex) for q, moment in zip(MOMENTS, moments, strict=True)]
     across = name("lateral", sp.sqrt(force[1] ** 2 + force[2] ** 2), "demanded lateral force", "N", r"f_\perp")
     return Inputs((*named, delta1, delta2), across, sp.Max(across - p.F, 0))
 
 
 _Named = Callable[[str, Expr, str, str, str], sp.Symbol]
+
+
+def _of_the_centre(plant: Dynamics, demand: Sequence[Expr], name: _Named) -> tuple[Expr, ...]:
+    """Return the demanded lateral acceleration of the centre of the hull's equations, and Omega'."""
+    (ay, az, *turning), place, (w1, w2, w3) = demand, plant.balance.centre[0], rate
+    if place.is_zero:
+        return (ay, az, *turning)
+    along_y, along_z = ay + place * (turning[2] + w1 * w2), az + place * (w1 * w3 - turning[1])
+    return (
+        name("a2", along_y, "demanded acceleration of C along y", "m/s^2", "a_{C,y}"),
+        name("a3", along_z, "demanded acceleration of C along z", "m/s^2", "a_{C,z}"),
+        *turning,
+    )
+
+
+def _lever(p: Group, plant: Dynamics) -> sp.Matrix:
+    """Return the gimbal's place from the centre of the hull's equations."""
+    return gimbal_position(p) - plant.balance.centre
 
 
 def _axial(p: Group, plant: Dynamics, offsets: Sequence[Expr], name: _Named) -> Expr:
@@ -134,11 +135,10 @@ def _unit(value: Expr) -> Expr:
     return sp.Max(-1, sp.Min(1, value))
 
 
-def _moment_change(plant: Dynamics, missing: Sequence[Expr], tag: str, d: Derivation) -> list[Expr]:
-    """Return the derivative of the equations of roll, G_y and G_z with respect to the force at constant Omega'."""
-    response = solve(plant.factors, missing, tag, d)
-    matrix = plant.balance.matrix
-    return [sp.Add(*(matrix[k, j] * a for j, a in enumerate(response))) for k in (3, 4, 5)]
+def _moment_change(plant: Dynamics, missing: Sequence[Expr], name: str) -> sp.Matrix:
+    """Return the change of the moments about the centre for a change of the force at constant Omega'."""
+    response = substitute(plant.frame, plant.factors, missing, [f"{name}_{axis}" for axis in "xyz"])
+    return plant.balance.matrix[3:, :3] * sp.Matrix(response)
 
 
 COMMANDED = Group(
@@ -161,13 +161,8 @@ def gimbal_limits(p: Group, plant: Dynamics, d: Derivation) -> Actuator:
     acting, demand = thrust(p, (delta1, delta2)), thrust(p, (angle1, angle2))
     missing = [a - b for a, b in zip(acting, demand, strict=True)]
     missing = list(vector("df*_act", missing, "thrust less command", "N", r"\Delta f_*", d, labels="123"))
-    change = _moment_change(plant, missing, "da_act", d)
-    lever = gimbal_position(p)[0] - plant.centre
-    corrected = (
-        moments[0] + change[0],
-        moments[1] + lever * missing[2] - change[2],
-        moments[2] - lever * missing[1] + change[1],
-    )
+    change = _moment_change(plant, missing, "da_act") - _lever(p, plant).cross(sp.Matrix(missing))
+    corrected = (moment + extra for moment, extra in zip(moments, change, strict=True))
     return Actuator(COMMANDED, (*corrected, delta1, delta2))
 
 

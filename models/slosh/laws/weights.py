@@ -17,7 +17,7 @@ import sympy as sp
 
 from ...mechanics import time_derivative
 from ...system import Derivation, Expr
-from ..fast.ball import slip_symbols
+from ..bobs import slip_symbols
 from ..plant.ball import arm_acceleration, arm_rate, contribution, direction
 from ..plant.equations import ACCELERATIONS
 from ..plant.pendulum import GENERIC, acceleration, angular_acceleration, phi, phi_rate, theta, theta_rate

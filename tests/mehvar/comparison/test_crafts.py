@@ -44,6 +44,30 @@ def test_the_same_craft_is_the_same():
     assert not found.notes
 
 
+@pytest.mark.parametrize("follows", [True, False])
+def test_parts_that_exchanged_their_names_are_the_same_unless_a_law_still_means_the_others(follows):
+    """Each was compared with the other, whose axis it has: physics CHANGED."""
+
+    def craft(names, commanded):
+        result = Spacecraft("survey", motion="attitude")
+        result.add(Hub("hub", mass=100.0, inertia=(10.0, 12.0, 15.0)))
+        for name, axis, inertia in zip(names, ((1, 0, 0), (0, 1, 0)), (0.1, 0.2), strict=True):
+            result.add(Wheel(name, axis=axis, inertia=inertia))
+
+        def damp(law):
+            kd = law.parameter("kd", 1.0, "N m s")
+            return {name: kd * rate for name, rate in zip(commanded, law.rates, strict=False)}
+
+        result.law("damp", damp)
+        return result
+
+    names, exchanged = ("wheel1", "wheel2"), ("wheel2", "wheel1")
+    found = mehvar.diff(craft(names, names), craft(exchanged, exchanged if follows else names))
+    assert found.status == ("names changed" if follows else "changed")
+    told = ["wheel1: renamed to wheel2", "wheel2: renamed to wheel1"]
+    assert (sorted(found.parts) == told) == follows
+
+
 @pytest.fixture(scope="module")
 def heavier():
     return mehvar.diff(craft_of(), craft_of(mass=120.0))
@@ -144,6 +168,22 @@ def craft():
     subprocess.run(["git", *me, "commit", "-q", "-m", "a table by its absolute path", "craft.py"], check=True)
     mixed = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
     assert f"reads {tmp_path / 'hub.toml'}, which is the file of today" in str(mixed.exception)
+    linked = Path("linked.toml")
+    outside = tmp_path.parent / f"{tmp_path.name}.toml"
+    outside.write_text(table, encoding="utf-8")
+    linked.symlink_to(outside)
+    Path("craft.py").write_text(text.replace('"hub.toml"', repr(str(tmp_path / linked))), encoding="utf-8")
+    subprocess.run(["git", "add", linked, "craft.py"], check=True)
+    subprocess.run(["git", *me, "commit", "-q", "-m", "a link by its absolute path"], check=True)
+    mixed = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
+    assert f"reads {tmp_path / linked}, which is the file of today" in str(mixed.exception)
+    base = f"import sqlite3\nsqlite3.connect({str(tmp_path / 'gains.db')!r}).close()\n"
+    Path("gains.db").touch()
+    Path("craft.py").write_text(base + text, encoding="utf-8")
+    subprocess.run(["git", "add", "gains.db", "craft.py"], check=True)
+    subprocess.run(["git", *me, "commit", "-q", "-m", "a database by its absolute path"], check=True)
+    mixed = CliRunner().invoke(app, ["diff", "HEAD:craft.py", "craft.py"])
+    assert f"reads {tmp_path / 'gains.db'}, which is the file of today" in str(mixed.exception)
     Path("src").mkdir()
     subprocess.run(["git", "mv", "spare.py", "src/spare.py"], check=True)
     Path("craft.py").write_text(text, encoding="utf-8")

@@ -94,7 +94,9 @@ def test_a_force_in_the_place_of_a_moment_shows_in_the_units(inertia):
     subject = machine("slosh", ("pendulums", "1"), ("inertia", inertia))
     length = subject.system.parameters.l1
     assert misfit(subject, "rhs") <= TOLERANCE
-    assert misfit(redefined(subject, lambda name, expr: expr / length if name == "loss_phi1" else expr), "rhs") > 1e-3
+    assert (
+        misfit(redefined(subject, lambda name, expr: expr / length if name == "bob1_loss_phi" else expr), "rhs") > 1e-3
+    )
 
 
 @pytest.mark.parametrize("symmetry", [slosh.mirror(2, "paper", "angles"), slosh.same_bob(2)], ids=lambda s: s.name)
@@ -142,7 +144,7 @@ def damped(dampers, moment) -> Machine:
     arm = p.l1 * sp.Matrix([-c, s * S, s * C])
     rate = (x.phi1_dot * axes["phi"] + x.theta1_dot * axes["theta"]).cross(arm)
     acting = moment(arm, p.eps1 * dampers * rate)
-    losses = {f"loss_{name}1": acting.dot(axis) for name, axis in axes.items()}
+    losses = {f"bob1_loss_{name}": acting.dot(axis) for name, axis in axes.items()}
     return redefined(subject, lambda name, expr: losses.get(name, expr))
 
 

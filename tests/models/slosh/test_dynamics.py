@@ -125,8 +125,8 @@ def test_ball_joint_equation_holds_a_multiplier_along_the_arm_only():
 
 def test_operation_counts_stay_within_their_budget():
     rhs = {n: slosh(n).functions.graph("rhs") for n in ("1", "2", "6")}
-    assert rhs["2"].n_instructions() <= 780
-    assert rhs["6"].n_instructions() - rhs["2"].n_instructions() <= 4 * 270
+    assert rhs["2"].n_instructions() <= 800  # 1.12 times the operations of a form by hand that parts replaced
+    assert rhs["6"].n_instructions() - rhs["2"].n_instructions() <= 4 * 285
     assert varying_operations(slosh("2", "ball", "quaternion")) <= 300
     assert varying_operations(slosh("6", "ball")) - varying_operations(slosh("2", "ball")) <= 4 * 180
 

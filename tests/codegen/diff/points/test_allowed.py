@@ -53,6 +53,19 @@ def test_a_difference_that_a_version_allows_is_a_change(old, new):
     assert at["J"] > at["k"] or at["v"] > 0
 
 
+@pytest.mark.parametrize("forward", [True, False])
+def test_a_difference_along_an_edge_is_found_between_its_sides(forward):
+    """As of a sharp shadow and one with a penumbra: no drawn point is in a band of 1e-9."""
+    sharp, band = "v': Piecewise((1, v > k), (0, True))", "10**9*(v - k)"
+    ramp = f"v': Min(1, Max(0, {band}))"
+    sides = [limited(text, "v - 3", "limit") for text in ((sharp, ramp) if forward else (ramp, sharp))]
+    row = rate(*sides)
+    assert row.verdict is EquationVerdict.CHANGED
+    at = dict(_numbers(row))
+    assert 0 <= at["v"] - at["k"] < 1e-9
+    assert at["v"] > 3
+
+
 def _numbers(row):
     return [(name, eval(value)) for name, value in row.counterexample.at]
 

@@ -11,12 +11,13 @@ from typing import Annotated
 
 import sympy as sp
 
-from ..derivation import Expr
-from ..mechanics import cross_matrix
-from ..quantities import ModelError, Quantity
-from .frame import point_inertia
-from .part import Aggregates, Coordinate, Mounted, Part
-from .values import Number, Parameters, Tensor, Vector, direction, place, scalar, tensor
+from ...derivation import Expr
+from ...mechanics import cross_matrix
+from ...quantities import ModelError, Quantity
+from ..frame import point_inertia
+from ..part import Mounted, Part
+from ..terms import Aggregates, Coordinate
+from ..values import Number, Parameters, Tensor, Vector, direction, place, scalar, tensor
 
 MOTIONS = ("free", "prescribed", "locked")
 

@@ -10,12 +10,13 @@ from typing import Annotated
 
 import sympy as sp
 
-from ..derivation import Expr
-from ..quantities import ModelError, Quantity
-from ..system import Condition
-from .hub import Hub, PointMass
-from .part import Aggregates, Coordinate, Moments, Mounted, Part
-from .values import Complete, Number, Parameters, Vector, conditions, kinds, scalar, vector
+from ...derivation import Expr
+from ...quantities import ModelError, Quantity
+from ...system import Condition
+from ..hub import Hub, PointMass
+from ..part import Mounted, Part
+from ..terms import Aggregates, Coordinate, Moments
+from ..values import Complete, Number, Parameters, Vector, conditions, kinds, scalar, vector
 
 
 @dataclass(frozen=True)

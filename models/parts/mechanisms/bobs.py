@@ -10,11 +10,13 @@ from typing import Annotated
 
 import sympy as sp
 
-from ..derivation import Expr
-from ..quantities import ModelError, Quantity
-from .frame import point_inertia, symbols, triple
-from .part import Aggregates, Contribution, Follower, Load, Motion, Mounted, Part, State
-from .values import Number, Parameters, Vector, place, plain, scalar
+from ...derivation import Expr
+from ...quantities import ModelError, Quantity
+from ..frame import point_inertia, symbols, triple
+from ..motion import Motion
+from ..part import Mounted, Part
+from ..terms import Aggregates, Contribution, Follower, Load, State
+from ..values import Number, Parameters, Vector, place, plain, scalar
 
 
 @dataclass(frozen=True)

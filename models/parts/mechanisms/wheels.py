@@ -9,12 +9,13 @@ from typing import Annotated
 
 import sympy as sp
 
-from ..derivation import Expr
-from ..geometry import Shape
-from ..quantities import Quantity
-from .frame import ZERO
-from .part import Aggregates, Coordinate, Mounted, Part, points
-from .values import Number, Vector, direction, scalar
+from ...derivation import Expr
+from ...geometry import Shape
+from ...quantities import Quantity
+from ..frame import ZERO
+from ..part import Mounted, Part, points
+from ..terms import Aggregates, Coordinate
+from ..values import Number, Vector, direction, scalar
 
 
 @dataclass(frozen=True)

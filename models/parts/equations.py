@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Derivation of a part's equations from its aggregates and its particle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ..derivation import Expr
+from ..quantities import ModelError
+from .frame import ZERO, Labels
+from .terms import Aggregates, Contribution, Coordinate, Load, Particle, Point, Row
+
+
+def _check_degrees(of: Aggregates, speeds: Sequence[sp.Symbol], name: str) -> None:
+    """Refuse energies that are not quadratic in the speeds, and momenta that are not linear in the speeds."""
+
+    def depends(slopes: sp.Matrix) -> bool:
+        return any(slope.has(*speeds) and sp.simplify(slope).has(*speeds) for slope in slopes)
+
+    if speeds and depends(sp.hessian(of.energy, speeds)):
+        raise ModelError(f"{name}.energy = {of.energy}: must be quadratic in the speeds {', '.join(map(str, speeds))}")
+    for what, momentum in (("momentum", of.momentum), ("angular", of.angular)):
+        if speeds and depends(momentum.jacobian(speeds)):
+            raise ModelError(
+                f"{name}.{what} = {tuple(momentum)}: must be linear in the speeds {', '.join(map(str, speeds))}"
+            )
+
+
+def contribution(
+    of: Aggregates, coordinates: Sequence[Coordinate], at: Labels, particle: Particle | None = None
+) -> Contribution:
+    """Derive a part's contribution to the hub's equations from its aggregates, and its particle besides them."""
+    frame, w = at.frame, at.frame.rate
+    places = [c.place.symbol if c.place else None for c in coordinates]
+    speeds = [c.speed.symbol for c in coordinates]
+
+    def by(expr: Expr, place: sp.Symbol | None) -> Expr:
+        return sp.S.Zero if place is None else frame.slope(expr, place)
+
+    def along(expr: Expr) -> Expr:
+        """Differentiate along the motion with constant speeds."""
+        return sp.Add(*(by(expr, q) * v for q, v in zip(places, speeds, strict=True)))
+
+    _check_degrees(of, speeds, at.name)
+    prescribed = of.prescribed or (None,) * len(speeds)
+    drive = dict(pair for pair in zip(speeds, prescribed, strict=True) if pair[1] is not None)
+    rows, held, swelling = [], [], ZERO
+    for i, (q, v) in enumerate(zip(places, speeds, strict=True)):
+        linear, angular, own = of.momentum.diff(v), of.angular.diff(v), of.energy.diff(v)
+        gyro = angular.applyfunc(along) - of.angular.applyfunc(lambda e, q=q: by(e, q))
+        spin = of.inertia.applyfunc(lambda e, q=q: by(e, q))
+        turned = at.vector(f"JW{i + 1}_", spin * w, f"slope of the inertia by coordinate {i + 1}, times the rate")
+        swelling += turned * v
+        bias = (
+            w.dot(gyro.applyfunc(sp.expand)) - w.dot(turned) / 2 + along(own) - by(of.energy, q) + by(of.potential, q)
+        )
+        forces = of.forces[i] if of.forces else sp.S.Zero
+        if prescribed[i] is not None:
+            held.append(Row(linear, angular, tuple(own.diff(other) for other in speeds), forces - bias))
+            continue
+        coupling = tuple(own.diff(other) for other in speeds if other not in drive)
+        driven = sp.Add(*(own.diff(other) * value for other, value in drive.items()))
+        rows.append(Row(linear, angular, coupling, forces - bias - driven))
+    force, couple = -of.momentum.applyfunc(along), -of.angular.applyfunc(along) - swelling
+    for speed, value in drive.items():
+        force, couple = force - of.momentum.diff(speed) * value, couple - of.angular.diff(speed) * value
+    load, point = Load(force, ZERO, couple), None
+    if particle is not None:
+        point, rows = _moving(particle, coordinates, rows, at)
+    for i, (row, v) in enumerate(zip(rows, (v for v in speeds if v not in drive), strict=True)):
+        if row.coupling[i] == 0:
+            text = (
+                f"no mass and no inertia moves with {v}: give {at.name} an inertia about its axis, or a centre off it"
+            )
+            raise ModelError(f"{at.name}: {text}")
+    return Contribution(
+        of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows), tuple(held), point=point
+    )
+
+
+def slopes_of(vector: sp.Matrix, coordinates: Sequence[Coordinate], at: Labels) -> list[sp.Matrix]:
+    """Return the derivatives of a vector with respect to the coordinates."""
+    places = [c.place for c in coordinates]
+    return [vector.applyfunc(lambda e, q=q: at.frame.slope(e, q.symbol) if q else sp.S.Zero) for q in places]
+
+
+def _moving(
+    particle: Particle, coordinates: Sequence[Coordinate], rows: Sequence[Row], at: Labels
+) -> tuple[Point, list[Row]]:
+    """Return the point of a particle, and the rows of its part with the terms of the particle."""
+    m, speeds = particle.mass, [c.speed.symbol for c in coordinates]
+    r, slopes, force = _kinematics(particle, coordinates, at)
+    energy = None if particle.squared is None else m * particle.squared / 2
+    result = []
+    for i, (row, slope, v) in enumerate(zip(rows, slopes, speeds, strict=True), 1):
+        pushed = at.vector(f"g{i}_", m * slope, f"mass times its slope by coordinate {i}")
+        own = [pushed.dot(other) for other in slopes] if energy is None else [energy.diff(v, other) for other in speeds]
+        coupling = tuple(a + b for a, b in zip(row.coupling, own, strict=True))
+        couple = row.angular - r.cross(row.linear)
+        result.append(Row(row.linear + pushed, couple, coupling, row.right - slope.dot(force)))
+    return Point(r, m, -force), result
+
+
+def _kinematics(
+    particle: Particle, coordinates: Sequence[Coordinate], at: Labels
+) -> tuple[sp.Matrix, list[sp.Matrix], sp.Matrix]:
+    """Return place and slopes of a particle, and the force that moves it on a hub without acceleration.
+
+    Entries of the place and its derivatives that are equal up to their sign share a name.
+    """
+    w, speeds = at.frame.rate, [c.speed.symbol for c in coordinates]
+    names: dict[Expr, Expr] = {}
+
+    def named(name: str, vector: sp.Matrix, title: str) -> sp.Matrix:
+        new = at.vector(name, vector.applyfunc(lambda e: sp.S.Zero if e in names else e), title)
+        for e, symbol in zip(vector, new, strict=True):
+            names.setdefault(e, symbol)
+            names.setdefault(-e, -symbol)
+        return vector.applyfunc(names.__getitem__)
+
+    r, slopes = named("r_", particle.place, "place of the particle"), slopes_of(particle.place, coordinates, at)
+    along = [named(f"r{i}_", slope, f"its slope by coordinate {i}") for i, slope in enumerate(slopes, 1)]
+    twice = (at.define(f"twice{i}", 2 * v, f"twice the speed of coordinate {i}") for i, v in enumerate(speeds, 1))
+    stream = w.cross(r) + sum((slope * v for slope, v in zip(along, twice, strict=True)), ZERO)
+    bias = w.cross(at.vector("u_", stream, "its speed by rotation, and twice that relative to the hub", "m/s"))
+    for i, (slope, v) in enumerate(zip(slopes, speeds, strict=True), 1):
+        for j, (bend, other) in enumerate(zip(slopes_of(slope, coordinates[:i], at), speeds, strict=False), 1):
+            product = at.define(f"v{i}{j}", (1 if i == j else 2) * v * other, f"product of the speeds {i} and {j}")
+            bias += named(f"r{i}{j}_", bend, f"its slope by coordinates {i} and {j}") * product
+    return r, along, at.vector("F", particle.mass * bias, "force on the particle on a hub without acceleration", "N")
