@@ -47,7 +47,7 @@ def main() -> None:
             "Written by `python -m benchmarks.from_parts`. Operations of a right-hand side that depend on state or",
             "input. Slosh and satellite have parts of their own. The verdict is that of `mehvar diff` in a finite",
             "field; `make soak` covers every structure, laws included. The satellite from library parts moves on its",
-            "orbit in inertial axes, and receives the torques of air, light and dipole, which the shipped one computes.",
+            "orbit in inertial axes, and receives the torques of air, light and dipole, which the shipped computes.",
             "The triangle, of which the library has no part, has places of masses as states in place of lengths,",
             "and counts neither work nor impulse.",
             "",
