@@ -88,7 +88,7 @@ def parts() -> None:
         "limits, measurements, guards), and of every definition that is named after the part. A term of a mass or a",
         "momentum is wrong wherever it enters, so that all equations remain consistent. A mutant is killed when, at",
         "one of twelve random points (up to 400 where few reach a branch, such as the penumbra), a relative error",
-        "exceeds 1e-9: that of accelerations, of energy and momentum, or of guards against particles under Newton's law",
+        "exceeds 1e-9: that of accelerations, energy, momentum or guards against particles under Newton's law",
         "(`tests/reference/reference_parts.py`, with field and light of `reference_sky.py`), that of limits and",
         "measurements against their definitions (`reference_signals.py`), or that of the balances of momentum and",
         "energy.",
