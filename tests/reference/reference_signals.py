@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What acts of the commands to a craft, and what its sensors show, at many points at once from the definitions.
+"""Commands that act, and measurements of sensors, at many points at once from their definitions.
 
 Values are arrays by the names of quantities. `Parts` keep numbers as fields.
 """
