@@ -34,8 +34,8 @@ PROOFS = (
         "entry ij of P J [g]' + [g] J P, with P = gg' or 1 - gg', has J_ij times P_ij ([g]_ji + [g]_ij) = 0",
     ),
     (
-        "tank",
-        r"carried 1: -?a_bob_(de.\*a_l)$",
+        "tank|by factors",
+        r"(carried 1|power): -?a_bob_(de.\*a_l)$",
         "-(a + d)^2/2 + a.(a + d) is even in d = l e', and a flipped term of d is flipped wherever it is",
     ),
     (
@@ -48,6 +48,11 @@ PROOFS = (
         r"a_[BGNHfha]\d",
         "after the elimination of its speeds, a joint along S resists no acceleration S: B S = 0 makes the term zero; "
         "the three S of a ball joint are all rotations",
+    ),
+    (
+        "",
+        r"moment_.: -?a_F.\*a_arm1_.$",
+        "the gravity gradient acts at the centre of mass, from which its arm is zero",
     ),
     (
         "",
@@ -86,12 +91,14 @@ def parts() -> None:
         "Each part is in one small craft. A mutant has one additive term changed: sign flipped, dropped, or doubled.",
         "Terms are those of what the part's methods return (masses, momenta, energies, forces, loads, rates, powers,",
         "limits, measurements, guards), and of every definition that is named after the part. A term of a mass or a",
-        "momentum is wrong wherever it enters, so that all equations remain consistent. A mutant is killed when, at",
-        "one of twelve random points (up to 400 where few reach a branch, such as the penumbra), a relative error",
-        "exceeds 1e-9: that of accelerations, energy, momentum or guards against particles under Newton's law",
-        "(`tests/reference/reference_parts.py`, with field and light of `reference_sky.py`), that of limits and",
-        "measurements against their definitions (`reference_signals.py`), or that of the balances of momentum and",
-        "energy.",
+        "momentum is wrong wherever it enters, so that all equations remain consistent. Rows `all equations` change",
+        "each equation of a craft instead: those of the hub, readings, and states at the start.",
+        "",
+        "A mutant is killed when, at one of twelve random points (up to 400 where few reach a branch, such as the",
+        "penumbra), a relative error exceeds 1e-9: that of accelerations, energy, momentum or guards against particles",
+        "under Newton's law (`tests/reference/reference_parts.py`, with field and light of `reference_sky.py`), that of",
+        "limits, measurements and starts against their definitions (`reference_signals.py`), or that of the balances of",
+        "momentum and energy.",
         "Equivalent is a mutant that changes no function by 1e-13 at 500 points. Parameters keep their defaults.",
         "",
         "## Machine",

@@ -76,7 +76,7 @@ class Particles:
         self.places, self.speeds, self.inputs, self.prescribed = {}, {}, {}, {}
         self.masses, self.points, self.pushes, self.forces, self.across = [], [], [], [], []
         self.potential, self.parts, self.orbit, self.fuel = ca.SX(0), parts, orbit, {}
-        self.guards, self.resets, self.felt, self.period = [], {}, {}, period
+        self.guards, self.margins, self.resets, self.felt, self.period = [], [], {}, {}, period
         self.relative, self.plane = motion == "attitude" or orbit is not None, motion == "plane"
         self.v, self.w = self.speed("vx", "vy", "vz"), self.speed("wx", "wy", "wz")
         self.q = ca.SX.sym("q", 4)
@@ -197,7 +197,7 @@ class Particles:
         self._terms = ca.Function("terms", [places, speeds, inputs], [
             matrix, right, held, ca.vertcat(*ends, ca.SX(0, 1)), rates,
             ca.vertcat(energy, turned(back, linear), turned(back, angular)), ca.vertcat(ca.SX(0, 1), *self.guards),
-            ca.vertcat(ca.SX(0, 1), *self.resets.values()),
+            ca.vertcat(ca.SX(0, 1), *self.resets.values()), ca.vertcat(ca.SX(0, 1), *self.margins),
             ca.vertcat(self.sky.field, self.sky.sun, self.sky.visible) if self.orbit else ca.SX(0, 1),
         ])  # fmt: skip
         accelerations, found = ca.SX.sym("dv", speeds.numel()), []
@@ -232,8 +232,8 @@ class Particles:
         return self._at(x, u)[5][:, 0]
 
     def found(self, what: str, x: Mapping[str, float], u: Mapping[str, float]) -> np.ndarray:
-        """Return guards of events, states that events reset, or field, direction to the Sun and its visible share."""
-        return self._at(x, u)[6 + ("guards", "resets", "sky").index(what)][:, 0]
+        """Return guards, states that events reset, margins of limits, or field, direction to the Sun and its share."""
+        return self._at(x, u)[6 + ("guards", "resets", "margins", "sky").index(what)][:, 0]
 
     def pulse(self, part, share):
         """Declare the clock of a part that acts for a share of a period from 2 on; return 1 where it acts.
@@ -242,6 +242,7 @@ class Particles:
         """
         clock = self.coordinate(f"{part.name}_clock", -1 / self.period)
         self.guards.append(share - (2 - clock))
+        self.margins.append(clock - (-1.5))  # half a period late
         self.resets[f"{part.name}_clock"] = (1 - share) - 1
         return ca.if_else(ca.logic_and(clock > 0.5, share > 0), 1, 0)
 
@@ -255,6 +256,7 @@ class Sky:
         self.place = world.vector("orbit_", self.velocity)
         self.time = world.coordinate("clock", 1.0)
         self.radius = ca.norm_2(self.place)
+        world.margins.append(self.radius - orbit.radius)
         self.values = {f: getattr(v := getattr(orbit, f), "default", v) for f in vars(orbit)}
         self.far, self.towards_sun = self._sun()
         self.sun = self.seen(self.towards_sun)
@@ -541,6 +543,7 @@ def _(part: of.Tank, world):
     """The fuel of the moment; the hub feels -2 w d' at the middle of a line d with the flow w."""
     flow, at, nozzle = world.input(f"{part.name}_flow"), ca.SX(part.at), ca.SX(part.nozzle)
     fuel, share = world.coordinate(f"{part.name}_fuel", -flow), part.share or 0.0
+    world.margins.append(fuel)
     world.particle((1 - share) * fuel, at)
     lumps = [(1 - share, at)]
     if part.share is not None:

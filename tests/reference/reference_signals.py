@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands that act, and measurements of sensors, at many points at once from their definitions.
+"""Commands that act, measurements of sensors, and starts, at many points at once from their definitions.
 
 Values are arrays by the names of quantities. `Parts` keep numbers as fields.
 """
@@ -7,7 +7,7 @@ Values are arrays by the names of quantities. `Parts` keep numbers as fields.
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -209,3 +209,41 @@ def sampled(part: of.Part, at: Moment) -> dict:
             after[f"{q.name}_ago0"] = new[k]
             after |= {f"{q.name}_ago{age}": at.x[f"{q.name}_ago{age - 1}"] for age in range(1, part.delay + 1)}
     return after
+
+
+def starts(given: Values, parts: Sequence[of.Part], orbit: of.Orbit | None) -> dict:
+    """Return states at the start of a scenario with parameters NAME_0, for those that do not start at zero."""
+    angles = np.stack([given.get(f"{angle}_0", np.zeros(1)) for angle in ("yaw", "pitch", "roll")], axis=-1)
+    q = Rotation.from_euler("ZYX", angles).as_quat(scalar_first=True)
+    result = dict(zip(("q0", "q1", "q2", "q3"), (q * np.sign(q[:, :1])).T, strict=True))
+    for part in parts:
+        if isinstance(part, of.Bob | of.Tank) and part.length is not None:
+            name = part.name if isinstance(part, of.Bob) else f"{part.name}_bob"
+            result |= _leaning(name, np.argmax(np.abs(part.rest)), part.rest, given)
+    return result | ({} if orbit is None else _kepler(given, orbit.mu))
+
+
+def _leaning(name, axis, rest, given):
+    """Return a direction at the angle phi from rest, at the angle theta about it, from the second axis after it on."""
+    out, about = given[f"{name}_phi_0"], given[f"{name}_theta_0"]
+    ends = [0, np.sin(about), np.cos(about)]
+    return {
+        f"{name}_e{letter}": np.cos(out) * rest[k] + np.sin(out) * ends[(k - axis) % 3] for k, letter in enumerate(AXES)
+    }
+
+
+def _kepler(given, mu):
+    """Return place and velocity on an ellipse, whose area grows at half the rate sqrt(mu p)."""
+    a, e, inclination, node, perigee, anomaly = (
+        given[f"orbit_{name}_0"] for name in ("a", "e", "i", "node", "perigee", "anomaly")
+    )
+    parameter = a * (1 - e**2)
+    radius = parameter / (1 + e * np.cos(anomaly))
+    turning = np.sqrt(mu * parameter) / radius**2
+    rising = radius**2 / parameter * e * np.sin(anomaly) * turning
+    turn = Rotation.from_euler("ZXZ", np.stack([node, inclination, perigee + anomaly], axis=-1))
+    zero = np.zeros(len(a))
+    place = turn.apply(np.stack([radius, zero, zero], axis=-1))
+    velocity = turn.apply(np.stack([rising, radius * turning, zero], axis=-1))
+    names = [f"orbit_{letter}{axis}" for letter in ("", "v") for axis in AXES]
+    return dict(zip(names, np.hstack([place, velocity]).T, strict=True))

@@ -14,7 +14,7 @@ from mehvar.models.system import System
 from mehvar.physics.gates import Gate, balance, identity
 from mehvar.physics.machine import Array, Machine, Points, draw
 from tests.reference.reference_parts import Particles
-from tests.reference.reference_signals import Moment, acting, sampled, shown
+from tests.reference.reference_signals import Moment, acting, sampled, shown, starts
 
 PARTICLES = "accelerations of particles"
 READINGS = "energy and momentum of particles"
@@ -23,10 +23,18 @@ SIGNALS = {"actuate": "limits", "measure": "measurements", "jump": "states after
 
 
 class Compared:
-    """Gates of every craft, whose world of particles is evaluated once for all mutants."""
+    """Gates of every craft, whose world of particles is evaluated once for all mutants.
 
-    def __init__(self, world: Particles) -> None:
-        self.world = world
+    Parameters
+    ----------
+    world : Particles
+        The craft as particles.
+    start : bool
+        True to compare states at the start too, for parts of which `starts` has them.
+    """
+
+    def __init__(self, world: Particles, start: bool = False) -> None:
+        self.world, self.start = world, start
         self.memory: dict[tuple[str, bytes], Array] = {}
 
     def __call__(self, machine: Machine) -> list[Gate]:
@@ -39,6 +47,7 @@ class Compared:
                      lambda at: self._of_world(at, "readings")),
             balance("momentum", lambda at: at.call("momentum"), _supply),
             balance("energy", lambda at: at.call("energy"), lambda at: at.call("power")),
+            *([identity("states at the start", lambda at: at.call("initial"), self._start)] if self.start else []),
         ]  # fmt: skip
 
     def _of_world(self, at: Points, what: str) -> Array:
@@ -56,9 +65,17 @@ class Compared:
             return [rates.get(q.name, 0.0) for q in system.states]  # biases and kept measurements have none
         return self.world.readings(x, u) if what == "readings" else self.world.found(what, x, u)
 
+    def _start(self, at: Points) -> Array:
+        system = at.machine.system
+        given = {q.name: at[q.name] for q in system.scenario_parameters}
+        own = {q.name: given.get(f"{q.name}_0", 0 * at["wx"]) for q in system.states}
+        return _columns(own | starts(given, self.world.parts, self.world.orbit))
+
     def _events(self, system: System) -> Iterator[Gate]:
         if system.events:
             yield identity("guards of events", lambda at: at.call("guards"), lambda at: self._of_world(at, "guards"))
+        if system.limits:
+            yield identity("margins of limits", lambda at: at.call("limits"), lambda at: self._of_world(at, "margins"))
         if self.world.resets:
             yield Gate("states after events", self._reset)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Crafts of which one part has a weight at each term of its masses, energies, loads, rates and definitions."""
+"""Crafts with weights at the terms of one part: masses, energies, loads, rates, limits, measurements, definitions."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ from mehvar.models.parts.hub import Pulsed
 from mehvar.models.parts.values import Parameters
 from mehvar.models.system import Condition, Definition, Group, System
 from mehvar.physics.machine import Ranges
-from mehvar.physics.mutation import Tally, Term, Weights, run_terms
+from mehvar.physics.mutation import Tally, Term, Weights, run_terms, weighted
 from tests.reference.reference_parts import Particles
 
 from .compared import Compared
 from .table import FUEL, HUB, PARTS, PUSH, SKEW, TURN
 
-POOL = 1000
+POOL, POOLED = 1000, "uses all weights"
 """Number of weights that are declared before it is known how many there are; more than any part has."""
 METHODS = (
     "particle", "aggregates", "loads", "contribution", "rates", "power", "carried", "share", "events", "applied",
@@ -78,6 +78,14 @@ EARTH = {
 GAUSS = tuple((n, m, (-1) ** m * 4e8 / n, 3e8 / n if m else 0.0) for n in range(1, MOST + 1) for m in range(n + 1))
 """All coefficients, nT, each with an effect."""
 AIR = ((0.1, 0.9), (0.2, 0.5), (0.5, 0.4), (0.9, 0.1))
+ASSEMBLED = {
+    "about the centre of mass": [PARTS["wheel"]],
+    "by pulls": [PARTS["bob"], dataclasses.replace(PARTS["stout bob"], name="b")],
+    "about O": [PARTS["modes"]],
+    "by factors": [PARTS["tank with a bob"]],
+    "at a point": [PARTS["pendulum by two angles"]],
+}
+"""Parts for each way to solve the equations of a hub."""
 LIMITED: dict[str, Part] = {
     "a thruster": Thruster("a", direction=SKEW, at=(0.1, 0.2, 0.3), limit=0.6, least=0.02),
     "a wheel": Wheel("a", axis=SKEW, inertia=0.2, torque_limit=0.4, speed_limit=0.5),
@@ -113,17 +121,28 @@ def around(*without: str, **fields: Any) -> Orbit:
 
 @dataclasses.dataclass(frozen=True)
 class Subject:
-    """A craft, of which the terms of one part are changed, and the number of points that reach its branches."""
+    """A craft, of which the terms of one part, or of all equations, are changed.
+
+    Parameters
+    ----------
+    parts, orbit, motion
+        Of the craft.
+    part : str
+        Name of the part; empty for all equations of the craft.
+    points : int
+        Number of points that reach all branches.
+    """
 
     parts: Sequence[Part]
     part: str = "a"
     orbit: Orbit | None = None
     points: int = 12
+    motion: str = "free"
 
     def tally(self, sample: int = 0) -> Tally:
         """Try the mutants of the part."""
-        system, terms = craft(self.parts, self.part, self.orbit)
-        gates = Compared(Particles(self.parts, orbit=self.orbit))
+        system, terms = craft(self.parts, self.part, self.orbit, self.motion)
+        gates = Compared(Particles(self.parts, self.motion, self.orbit), start=not self.part)
         return run_terms(system, terms, ranges_of(system), gates, sample, self.points)
 
 
@@ -150,6 +169,9 @@ def subjects() -> dict[str, Subject]:
             (HUB, FLYING["light on a sphere"], dataclasses.replace(FLYING["gravity of the Sun"], name="sun")), "orbit",
             around(*FIXED, epoch=6e8, shadow="cone", disc=0.1), PENUMBRA,
         ),
+        **{f"all equations, {name}": Subject((*base, *parts), "") for name, parts in ASSEMBLED.items()},
+        "all equations, on an orbit": Subject((*base, FLYING["gravity gradient"]), "", orbit),
+        "all equations, attitude only": Subject((*base, PARTS["wheel"]), "", motion="attitude"),
         **{f"limits of {name}": Subject((HUB, part), points=60) for name, part in LIMITED.items()},
         "limits of a magnetorquer": Subject((HUB, coil), orbit=orbit),
         "thruster that pulses": Subject((HUB, dataclasses.replace(thruster, limit=0.5, pulsed=True)), points=100),
@@ -213,7 +235,11 @@ def planted(part: Part, bench: _Bench) -> Part:
         return super(kind, self).values(parameters)
 
     def limits(self: Any, at: Any) -> tuple[Condition, ...]:
-        return (Condition(sp.Add(*bench.pool), "uses all weights"),)
+        own = super(kind, self).limits(at)
+        weighed = (
+            dataclasses.replace(limit, margin=bench.weigh(f"limit {k}", limit.margin)) for k, limit in enumerate(own)
+        )
+        return (*weighed, Condition(sp.Add(*bench.pool), POOLED))
 
     names = [n for n in METHODS if getattr(own, n, None) is not getattr(Part, n, None)]
     kind: Any = type(
@@ -226,8 +252,8 @@ def planted(part: Part, bench: _Bench) -> Part:
 
 def craft(
     parts: Sequence[Part], name: str, orbit: Orbit | None = None, motion: str = "free"
-) -> tuple[System, list[Term]]:
-    """Derive a craft with weights at the terms of one part, which `name` states."""
+) -> tuple[System, Sequence[Term]]:
+    """Derive a craft with weights at the terms of one part, which `name` states, or of all equations."""
     bench = _Bench()
     given = {part.name: planted(part, bench) if part.name == name else part for part in parts}
     for part in given.values():  # the ends of a cable are the parts that are mounted
@@ -240,6 +266,8 @@ def craft(
     if any(isinstance(part, Pulsed) and part.pulses for part in parts):
         whole.law("off", lambda law: {})
     system = whole.system()
+    if not name:
+        return weighted(with_clock(system))
     steps = tuple(
         dataclasses.replace(step, expr=bench.weights.weigh(step.symbol.name, [step.expr])[0])
         if isinstance(step, Definition) and step.symbol.name.startswith(f"{name}_")
@@ -252,7 +280,13 @@ def craft(
         dataclasses.replace(f, arguments=tuple(kept if group.name == "p" else group for group in f.arguments))
         for f in system.functions
     )
-    system = dataclasses.replace(system, steps=steps, parameters=kept, functions=functions, limits=())
+    system = dataclasses.replace(
+        system,
+        steps=steps,
+        parameters=kept,
+        functions=functions,
+        limits=tuple(limit for limit in system.limits if limit.message != POOLED),
+    )
     return with_clock(system), bench.weights.terms
 
 
