@@ -54,7 +54,7 @@ motion left, such as the spare direction of a quaternion at a small rate."""
 _FASTEST = 2
 """Rate of the fastest mode of an orbit and of the attitude in its gravity gradient, by the rate of the orbit: of roll.
 Where the craft goes round, the linear loop of a moment has errors of this size. Source: Hughes, Spacecraft Attitude
-Dynamics, Wiley 1986, section 9.3."""
+Dynamics, Wiley 1986, chapter 9."""
 _LARGEST = 1e3
 """Largest gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
 _PER_DECADE, _SWEPT = 10, 3
@@ -89,6 +89,11 @@ class Margin:
         if math.isnan(self.gain):
             return "the loop is unstable"
         return f"gain margin {self.gain:.3g} (factor), phase margin {math.degrees(self.phase):.3g} deg"
+
+    @property
+    def is_endless(self) -> bool:
+        """True if no gain factor and no loss of phase makes the loop unstable."""
+        return math.isinf(self.gain) and math.isinf(self.phase)
 
     def __str__(self) -> str:
         return f"{self.input}: {self.text}"
@@ -179,10 +184,10 @@ def margins(
                 f"the loop of {base.controller.name} still moves where {base.scenario.name} ends, so that the margins "
             )
             warnings.warn(text + "are those of a moment: give a longer t_end, or size to measure them", stacklevel=2)
-        if left_out := _left_out(loop, slow, result):
-            if any(math.isinf(margin.gain) and math.isinf(margin.phase) for margin in result):
-                raise InputError(f"{left_out}; give size to measure the margins")
-            warnings.warn(left_out, stacklevel=2)
+        if undecided := left_out(loop, slow, result):
+            if any(margin.is_endless for margin in result):
+                raise InputError(f"{undecided}; give size to measure the margins")
+            warnings.warn(undecided, stacklevel=2)
         return result
     if COUNTER in (memory := [q.name for q in base.controller.memory]) and base.z[:, memory.index(COUNTER)].any():
         raise InputError(f"{base.controller.name} commands only at some samples: margins need a command at each sample")
@@ -267,7 +272,7 @@ def orbit_modes(model: Model, run: Run) -> float:
     return _FASTEST * max(rates, default=0.0)
 
 
-def _left_out(cut: LinearSystem, slow: float, margins: Sequence[Margin]) -> str:
+def left_out(cut: LinearSystem, slow: float, margins: Sequence[Margin]) -> str:
     """Return which margins leave out modes as slow as the orbit, and why; empty if that changes none."""
     every = linear_margins(cut)
     names = [margin.input for margin in margins if margin not in every]
