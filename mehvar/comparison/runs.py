@@ -347,7 +347,7 @@ def _margins(model: Model, run: Run, names: Mapping[str, str]) -> tuple[Margin, 
         return ()
     try:
         cut = linear_loop(model, run)
-        slow = orbit_modes(model, run)
+        slow = orbit_modes(model, run.x[-1])
         margins = linear_margins(cut, slow)
         if any(margin.is_endless for margin in margins) and left_out(cut, slow, margins):
             return ()

@@ -26,6 +26,8 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
+from .turns import in_turns
+
 _LIMIT = 0.01
 """Largest relative change of a response that has a limit, from 1/1000 to 1/10 000 of the slowest natural frequency: by
 a first-order lag it is 0.001, by an integrator that acts on the output 10. Other integrators cancel."""
@@ -50,7 +52,7 @@ of 0.1 dB, a tenth doubles the length of runs with slow transients."""
 _STILL, _ACTING, _TURNING = 0.1, 1e-3, 0.1
 """Largest relative change of a mode, in its time, of a loop that is still; margins are judged by factors of two. Least
 angle of a mode in a run, and of one without damping: slower ones are integrators, coupled by noise or by what the
-motion left, such as the spare direction of a quaternion at a small rate."""
+motion left, such as angles about two axes at a small rate about the third."""
 _FASTEST = 2
 """Rate of the fastest mode of an orbit and of the attitude in its gravity gradient, by the rate of the orbit: of roll.
 Where the craft goes round, the linear loop of a moment has errors of this size. Source: Hughes, Spacecraft Attitude
@@ -172,7 +174,7 @@ def margins(
         if not np.all(np.isfinite(loop.A + loop.B @ loop.C)):
             where = f"where {base.scenario.name} ends"
             raise InputError(f"{base.controller.name} has no derivative {where}; give size to measure the margins")
-        slow = orbit_modes(loaded, base)
+        slow = orbit_modes(loaded, base.x[-1])
         result = linear_margins(loop, slow)
         changing = moving(loaded, base)
         if not result:
@@ -220,7 +222,7 @@ def linear_loop(model: Model, run: Run, sample: int = -1) -> LinearSystem:
     held = run.u[sample] if run.controller.memory and run.controller.period else None
     r = model.functions["reference"](run.t[sample], p, s)
     cut = ClosedLoop(model.manifest, model.functions, run.controller, run.x[sample], held, p, r, c, z).cut()
-    return beside_orbit(cut, [name for own in _orbits(model) for name in own])
+    return beside_orbit(in_turns(model.manifest, cut, run.x[sample]), [name for own in _orbits(model) for name in own])
 
 
 def _orbits(model: Model) -> list[list[str]]:
@@ -263,11 +265,11 @@ def draining(model: Model, run: Run) -> list[str]:
     return [name for name in tanks if np.ptp(run.x[-2:, states.index(f"{name}_fuel")])]
 
 
-def orbit_modes(model: Model, run: Run) -> float:
-    """Return the rate of modes, 1/s, that belong to the motion in an orbit where a run ends; zero without an orbit."""
+def orbit_modes(model: Model, x: FloatArray) -> float:
+    """Return the rate of modes, 1/s, that belong to the motion in an orbit at a state; zero without an orbit."""
     names = [q.name for q in model.manifest.states]
     states = ([names.index(name) for name in own] for own in _orbits(model))
-    vectors = ((run.x[-1, own[:3]], run.x[-1, own[3:]]) for own in states)
+    vectors = ((x[own[:3]], x[own[3:]]) for own in states)
     rates = (float(np.linalg.norm(np.cross(place, v)) / (place @ place)) for place, v in vectors)
     return _FASTEST * max(rates, default=0.0)
 
@@ -349,7 +351,7 @@ def unstable(model: Model, run: Run) -> bool:
     except InputError:  # of delays, skipped samples, or a model without derivatives
         return False
     closed = cut.A + cut.B @ cut.C
-    return bool(np.all(np.isfinite(closed))) and is_unstable(closed, cut.period, orbit_modes(model, run))
+    return bool(np.all(np.isfinite(closed))) and is_unstable(closed, cut.period, orbit_modes(model, run.x[-1]))
 
 
 def is_unstable(matrix: NDArray[Any], period: FloatArray | float | None, slow: float = 0.0) -> bool:
