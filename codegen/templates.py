@@ -15,7 +15,7 @@ def text_environment(folder: Path) -> jinja2.Environment:
 
     A process compiles each template once: the four of a model take 50 ms, a fifth of the derivation of a small one.
     """
-    return jinja2.Environment(
+    environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder),
         trim_blocks=True,
         lstrip_blocks=True,
@@ -23,3 +23,5 @@ def text_environment(folder: Path) -> jinja2.Environment:
         undefined=jinja2.StrictUndefined,
         autoescape=False,
     )
+    environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
+    return environment

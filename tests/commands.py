@@ -2,8 +2,8 @@
 """`python -m mehvar` in a forked process that has imported the libraries, which saves two seconds per command.
 
 One process has imported them, and the rooms of mehvar that read no model. For each command it forks one that gets the
-caller's files, folder and environment. Where the caller's PYTHONPATH may lead to another copy of mehvar, the fork
-forgets these rooms. What importing costs and needs is tested by `tests/mehvar/test_package.py`, signals and limits by
+caller's files, folder and environment. Where the caller's PYTHONPATH leads to another copy of mehvar, the fork forgets
+these rooms. What importing costs and needs is tested by `tests/mehvar/test_package.py`, signals and limits by
 tests that start a process of their own.
 
 A command derives models and judges papers in further processes, by `python -P` or by multiprocessing: `python` is a
@@ -137,7 +137,7 @@ def _end(server: subprocess.Popen[bytes], folder: Path) -> None:
 
 
 def load() -> None:
-    """Import the installed libraries and the packages of mehvar."""
+    """Import the installed libraries and the packages of mehvar, and compile the templates of derivations."""
     for name in LIBRARIES:
         with contextlib.suppress(ModuleNotFoundError):
             importlib.import_module(name)
@@ -146,6 +146,11 @@ def load() -> None:
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             with contextlib.suppress(ModuleNotFoundError):
                 importlib.import_module(module.name)
+    templates = importlib.import_module("mehvar.codegen.templates")
+    for folder in sorted(Path(importlib.import_module("mehvar.codegen").__path__[0]).glob("*/templates")):
+        environment = templates.text_environment(folder)
+        for name in environment.list_templates():
+            environment.get_template(name)
     sys.dont_write_bytecode = True  # of what a test may edit within a second
 
 
@@ -215,11 +220,16 @@ def _called(
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(environment)
-    sys.path[0:0] = environment.get("PYTHONPATH", "").split(os.pathsep)
-    if "PYTHONPATH" in environment:
+    sys.path[0:0] = places = environment.get("PYTHONPATH", "").split(os.pathsep)
+    if any(_has_another(Path(place)) for place in places):
         for name in [name for name in sys.modules if name.partition(".")[0] == "mehvar"]:
             del sys.modules[name]
     return arguments
+
+
+def _has_another(place: Path) -> bool:
+    """Return True for a folder with another copy of mehvar than this one."""
+    return (place / "mehvar").is_dir() and not place.samefile(Path(__file__).parents[1])
 
 
 def _number(files: dict[int, int]) -> None:

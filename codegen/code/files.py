@@ -292,7 +292,6 @@ def code_files(
         File names with contents: MODEL.h, a C file for each group of functions, and Python files.
     """
     environment = text_environment(_TEMPLATES)
-    environment.filters["capitalize_first"] = lambda text: text[:1].upper() + text[1:]
     name, functions = manifest.model, [_placed(f, manifest) for f in functions]
     common = {
         "model": name,

@@ -95,7 +95,7 @@ def _moving(
     energy = None if particle.squared is None else m * particle.squared / 2
     result = []
     for i, (row, slope, v) in enumerate(zip(rows, slopes, speeds, strict=True), 1):
-        pushed = at.vector(f"g{i}_", m * slope, f"mass times its slope by coordinate {i}")
+        pushed = at.vector(f"g{i}_", m * slope, f"momentum of the particle per {v}")
         own = [pushed.dot(other) for other in slopes] if energy is None else [energy.diff(v, other) for other in speeds]
         coupling = tuple(a + b for a, b in zip(row.coupling, own, strict=True))
         couple = row.angular - r.cross(row.linear)
@@ -121,12 +121,15 @@ def _kinematics(
         return vector.applyfunc(names.__getitem__)
 
     r, slopes = named("r_", particle.place, "place of the particle"), slopes_of(particle.place, coordinates, at)
-    along = [named(f"r{i}_", slope, f"its slope by coordinate {i}") for i, slope in enumerate(slopes, 1)]
-    twice = (at.define(f"twice{i}", 2 * v, f"twice the speed of coordinate {i}") for i, v in enumerate(speeds, 1))
+    along = [
+        named(f"r{i}_", slope, f"velocity of the particle per {v}")
+        for i, (slope, v) in enumerate(zip(slopes, speeds, strict=True), 1)
+    ]
+    twice = (at.define(f"twice{i}", 2 * v, f"twice {v}") for i, v in enumerate(speeds, 1))
     stream = w.cross(r) + sum((slope * v for slope, v in zip(along, twice, strict=True)), ZERO)
-    bias = w.cross(at.vector("u_", stream, "its speed by rotation, and twice that relative to the hub", "m/s"))
+    bias = w.cross(at.vector("u_", stream, "W x r + 2 r' of the particle", "m/s"))
     for i, (slope, v) in enumerate(zip(slopes, speeds, strict=True), 1):
         for j, (bend, other) in enumerate(zip(slopes_of(slope, coordinates[:i], at), speeds, strict=False), 1):
-            product = at.define(f"v{i}{j}", (1 if i == j else 2) * v * other, f"product of the speeds {i} and {j}")
-            bias += named(f"r{i}{j}_", bend, f"its slope by coordinates {i} and {j}") * product
-    return r, along, at.vector("F", particle.mass * bias, "force on the particle on a hub without acceleration", "N")
+            product = at.define(f"v{i}{j}", (1 if i == j else 2) * v * other, f"product of {v} and {other}")
+            bias += named(f"r{i}{j}_", bend, f"acceleration of the particle per {v} {other}") * product
+    return r, along, at.vector("F", particle.mass * bias, "force on the particle if the hub does not accelerate", "N")

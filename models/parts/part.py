@@ -98,7 +98,7 @@ class Craft:
         idle = {symbol: value for symbol, value in defaults.items() if symbol not in known}
         shapes = []
         for shape in (shape for part, at in self.parts for shape in part.shapes(at)):
-            places = [self.turn.T * sp.Matrix(point).subs(idle) for point in shape.points]
+            places = [self.turn.T * sp.Matrix(point).xreplace(idle) for point in shape.points]
             if free_symbols([e for place in places for e in place], self.frame.derivation.definitions) <= known:
                 shapes.append(replace(shape, points=points(*places)))
         return tuple(shapes)

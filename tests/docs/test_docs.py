@@ -104,6 +104,7 @@ def _name(page: Path) -> str:
 SLOW = (
     *("parts.md", "diff.md", "estimators.md", "own-law.md", "own-system.md", "board.md", "fmi.md", "batch.md"),
     *("generated-c.md", "satellite.md", "slosh.md", "slew.md", "physics-gates.md", "python.md", "fit-and-tune.md"),
+    *("numerics.md", "triangle.md"),
 )
 """Pages that derive, compile or run for two seconds or more what tests of the same commands have in small."""
 

@@ -75,6 +75,6 @@ def test_axe_finds_nothing(site, browser, name, width, color):
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("browser")) as driver:
+def browser():
+    with chromium() as driver:
         yield driver

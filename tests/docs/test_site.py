@@ -101,7 +101,7 @@ def test_no_formula_is_cut_on_a_phone(site: Path, tmp_path: Path) -> None:
     """At 390 px: each is drawn, none leaves its box upright, none leaves the page unless it scrolls."""
     pages = [path for path in site.rglob("*.html") if "<math" in path.read_text(encoding="utf-8")]
     assert len(pages) > 5
-    with chromium(tmp_path) as browser:
+    with chromium() as browser:
         screen = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": False}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
         for path in pages:

@@ -1,34 +1,54 @@
 # SPDX-License-Identifier: Apache-2.0
 """A headless Chromium for tests of pages, with the page's console output and network requests."""
 
+import atexit
+import functools
 import json
 import shutil
+import tempfile
 from contextlib import contextmanager
 
 import pytest
 
+WINDOW = (1300, 900)
+
 
 @contextmanager
-def chromium(folder, width=1300, height=900):
-    """Yield a browser with its profile below `folder`; skip the test without a browser."""
+def chromium():
+    """Yield a new tab of the browser of this process, without what earlier pages stored or logged."""
+    browser = _started()
+    browser.switch_to.new_window("tab")  # what a test emulates ends with its tab
+    browser.execute_cdp_cmd("Storage.clearDataForOrigin", {"origin": "*", "storageTypes": "all"})
+    for kind in ("browser", "performance"):
+        browser.get_log(kind)
+    try:
+        yield browser
+    finally:
+        browser.close()
+        browser.switch_to.window(browser.window_handles[0])
+
+
+@functools.cache
+def _started():
+    """Return a browser that ends with this process; skip the test without one."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="the browser tests need selenium")
     program = shutil.which("chromium") or shutil.which("google-chrome")
     driver = shutil.which("chromedriver")
     if program is None or driver is None:
         pytest.skip("no browser: apt install chromium chromium-driver")
+    profile = tempfile.mkdtemp(prefix="mehvar-browser-")
+    atexit.register(shutil.rmtree, profile, ignore_errors=True)
     options = webdriver.ChromeOptions()
     options.binary_location = program
     for argument in (
         "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-        "--disable-dev-shm-usage", f"--window-size={width},{height}", f"--user-data-dir={folder / 'profile'}",
+        "--disable-dev-shm-usage", f"--window-size={WINDOW[0]},{WINDOW[1]}", f"--user-data-dir={profile}",
     ):  # fmt: skip
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    try:
-        yield browser
-    finally:
-        browser.quit()
+    atexit.register(browser.quit)
+    return browser
 
 
 def requests(browser):

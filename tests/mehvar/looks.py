@@ -12,7 +12,6 @@ import json
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -245,7 +244,7 @@ def write(rows: Sequence[str]) -> None:
 def main(*wanted: str) -> None:
     """Measure all pages, or pages whose name contains a word; print faults, and write the table."""
     rows = []
-    with tempfile.TemporaryDirectory() as folder, chromium(Path(folder)) as browser:
+    with chromium() as browser:
         browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH})
         for kind, page_of in kinds().items():
             if wanted and not any(word in kind for word in wanted):

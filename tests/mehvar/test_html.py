@@ -57,7 +57,7 @@ def test_a_template_is_compiled_once_for_the_filters_of_a_page(tmp_path, monkeyp
 @pytest.mark.soak
 def test_a_subscript_is_lowered(latex, tmp_path):
     (tmp_path / "page.html").write_text(styled(str(typeset(latex))), encoding="utf-8")
-    with chromium(tmp_path) as browser:
+    with chromium() as browser:
         browser.get((tmp_path / "page.html").as_uri())
         browser.execute_async_script("document.fonts.ready.then(arguments[0])")
         base, below = (

@@ -45,8 +45,8 @@ FAILED = re.compile(r"\\[a-z]{2,}|\bundefined\b|\bNaN\b|\[object \w+\]|\bNone\b"
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("browser")) as driver:
+def browser():
+    with chromium() as driver:
         yield driver
 
 

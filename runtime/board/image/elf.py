@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -65,10 +66,10 @@ def read_elf(path: Path, stack: bool = True) -> Elf:
         segments = tuple(
             (s["p_paddr"], s.data()) for s in elf.iter_segments() if s["p_type"] == "PT_LOAD" and s["p_filesz"]
         )
-        table = elf.get_section_by_name(".symtab")
+        table = list(elf.get_section_by_name(".symtab").iter_symbols())
         symbols = {
             s.name: (s["st_value"] & ~1 if s["st_info"]["type"] == "STT_FUNC" else s["st_value"], s["st_size"])
-            for s in table.iter_symbols()
+            for s in table
             if s.name and not s.name.startswith("$") and s["st_info"]["type"] != "STT_FILE"
         }
         functions = _functions(table)
@@ -81,11 +82,11 @@ def read_elf(path: Path, stack: bool = True) -> Elf:
     return Elf(segments, symbols, sum(sizes.values()), ram, reserved, functions, riscv)
 
 
-def _functions(table: Any) -> dict[str, list[tuple[int, int]]]:
+def _functions(table: Sequence[Any]) -> dict[str, list[tuple[int, int]]]:
     """Split each function at the symbols that start instructions ($t) and constants ($d)."""
-    marks = sorted((s["st_value"], s.name[:2]) for s in table.iter_symbols() if s.name[:2] in ("$t", "$d"))
+    marks = sorted((s["st_value"], s.name[:2]) for s in table if s.name[:2] in ("$t", "$d"))
     functions: dict[str, list[tuple[int, int]]] = {}
-    for symbol in table.iter_symbols():
+    for symbol in table:
         first = symbol["st_value"] & ~1
         end = first + symbol["st_size"]
         if symbol["st_info"]["type"] == "STT_FUNC" and end > first:

@@ -54,7 +54,7 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     assert "×10⁻" in words
     assert not re.search(r"\de[-+]\d", words)
     assert set(found["metrics"]["max_torque_x"]) == {"board", "host_double", "host_without_delay"}
-    with chromium(tmp_path) as browser:
+    with chromium() as browser:
         prefer(browser, prefers_color_scheme="dark")
         browser.get((tmp_path / "r" / "index.html").as_uri())
         assert violations(browser) == []

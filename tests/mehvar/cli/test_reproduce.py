@@ -407,8 +407,8 @@ EVERY = pytest.mark.parametrize(
 
 
 @pytest.fixture(scope="module")
-def browser(report, tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("browser")) as found:
+def browser(report):
+    with chromium() as found:
         yield found
 
 

@@ -403,7 +403,7 @@ def test_a_misprint_of_the_paper_is_named_with_its_correction(project, tmp_path)
     assert Tags(page).addresses == ["data:,", "#cart"]
     assert page.count("<math") == 6  # three formulas, and in the change a term and two signs
     assert '<span class="badge">misprint</span> The force pushes. The correction is an assumption.' in page
-    with chromium(tmp_path) as browser:
+    with chromium() as browser:
         prefer(browser, prefers_color_scheme="dark")
         browser.get((project.root / "ledger.html").as_uri())
         assert violations(browser) == []
@@ -527,7 +527,7 @@ def test_a_page_fits_a_telephone_and_one_that_says_the_same_is_small(project, tm
     project.diff("--out", "page.html")
     project.diff("HEAD", "HEAD", "--out", "same.html")
     assert (project.root / "same.html").stat().st_size < 100_000
-    with chromium(tmp_path, 390, 844) as browser:
+    with chromium() as browser:
         telephone = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", telephone)
         for name in ("page.html", "same.html"):

@@ -53,8 +53,8 @@ def look(page):
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("browser")) as driver:
+def browser():
+    with chromium() as driver:
         yield driver
 
 

@@ -15,7 +15,7 @@ def test_nothing_of_a_ledger_is_cut_on_paper(model, tmp_path):
     """It has no script that makes formulas smaller: long ones break into lines."""
     file = tmp_path / "ledger.html"
     file.write_text(paper_page(derived.verdicts(model)), encoding="utf-8")
-    with chromium(tmp_path) as browser:
+    with chromium() as browser:
         browser.get(file.as_uri())
         browser.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
         assert cut_on_paper(browser) == []

@@ -74,8 +74,8 @@ def page(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("browser")) as driver:
+def browser():
+    with chromium() as driver:
         yield driver
 
 

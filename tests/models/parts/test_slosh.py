@@ -7,7 +7,6 @@ The reduced plant (20)-(26) is an approximation of the paper, which no assembly 
 from __future__ import annotations
 
 import dataclasses
-import functools
 import itertools
 
 import pytest
@@ -17,20 +16,12 @@ from mehvar.codegen.diff.report import ModelStatus
 from mehvar.models.slosh import STRUCTURE
 
 from .shipped import slosh
-from .shipped.rederived import Pair, Side, bare, mutant, structured
+from .shipped.rederived import Side, bare, mutant, structured
 
 CHOICES = [STRUCTURE[name] for name in ("inertia", "attitude")]
 
 MOST_IN_DIFF = 3
-"""Pendulums up to which `diff` compares whole documents; it takes 10 s for three, 45 s for eight, hours for 64."""
-
-
-@functools.cache
-def forms(pendulums: str, inertia: str, attitude: str) -> list[Pair]:
-    """Return the shipped form beside the parts of its convention, and beside other parts where it uses these itself."""
-    shipped = structured("slosh", pendulums=pendulums, inertia=inertia, attitude=attitude)
-    first = slosh.turned(shipped) if attitude == "angles" else slosh.named(shipped)
-    return [first, slosh.charted(shipped)] if inertia == "ball" else [first]
+"""Pendulums up to which `diff` compares whole documents; it takes 10 s for three and 45 s for eight."""
 
 
 @pytest.mark.parametrize(
@@ -38,7 +29,7 @@ def forms(pendulums: str, inertia: str, attitude: str) -> list[Pair]:
 )
 def test_the_rates_of_slosh_are_those_of_its_parts(structure):
     """As functions of states, inputs and parameters: in a finite field, where nothing rounds."""
-    assert [name for pair in forms(*structure) for name in pair.differences()] == []
+    assert [name for pair in slosh.forms(*structure) for name in pair.differences()] == []
 
 
 def test_small_angles_change_only_the_rates_of_the_attitude():
@@ -66,7 +57,7 @@ def test_located_switches_leave_the_rates():
     ],
 )
 def test_a_wrong_term_of_a_part_is_refused(structure, name, factor):
-    pair = forms(*structure)[0]
+    pair = slosh.forms(*structure)[0]
     wrong = Side(mutant(pair.assembled.system, name, factor), pair.assembled.at)
     differences = dataclasses.replace(pair, assembled=wrong).differences()
     assert {"vx'", "vy'", "vz'"} & {*differences}
@@ -84,6 +75,6 @@ def test_diff_calls_a_wrong_form_changed():
 @pytest.mark.parametrize("structure", [*itertools.product(("1", "2", "3", "8", "64"), *CHOICES)], ids="-".join)
 def test_diff_calls_every_structure_of_slosh_the_same(structure):
     """With laws and functions; on a chart of the bobs' directions, the rates alone."""
-    for pair in forms(*structure):
+    for pair in slosh.forms(*structure):
         assert pair.differences() == []
         assert int(structure[0]) > MOST_IN_DIFF or pair.verdict() is ModelStatus.SAME

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import itertools
 from fractions import Fraction
 
@@ -15,7 +14,7 @@ from mehvar.codegen.diff.report import ModelStatus
 from mehvar.models.triangle import STRUCTURE
 
 from .shipped import triangle
-from .shipped.rederived import POINTS, Pair, Side, bare, differ, mutant, structured
+from .shipped.rederived import POINTS, Side, differ, mutant, structured
 
 BOUNDS = {"rho": (Fraction(0), Fraction(7, 10))} | dict.fromkeys(
     ("mu", "mass", "m1", "m2", "m3"), (Fraction(1, 10), Fraction(10))
@@ -23,23 +22,9 @@ BOUNDS = {"rho": (Fraction(0), Fraction(7, 10))} | dict.fromkeys(
 """Shapes that are not collinear, rho < sqrt(2)/2, and any sizes and masses."""
 
 
-@functools.cache
-def forms(masses: str, rods: str) -> Pair:
-    shipped = bare(structured("triangle", masses=masses, model="dynamic", rods=rods))
-    return triangle.pair(shipped, triangle.assembled(shipped))
-
-
-def test_the_rates_of_the_triangle_are_those_of_its_masses():
-    assert forms("equal", "light").differences() == []
-
-
-@pytest.mark.parametrize(("factor", "differences"), [(1, []), (2, ["turn"])])
-def test_rods_with_mass_turn_as_integrals_over_them_say(factor, differences):
-    shipped = bare(structured("triangle", masses="general", model="dynamic", rods="uniform"))
-    of = triangle.part(shipped)
-    heavy = dataclasses.replace(of, rods=tuple(factor * rod for rod in of.rods))
-    rates = {"turn": (shipped.rhs[3], triangle.turn(heavy))}
-    assert Pair(Side(shipped), Side(shipped), rates).values() == differences
+@pytest.mark.parametrize("structure", [("equal", "light"), ("general", "uniform")], ids="-".join)
+def test_the_rates_of_the_triangle_are_those_of_masses_and_rods(structure):
+    assert triangle.forms(*structure).differences() == []
 
 
 @pytest.mark.parametrize("masses", ["equal", pytest.param("general", marks=pytest.mark.soak)])
@@ -53,7 +38,7 @@ def test_the_kinematic_triangle_moves_with_its_angular_momentum(masses):
 
 @pytest.mark.parametrize(("name", "factor"), [("triangle_q1", -1), ("hub_ax", 2), ("total_py", -1)])
 def test_a_wrong_term_of_the_part_is_refused(name, factor):
-    pair = forms("equal", "light")
+    pair = triangle.forms("equal", "light")
     wrong = Side(mutant(pair.assembled.system, name, factor), pair.assembled.at)
     drift = {n: pair.readings[n] for n in ("vx", "vy")}
     assert dataclasses.replace(pair, assembled=wrong, readings=drift).differences() == ["vx'", "vy'"]
@@ -61,7 +46,7 @@ def test_a_wrong_term_of_the_part_is_refused(name, factor):
 
 @pytest.mark.soak
 def test_diff_calls_heavier_masses_changed():
-    pair = forms("equal", "light")
+    pair = triangle.forms("equal", "light")
     heavier = Side(pair.assembled.system, {**pair.assembled.at, "mass": 2 * sp.Symbol("mass", positive=True)})
     assert dataclasses.replace(pair, assembled=heavier).verdict() is ModelStatus.CHANGED
 
@@ -69,7 +54,7 @@ def test_diff_calls_heavier_masses_changed():
 @pytest.mark.soak
 @pytest.mark.parametrize("structure", [*itertools.product(STRUCTURE["masses"], STRUCTURE["rods"])], ids="-".join)
 def test_diff_calls_every_structure_of_the_triangle_the_same(structure):
-    """On triangles: without them, where the shipped drift still has rates, the assembled form has none."""
-    pair = forms(*structure)
+    """On triangles: for lengths of none, the shipped drift still has rates."""
+    pair = triangle.forms(*structure)
     assert pair.differences() == []
     assert pair.verdict() is ModelStatus.SAME

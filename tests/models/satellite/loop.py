@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A sampled loop around the generated satellite, in NumPy, many runs side by side."""
+"""A sampled loop around the generated satellite, many runs side by side."""
 
 from __future__ import annotations
 
 import functools
-import importlib.util
 import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -18,6 +16,8 @@ from numpy.typing import NDArray
 
 from mehvar.base.manifest import Controller, Manifest, Parameter, read_manifest
 from mehvar.codegen.generate import write
+from mehvar.runtime.model.functions import Functions
+from mehvar.runtime.model.model import load
 from tests.derived import generated, variant
 
 Array = NDArray[np.float64]
@@ -43,14 +43,9 @@ class Generated:
         return folder
 
     @functools.cached_property
-    def module(self) -> ModuleType:
-        """The generated functions."""
-        spec = importlib.util.spec_from_file_location(self.folder.name, self.folder / "satellite.py")
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        return module
+    def functions(self) -> Functions:
+        """The generated functions, compiled: an evaluation takes a tenth of one in NumPy."""
+        return load(self.folder, backend="c").functions
 
     @functools.cached_property
     def manifest(self) -> Manifest:
@@ -60,7 +55,7 @@ class Generated:
     def __getattr__(self, name: str) -> Callable[..., Any]:
         if name.startswith("_"):  # what pytest asks of everything while it collects, which must not derive
             raise AttributeError(name)
-        return getattr(self.module, name)
+        return self.functions[name]
 
     def names(self, key: str) -> list[str]:
         """Return the names of the states, inputs, ..."""

@@ -127,10 +127,13 @@ def test_every_kind_of_metric_is_that_of_the_run_alone(law, pendulum, tmp_path):
     assert np.mean([len({*column}) > 1 for column in expected.metrics.T]) > 0.5  # else they say little
 
 
-def test_the_fast_profile_agrees_within_tolerances():
-    vectors = dispersed("slosh", "lyapunov-v2", 4)
+@pytest.mark.parametrize(
+    ("name", "law"), [("triangle", "path"), pytest.param("slosh", "lyapunov-v2", marks=pytest.mark.soak)]
+)
+def test_the_fast_profile_agrees_within_tolerances(name, law):
+    vectors = dispersed(name, law, 4)
     portable, fast = (
-        compile_kernel(model("slosh"), "lyapunov-v2", options=RunOptions(profile=profile, rtol=1e-10, atol=1e-10)).run(
+        compile_kernel(model(name), law, options=RunOptions(profile=profile, rtol=1e-10, atol=1e-10)).run(
             0, *vectors, seed=0, t_end=5.0, dt=1.0
         )
         for profile in ("portable", "fast")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mehvar import runtime
-from mehvar.runtime.board.image.build import build, program
+from mehvar.runtime.board.image.build import Image, build, program
 from mehvar.runtime.board.image.toolchains import board, toolchain
 from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.targets import MachinePort
@@ -33,6 +33,25 @@ def load(model: str) -> runtime.Model:
     return runtime.load(model, backend="c")
 
 
+@functools.cache
+def image_of(model: str, law: str, tunable: tuple[str, ...] | None) -> Image:
+    return build(program(load(model), law, tunable=tunable), board("stm32f4"), toolchain("gcc" if _gcc() else "zig"))
+
+
+def closed_loop(
+    model: runtime.Model, named: str, /, period: float, samples: int, delay: int, **options: object
+) -> runtime.Run:
+    sampling = {"t_end": (samples - 1) * period, "dt_out": period, "hold": period, "delay": delay}
+    return runtime.simulate(model, named, **sampling, **options)
+
+
+@functools.cache
+def expected(model: str, law: str, samples: int, delay: int) -> runtime.Run:
+    """Return the closed loop on the host, with the law in float."""
+    period = image_of(model, law, None).program.period
+    return closed_loop(load(model), law, period, samples, delay, real="float")
+
+
 class Bench:
     """A law on an emulated board, its line, and the closed loop that the host expects."""
 
@@ -44,11 +63,11 @@ class Bench:
         delay: int = 1,
         tunable: tuple[str, ...] | None = None,
     ) -> None:
-        self.model = load(model)
-        self.program = program(self.model, law, tunable=tunable)
+        self.model, image = load(model), image_of(model, law, tunable)
+        self.program = image.program
         self.samples, self.delay, self.law = samples, delay, law
-        self.port = MachinePort(build(self.program, board("stm32f4"), toolchain("gcc" if _gcc() else "zig")))
-        self.expected = self.simulate(real="float")
+        self.port = MachinePort(image)
+        self.expected = expected(model, law, samples, delay)
 
     def link(self, port: object = None, tries: int = 200) -> Link:
         """Return a connected link over the board's line or a wrapped line."""
@@ -58,9 +77,7 @@ class Bench:
 
     def simulate(self, **options: object) -> runtime.Run:
         """Run the closed loop."""
-        period = self.program.period
-        sampling = {"t_end": (self.samples - 1) * period, "dt_out": period, "hold": period, "delay": self.delay}
-        return runtime.simulate(self.model, self.law, **sampling, **options)
+        return closed_loop(self.model, self.law, self.program.period, self.samples, self.delay, **options)
 
     def numbers(self, k: int) -> np.ndarray:
         """Return the payload of sample k of the closed loop."""

@@ -95,10 +95,10 @@ class Side:
         own = {s.name: e for s, e in system.definitions.items()}
 
         def target(name: str) -> Expression | None:
-            if name not in nodes and name in given | own:
-                nodes[name] = (
-                    (chart, sides.entries(given[name])[0]) if name in given else (result, sides.entries(own[name])[0])
-                )
+            if name not in nodes and name in given:
+                nodes[name] = chart, sides.entries(given[name])[0]
+            elif name not in nodes and name in own:
+                nodes[name] = result, sides.entries(own[name])[0]
             return nodes.get(name)
 
         result = Meaning(sides.pool, target)

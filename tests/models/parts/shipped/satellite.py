@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping
 
 import sympy as sp
@@ -12,7 +13,7 @@ from mehvar.models.parts import GravityGradient, Hub, Orbit, Spacecraft, Torquer
 from mehvar.models.parts.charts import RodriguesChart
 from mehvar.models.system import Expr, System
 
-from .rederived import Pair, Side
+from .rederived import Pair, Side, structured
 
 ANGLES = sp.symbols("roll pitch yaw", real=True)
 RATES = sp.symbols("wx wy wz", real=True)
@@ -47,6 +48,13 @@ def _wheels(shipped: System, p: dict[str, sp.Symbol]) -> list[tuple[str, tuple[E
         return [(i, tuple(map(int, sp.eye(3)[:, k])), p[f"Iw_{i}"]) for k, i in enumerate("xyz")]
     axes, inertia = shipped.parameters.wheel_axes, shipped.parameters.wheel_inertia
     return [(str(k + 1), tuple(axes[:, k]), inertia[k]) for k in range(axes.cols)]
+
+
+@functools.cache
+def forms(chart: str, inertia: str, wheels: str) -> Pair:
+    """Return a structure beside its form from parts."""
+    shipped = structured("satellite", chart=chart, inertia=inertia, wheels=wheels)
+    return pair(shipped, assembled(shipped))
 
 
 def pair(shipped: System, form: System) -> Pair:

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy as sp
@@ -25,7 +27,7 @@ from mehvar.models.parts import (
 from mehvar.models.parts.part import Mounted
 from mehvar.models.system import Expr, Quantity, System
 
-from .rederived import Pair, Side
+from .rederived import Pair, Side, structured
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class Gimballed(Part):
 
 
 FORK = sp.Symbol("fork", positive=True)
-"""Mass, kg, and moments of inertia, kg m^2, of the fork between two hinges, which are zero in the comparison."""
+"""Mass, kg, and moments of inertia, kg m^2, of the fork between two hinges; zero after the derivation."""
 
 
 def geared(k: int, m: Expr, length: Expr, h: Expr, i: Expr, eps: Expr) -> Part:
@@ -113,11 +115,10 @@ PENDULUMS = {"paper": geared, "hinge": hinged, "ball": ball}
 ANGLES = {"att1": "roll", "att2": "pitch", "att3": "yaw"}
 
 
-def assembled(shipped: System, pendulum=None, attitude: str = "") -> System:
+def assembled(shipped: System, pendulum: Callable[..., Part]) -> System:
     """Assemble hull, fixed fuel, pendulums, moments and thrust with the shipped parameters."""
     structure = shipped.structure
-    pendulum = pendulum or PENDULUMS[structure["inertia"]]
-    craft = Spacecraft("slosh", attitude=attitude or {"angles": "euler"}.get(structure["attitude"], "quaternion"))
+    craft = Spacecraft("slosh", attitude={"angles": "euler"}.get(structure["attitude"], "quaternion"))
     given = (q for q in shipped.parameters if not q.name.endswith("_max"))
     p = {q.name: craft.parameter(q.name, q.default, q.unit, q.description, str(q.bounds)) for q in given}
     craft.parameter(FORK.name, 1.0, "kg", "fork", "(0, inf)")
@@ -127,15 +128,25 @@ def assembled(shipped: System, pendulum=None, attitude: str = "") -> System:
         craft.add(pendulum(k, *(p[f"{n}{k}"] for n in ("m", "l", "h", "I", "eps"))))
     craft.add(Torquer("M"))
     craft.add(Gimballed("engine", p["F"], p["b"] + p["d"]))
-    return craft.system()
+    form, light = craft.system(), {FORK: sp.S.Zero}
+    steps = tuple(dataclasses.replace(step, expr=step.expr.xreplace(light)) for step in form.definitions_in_order)
+    return dataclasses.replace(form, steps=steps, rhs=tuple(e.xreplace(light) for e in form.rhs))
+
+
+@functools.cache
+def forms(pendulums: str, inertia: str, attitude: str) -> list[Pair]:
+    """Return the shipped form beside the parts of its convention, and beside other parts where it uses these itself."""
+    shipped = structured("slosh", pendulums=pendulums, inertia=inertia, attitude=attitude)
+    first = turned(shipped) if attitude == "angles" else named(shipped)
+    return [first, charted(shipped)] if inertia == "ball" else [first]
 
 
 def named(shipped: System) -> Pair:
     """Return the pair of forms that have the same states under other names, without the attitude of small angles."""
     inertia, count = shipped.structure["inertia"], int(shipped.structure["pendulums"])
     names = {s.format(k=k): a.format(k=k) for k in range(1, count + 1) for s, a in NAMES[inertia].items()}
-    names |= ANGLES if shipped.structure["attitude"] == "angles" else {}
-    other = Side(assembled(shipped), {FORK.name: sp.S.Zero} | {a: _symbol(s) for s, a in names.items()})
+    names |= attitude(shipped)
+    other = Side(assembled(shipped, PENDULUMS[inertia]), {a: _symbol(s) for s, a in names.items()})
     kept = [q.name for q in shipped.states if not q.name.startswith("att")]
     return Pair(Side(shipped), other, {n: (_symbol(n), _symbol(names.get(n, n))) for n in kept})
 
@@ -150,8 +161,9 @@ def turned(shipped: System) -> Pair:
     )
 
 
-def _symbol(name: str) -> sp.Symbol:
-    return sp.Symbol(name, real=True)
+def attitude(shipped: System) -> dict[str, str]:
+    """Return the names of the angles of the attitude by those of the shipped system."""
+    return ANGLES if shipped.structure["attitude"] == "angles" else {}
 
 
 def charted(shipped: System) -> Pair:
@@ -163,6 +175,10 @@ def charted(shipped: System) -> Pair:
         rod = sp.Matrix([-sp.cos(a) * sp.cos(b), -sp.sin(b), sp.sin(a) * sp.cos(b)])
         turning = rod.jacobian([a, b]) * sp.Matrix(speeds) + rate.cross(rod)
         at |= {f"{n}{k}{i}": e for n, v in (("s", rod), ("sigma", turning)) for i, e in zip("xyz", v, strict=True)}
-    other = Side(assembled(shipped, jointed))
+    other = Side(assembled(shipped, jointed), {a: _symbol(s) for s, a in attitude(shipped).items()})
     kept = (q.name for q in shipped.states if not q.name.startswith("att"))
     return Pair(Side(shipped, at), other, {n: (_symbol(n), at.get(n, _symbol(n))) for n in kept})
+
+
+def _symbol(name: str) -> sp.Symbol:
+    return sp.Symbol(name, real=True)

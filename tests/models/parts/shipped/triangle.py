@@ -17,7 +17,7 @@ from mehvar.models.parts import Aggregates, Coordinate, Load, Part, Spacecraft
 from mehvar.models.parts.part import Mounted
 from mehvar.models.system import Expr, Quantity, System
 
-from .rederived import Pair, Side
+from .rederived import Pair, Side, bare, structured
 
 ENDS = ((1, 2), (2, 0), (0, 1))
 """Masses at the ends of each rod, counted from zero."""
@@ -28,21 +28,37 @@ SPREAD = (_ENDS * _ENDS.T).applyfunc(lambda e: sp.integrate(e, (_PLACE, 0, 1)))
 
 LENGTHS = sp.symbols("l1:4", positive=True)
 RATES = sp.symbols("u_l1:4", real=True)
+PLACES = sp.Symbol("along", real=True), sp.Symbol("across", positive=True), LENGTHS[2]
+"""Place of mass 3, and of mass 2 on the first axis."""
+SPEEDS = *sp.symbols("along_speed across_speed", real=True), RATES[2]
+HUB = sp.symbols("hub_x hub_y", real=True)
+"""Velocity of mass 1 in the axes of rod 3."""
+DRIFT = sp.symbols("vx vy", real=True)
 PSI, NU, TURN, THETA, MOMENTUM = sp.symbols("psi nu wz theta H", real=True)
 PUSH = sp.symbols("F1:4", real=True)
 THRUST = [sp.Matrix([*sp.symbols(f"f{k}x f{k}y", real=True), 0]) for k in (1, 2, 3)]
 
 
 def corners() -> list[sp.Matrix]:
-    """Return the places of the masses, from the sides of the triangle."""
-    l1, l2, l3 = LENGTHS
-    x = (l2**2 + l3**2 - l1**2) / (2 * l3)
-    return [sp.zeros(3, 1), sp.Matrix([l3, 0, 0]), sp.Matrix([x, sp.sqrt(l2**2 - x**2), 0])]
+    """Return the places of the masses."""
+    along, across, side = PLACES
+    return [sp.zeros(3, 1), sp.Matrix([side, 0, 0]), sp.Matrix([along, across, 0])]
+
+
+def lengths() -> list[Expr]:
+    """Return the lengths of the rods."""
+    places = corners()
+    return [sp.sqrt((places[j] - places[i]).dot(places[j] - places[i])) for i, j in ENDS]
+
+
+def rate(of: Expr, by: Iterable[Expr] = PLACES, speeds: Iterable[Expr] = SPEEDS) -> Expr:
+    """Return the derivative of a function of places along the motion in the axes of rod 3."""
+    return sp.Add(*(of.diff(q) * speed for q, speed in zip(by, speeds, strict=True)))
 
 
 def moved(place: sp.Matrix) -> sp.Matrix:
     """Return the velocity of a place in the axes of rod 3."""
-    return sum((place.diff(q) * rate for q, rate in zip(LENGTHS, RATES, strict=True)), sp.zeros(3, 1))
+    return place.applyfunc(rate)
 
 
 @dataclass(frozen=True)
@@ -68,8 +84,8 @@ class Triangle(Part):
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         return tuple(
-            Coordinate(Quantity(f"u_l{k}", "m/s", "rate"), Quantity(f"l{k}", "m", "length", positive=True))
-            for k in (1, 2, 3)
+            Coordinate(Quantity(v.name, "m/s", "speed"), Quantity(q.name, "m", "place", positive=bool(q.is_positive)))
+            for q, v in zip(PLACES, SPEEDS, strict=True)
         )
 
     @functools.cached_property
@@ -108,8 +124,9 @@ class Triangle(Part):
             summed(zip(shares, speeds, strict=True)), summed((m, places[i].cross(speeds[j])) for m, i, j in pairs),
             sp.Add(*(m * speeds[i].dot(speeds[j]) for m, i, j in pairs)) / 2,
             forces=tuple(
-                push + sp.Add(*(force.dot(place.diff(q)) for force, place in pushed))
-                for push, q in zip(PUSH, LENGTHS, strict=True)
+                sp.Add(*(force.dot(place.diff(q)) for force, place in pushed))
+                + sp.Add(*(push * length.diff(q) for push, length in zip(PUSH, lengths(), strict=True)))
+                for q in PLACES
             ),
         )  # fmt: skip
 
@@ -126,6 +143,13 @@ class Triangle(Part):
 def summed(terms: Iterable[tuple[Expr, sp.Matrix]]) -> sp.Matrix:
     """Return the sum of vectors with factors."""
     return sum((factor * vector for factor, vector in terms), sp.zeros(3, 1))
+
+
+@functools.cache
+def forms(masses: str, rods: str) -> Pair:
+    """Return a dynamic structure beside its form from parts."""
+    shipped = bare(structured("triangle", masses=masses, model="dynamic", rods=rods))
+    return pair(shipped, assembled(shipped))
 
 
 def part(shipped: System) -> Triangle:
@@ -145,27 +169,17 @@ def assembled(shipped: System) -> System:
     return craft.system()
 
 
-def turn(of: Triangle) -> Expr:
-    """Return the rate of rod 3 for an angular momentum."""
-    still = of.momentum(sp.S.Zero)
-    return (MOMENTUM - still) / (of.momentum(sp.S.One) - still)
-
-
 def pair(shipped: System, form: System) -> Pair:
-    """Return the pair in the shipped states: H in place of the hub's rate, and the velocity of the centre of mass."""
-    of, drift = part(shipped), sp.Matrix([*sp.symbols("vx vy", real=True), 0])
-
-    def carried(rate: Expr) -> sp.Matrix:
-        return rate * sp.Matrix([0, 0, 1]).cross(of.centre) + moved(of.centre)
-
-    hub = turned(PSI).T * drift - carried(turn(of))
-    at = {"theta": PSI, "wz": turn(of), "vx": hub[0], "vy": hub[1]}
-    speed = turned(THETA) * (drift + carried(TURN))
-    readings = {s.name: (s, s) for s in (*LENGTHS, *RATES)} | {"psi": (PSI, THETA), "H": (MOMENTUM, of.momentum(TURN))}
-    readings |= {s.name: (s, e) for s, e in zip(drift[:2], speed[:2], strict=True)}
-    x, y, side = sp.Symbol("along", real=True), sp.Symbol("across", positive=True), LENGTHS[2]
-    sides = {"l1": sp.sqrt((side - x) ** 2 + y**2), "l2": sp.sqrt(x**2 + y**2)}
-    return Pair(Side(shipped, sides), Side(form, at), readings)
+    """Return the pair in the assembled states, of which lengths, momentum and drift are functions."""
+    of, axis = part(shipped), sp.Matrix([0, 0, 1])
+    drift = turned(THETA) * (sp.Matrix([*HUB, 0]) + TURN * axis.cross(of.centre) + moved(of.centre))
+    old = (*LENGTHS, *RATES, MOMENTUM, *DRIFT, PSI)
+    new = (*lengths(), *map(rate, lengths()), of.momentum(TURN), *drift[:2], THETA)
+    hub = dict(zip(HUB, DRIFT, strict=True))
+    readings = {s.name: (s, e.xreplace(hub)) for s, e in zip(old, new, strict=True)}
+    at = {s.name: e.xreplace({THETA: PSI}) for s, e in zip(old, new, strict=True) if s not in (*PLACES, *SPEEDS, PSI)}
+    names = {"theta": PSI} | {s.name: e for e, s in hub.items()}
+    return Pair(Side(shipped, at), Side(form, names), readings)
 
 
 def turned(angle: Expr) -> sp.Matrix:
@@ -185,9 +199,14 @@ def kinematic(shipped: System) -> tuple[System, Expr]:
     placed = zip((*zeta, *rates), (*polar, *speeds), strict=True)
     tilt = sp.atan2(-zeta[1], sp.sqrt(1 - zeta.dot(zeta)) + zeta[0])
     drift = next(q.symbol for q in shipped.parameters if q.name == "disturbance")
-    rate = shipped.rhs[3] - drift + sp.Add(*(tilt.diff(z) * v for z, v in zip(zeta, rates, strict=True)))
+    turning = shipped.rhs[3] - drift + sp.Add(*(tilt.diff(z) * v for z, v in zip(zeta, rates, strict=True)))
     named = {s.name: s for s in shipped.definitions}
-    at = {q: named[f"length{k}"] for k, q in enumerate(LENGTHS, 1)}
-    at |= {u: named[f"rod_rate{k}"] for k, u in enumerate(RATES, 1)}
+    l1, l2, l3 = own = [named[f"length{k}"] for k in (1, 2, 3)]
+    along = (l2**2 + l3**2 - l1**2) / (2 * l3)
+    places = along, sp.sqrt(l2**2 - along**2), l3
+    changes = [rate(place, own, [named[f"rod_rate{k}"] for k in (1, 2, 3)]) for place in places]
+    moving = dict(zip((*PLACES, *SPEEDS), (*places, *changes), strict=True))
     steps = [Definition(s, e, "", "", "", "1", s.name) for s, e in placed]
-    return dataclasses.replace(shipped, steps=(*steps, *shipped.steps)), part(shipped).momentum(rate).xreplace(at)
+    return dataclasses.replace(shipped, steps=(*steps, *shipped.steps)), part(shipped).momentum(turning).xreplace(
+        moving
+    )
