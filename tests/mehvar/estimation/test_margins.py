@@ -237,7 +237,7 @@ def test_a_craft_that_turns_steadily_has_the_margins_of_one_at_rest():
     """The quaternion's spare direction feigned a mode that grows, for which loops with an integral were unstable.
 
     Without one, the factor about the axis of the spin was 0.05 in place of 2 J/(kd Ts). A rate of 0.2 rad/s moves the
-    other axes' phases to 1.136 and 1.099 rad, as measured by 31 sines; the map over a period leaves out a turn of w Ts/2.
+    other phases to 1.136 and 1.099 rad, as measured by 31 sines; the map over a period leaves out a turn of w Ts/2.
     """
     craft = Spacecraft("spinner", motion="attitude", period=TS)
     craft.add(Hub("hub", mass=40.0, inertia=(INERTIA, 1.2 * INERTIA, 0.8 * INERTIA)))
