@@ -34,12 +34,12 @@ PROOFS = (
         "entry ij of P J [g]' + [g] J P, with P = gg' or 1 - gg', has J_ij times P_ij ([g]_ji + [g]_ij) = 0",
     ),
     (
-        "^tank",
+        "tank",
         r"carried 1: -?a_bob_(de.\*a_l)$",
         "-(a + d)^2/2 + a.(a + d) is even in d = l e', and a flipped term of d is flipped wherever it is",
     ),
     (
-        "^tank",
+        "tank",
         r"carried 1: ",
         "the line h from fuel to nozzle has the power v.(w x h) + w.(v x h) = 0, its moment c the power w.(w x c) = 0",
     ),
@@ -48,6 +48,17 @@ PROOFS = (
         r"a_[BGNHfha]\d",
         "after the elimination of its speeds, a joint along S resists no acceleration S: B S = 0 makes the term zero; "
         "the three S of a ball joint are all rotations",
+    ),
+    (
+        "",
+        r"orbit_lit: -?orbit_(limb|disc)",
+        "a bound of the penumbra outside of it: there the clipped segments are the whole disc, or nothing",
+    ),
+    (
+        "",
+        r"(a_turn: (t/Ts|1/2)|measures .*: a_turn)$",
+        "k = round(t/Ts) and its rest r by n are whole: n divides -k as k, k/n and (k + 1/2)/n have one floor, and "
+        "2 r < 1/2 as r < 1/2",
     ),
 )
 """Subject, owner and term of equivalent mutants as regular expressions, with the reason."""
@@ -73,12 +84,14 @@ def parts() -> None:
         f"Written by `python -m benchmarks.mutation parts` on {datetime.now(UTC):%Y-%m-%d} at commit {_commit()}.",
         "",
         "Each part is in one small craft. A mutant has one additive term changed: sign flipped, dropped, or doubled.",
-        "Terms are those of what the part's methods return (masses, momenta, energies, forces, loads, rates, powers),",
-        "and of every definition that is named after the part. A term of a mass or a momentum is wrong wherever it",
-        "enters, so that all equations remain consistent. A mutant is killed when, at one of twelve random points (400",
-        "on the orbit, whose shadow few reach), a relative error exceeds 1e-9: that of the accelerations, or of energy",
-        "and momentum, against particles under Newton's law (`tests/reference/reference_parts.py`), or that of the",
-        "balances of momentum and energy.",
+        "Terms are those of what the part's methods return (masses, momenta, energies, forces, loads, rates, powers,",
+        "limits, measurements, guards), and of every definition that is named after the part. A term of a mass or a",
+        "momentum is wrong wherever it enters, so that all equations remain consistent. A mutant is killed when, at",
+        "one of twelve random points (up to 400 where few reach a branch, such as the penumbra), a relative error",
+        "exceeds 1e-9: that of accelerations, energy, momentum or guards against particles under Newton's law",
+        "(`tests/reference/reference_parts.py`, with field and light of `reference_sky.py`), that of limits and",
+        "measurements against their definitions (`reference_signals.py`), or that of the balances of momentum and",
+        "energy.",
         "Equivalent is a mutant that changes no function by 1e-13 at 500 points. Parameters keep their defaults.",
         "",
         "## Machine",

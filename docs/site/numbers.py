@@ -57,7 +57,7 @@ _SETTINGS = {
     "fmi.md": "co-simulation with a user's defaults, model exchange with CVODE at 1e-10",
     "diff.md": "with a user's defaults",
     "mutation.md": "six points a gate; a user's default is 12",
-    "mutation_parts.md": "twelve points a gate, a user's default; 400 on the orbit",
+    "mutation_parts.md": "12 to 400 points a gate; a user's default is 12",
     "kill_test.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
     "matrix.md": "with a user's defaults",
     "bare.md": "tolerances as the table says, a held input and one sample; a user's default is 1e-11",

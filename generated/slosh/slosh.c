@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* state derivative; 730 operations. */
+/* state derivative; 724 operations. */
 void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -50,18 +50,9 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -84,18 +75,9 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -272,60 +254,52 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
-    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2);
     const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
     const real t_ak5u5 = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
-        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -347,7 +321,7 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -401,7 +375,7 @@ void slosh_rhs(const real *x, const real *u, const real *p, real *dx)
     dx[16] = bob2_a2;
 }
 
-/* outputs of a run; 668 operations. */
+/* outputs of a run; 662 operations. */
 void slosh_outputs(const real *x, const real *u, const real *r, const real *p, real *y)
 {
     (void)r;
@@ -446,18 +420,9 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -480,18 +445,9 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -666,60 +622,52 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
-    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2);
     const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
     const real t_ak5u5 = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
-        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -741,7 +689,7 @@ void slosh_outputs(const real *x, const real *u, const real *r, const real *p, r
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -892,22 +840,21 @@ void slosh_actuate(const real *x, const real *u_cmd, const real *p, real *u)
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_6dtnj = K(1.0) / hub_K11;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
     const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real t_6dtnj_2 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_2;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
     const real t_appoi = p[F] * cos_delta2_act;
     const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
     const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
     const real yda_act_y = df2_act + df1_act * t_skn5h;
-    const real yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y;
-    const real da_act_z = yda_act_z / kK3K32;
-    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2;
+    const real yda_act_z = df3_act + df1_act * t_skn5h_2 - lhub_azhub_ay * yda_act_y;
+    const real da_act_z = yda_act_z / khub_azhub_az;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay;
     const real da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2;
     const real t_yxxpc = p[b] + p[d];
     const real t_dxnus = da_act_x * (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y));
@@ -1015,7 +962,7 @@ void slosh_energy(const real *x, const real *p, real *energy)
     const real t_4fh24 = cos_phi1 * p[l1];
     const real t_5wsq6 = p[h1] - t_4fh24;
     const real t_gmx3d = t_4fh24 * x[phi1_dot];
-    const real t_3ndti = cos_theta1 * t_uu25d;
+    const real t_3ndti = t_uu25d * cos_theta1;
     const real t_yjz75 = t_5wsq6 * x[wz]
         + x[vy]
         + t_gmx3d * sin_theta1
@@ -1097,7 +1044,7 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
     const real t_5wsq6 = p[h1] - t_4fh24;
     const real t_k43ez = t_5wsq6 * x[wz];
     const real t_2zkgz = x[theta1_dot] + x[theta1_dot];
-    const real t_3ndti = cos_theta1 * t_uu25d;
+    const real t_3ndti = t_uu25d * cos_theta1;
     const real t_gmx3d = t_hjux3 * t_4fh24;
     const real t_f2ypg = x[wx] + x[wx];
     const real t_crmmg = t_byoa6_2
@@ -1132,7 +1079,7 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
         + K(-2.0) * t_wp7p4
         + cos_theta2 * t_qy3i6
         + t_z7gk4 * t_f2ypg
-        - t_m7bta * t_z7gk4;
+        - t_z7gk4 * t_m7bta;
     const real t_ykayx = K(0.5) * p[I1];
     const real t_mjwqd = K(0.5) * p[I2];
     const real t_gmx3d_2 = t_4fh24 * x[phi1_dot];
@@ -1183,7 +1130,7 @@ void slosh_momentum(const real *x, const real *p, real *momentum)
         - (x[vy] - t_2pqsj) * t_oslib;
 }
 
-/* moments and gimbal angles that bring about a_y, a_z and Omega'; 659 operations. */
+/* moments and gimbal angles that bring about a_y, a_z and Omega'; 653 operations. */
 void slosh_to_physical(const real *x, const real *reduced, const real *p, real *u)
 {
     enum { wx = SLOSH_X_WX };
@@ -1254,20 +1201,11 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_loss_theta = p[eps1] * x[theta1_dot];
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
@@ -1281,20 +1219,11 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_loss_theta = p[eps2] * x[theta2_dot];
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
@@ -1475,13 +1404,12 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
         - total_Hy * x[wx];
     const real t_6dtnj = K(1.0) / hub_K11;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
     const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real t_6dtnj_2 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_2;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_any = q1_any + ax_any * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_any;
     const real df1_any = t_qh3cx * cos_delta1_any - f1_any;
@@ -1489,9 +1417,9 @@ void slosh_to_physical(const real *x, const real *reduced, const real *p, real *
     const real df2_any = t_jczim - f2_any;
     const real yda_any_y = df2_any + df1_any * t_skn5h;
     const real t_v7qgl = t_qh3cx * sin_delta1_any;
-    const real yda_any_z = df1_any * t_skn5h_2 - (t_v7qgl + f3_any) - lK3K2 * yda_any_y;
-    const real da_any_z = yda_any_z / kK3K32;
-    const real da_any_y = yda_any_y * t_6dtnj_2 - da_any_z * lK3K2;
+    const real yda_any_z = df1_any * t_skn5h_2 - (t_v7qgl + f3_any) - lhub_azhub_ay * yda_any_y;
+    const real da_any_z = yda_any_z / khub_azhub_az;
+    const real da_any_y = yda_any_y * t_6dtnj_2 - da_any_z * lhub_azhub_ay;
     const real da_any_x = df1_any * t_6dtnj + da_any_y * t_skn5h + da_any_z * t_skn5h_2;
     const real Mx_any = reduced[alpha1] * hub_K44
         - hub_b4
@@ -1577,7 +1505,7 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
     const real D_theta2 = t_mlci7 + p[I2];  /* (26) */
     const real t_3fjpd = sin_phi2 * p[l2] * p[m2];
     const real t_qg23f = cos_phi2 * sin_phi2;
-    const real cy_theta2 = sin_theta2 * t_3fjpd * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real cy_theta2 = sin_theta2 * t_3fjpd * p[h2] - t_qg23f * t_hhb7k;  /* (26) */
     const real cz_theta2 = cos_theta2 * t_3fjpd * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real W_phi1 = c[r9] * p[m1];  /* (27) */
     const real W_theta1 = c[r10] * p[m1];  /* (27) */
@@ -1606,7 +1534,7 @@ void slosh_lyapunov_v1_value(const real *x, const real *p, const real *c, real *
     V[0] = V_v1;
 }
 
-/* what lyapunov-v1 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 879 operations. */
+/* what lyapunov-v1 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 873 operations. */
 void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real *demand)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -1650,18 +1578,9 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -1684,18 +1603,9 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -1863,7 +1773,7 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
     const real t_ogbo3 = t_xs3iz * p[h2];
-    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real t_epql5 = gy_theta2 * p[h2];
     const real t_c4pkx_2 = cos_theta2 * t_frp3h;
     const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
@@ -1894,7 +1804,7 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx);
     const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
     const real t_wij2f = x[vy] * c[r1];
     const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
@@ -1971,16 +1881,15 @@ void slosh_lyapunov_v1_demand(const real *x, const real *p, const real *c, real 
     const real t_a2lgz = K(1.0) / f11_v1;
     const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
     const real t_y6t4t = x[wx] * c[w3] + g1_v1;
     const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
     const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
     const real u_v1_x3 = -t_bewoy;
@@ -2045,7 +1954,7 @@ void slosh_lyapunov_v2_value(const real *x, const real *p, const real *c, real *
     V[0] = V_v2;
 }
 
-/* what lyapunov-v2 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 429 operations. */
+/* what lyapunov-v2 demands: u1..u5, lateral force, and how much of it is beyond the thrust; 423 operations. */
 void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real *demand)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -2089,18 +1998,9 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -2123,18 +2023,9 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -2272,7 +2163,7 @@ void slosh_lyapunov_v2_demand(const real *x, const real *p, const real *c, real 
     demand[6] = mv_max(SPLAT(K(0.0)), lateral_v2 - p[F]);
 }
 
-/* Lyapunov law with the pendulums' rates, (27), (29)-(33); 1133 operations. */
+/* Lyapunov law with the pendulums' rates, (27), (29)-(33); 1127 operations. */
 void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)r;
@@ -2372,9 +2263,9 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real t_mszyx = t_hciml * t_6pfo6;
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
     const real t_ogbo3 = t_xs3iz * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
     const real t_pt6a7_2 = cos_phi2 * sin_phi2;
-    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f11_v1 = c[r4]
         - t_hyv47 * (p[I1] * p[I1])
@@ -2487,7 +2378,7 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real t_c4pkx_2 = cos_theta2 * t_frp3h;
     const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx);
     const real g2_v1 = x[att2] * c[r5]
         + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
         + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
@@ -2500,8 +2391,8 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
         - t_pi35k * (t_zshn6 * t_zshn6)
         - t_dxtpc * (cy_theta1 * cy_theta1)
         - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
     const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
     const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
     const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
@@ -2509,9 +2400,9 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
         - t_dxtpc * cy_theta1 * cz_theta1
         - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
     const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
     const real t_wij2f = x[vy] * c[r1];
     const real cdz_phi1 = t_2ksfs * x[theta1_dot] - t_762ik * x[phi1_dot];
     const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
@@ -2529,28 +2420,18 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
         - t_pi35k * (cz_phi2 * cz_phi2)
         - t_dxtpc * (cz_theta1 * cz_theta1)
         - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
     const real bob1_r1_y = bob1_r11_x * sin_theta1;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye;
@@ -2559,19 +2440,10 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real bob2_r1_y = bob2_r11_x * sin_theta2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt;
@@ -2769,13 +2641,12 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
         - total_Hy * x[wx];
     const real t_6dtnj_2 = K(1.0) / hub_K11;
     const real t_rvh36 = t_lmznw * t_6dtnj_2;
-    const real kK2K21 = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36;
+    const real t_6dtnj_3 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3;
     const real t_rvh36_2 = t_lmznw_2 * t_6dtnj_2;
-    const real kK3K21 = hub_K32 - t_lmznw * t_rvh36_2;
-    const real kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2;
-    const real t_6dtnj_3 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_3;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
@@ -2783,9 +2654,9 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     const real df2_v1 = t_jczim - f2_v1;
     const real yda_v1_y = df2_v1 + df1_v1 * t_rvh36;
     const real t_v7qgl = t_qh3cx * sin_delta1_v1;
-    const real yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y;
-    const real da_v1_z = yda_v1_z / kK3K32;
-    const real da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2;
+    const real yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lhub_azhub_ay * yda_v1_y;
+    const real da_v1_z = yda_v1_z / khub_azhub_az;
+    const real da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lhub_azhub_ay;
     const real da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2;
     const real Mx_v1 = ax_v1 * hub_K41
         - hub_b4
@@ -2826,7 +2697,7 @@ void slosh_lyapunov_v1(const real *x, const real *r, const real *p, const real *
     u[4] = delta2_v1;
 }
 
-/* closed loop of lyapunov-v1; 1423 operations. */
+/* closed loop of lyapunov-v1; 1417 operations. */
 void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
@@ -3048,7 +2919,7 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real cy_theta1 = t_762ik - t_dmccl_2 * t_hjphj_2;  /* (26) */
     const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_dmccl - t_hjphj_3 * t_dmccl) - cy_theta1 * q[theta1_dot];
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
@@ -3061,20 +2932,20 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
         - t_kzhyn * cy_theta1 * cz_theta1
         - t_7wbsh * cy_theta2 * cz_theta2;  /* (29) */
     const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_tqbuz * cy_theta1 + t_i3wq5 * cy_theta2;  /* (29) */
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
     const real f22_v1 = c[r6]
         - t_hyv47 * (t_2ksfs * t_2ksfs)
         - t_pi35k * (t_zshn6 * t_zshn6)
         - t_kzhyn * (cy_theta1 * cy_theta1)
         - t_7wbsh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
     const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
     const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_dmccl_2 * t_hjphj - t_hjphj_3 * t_dmccl_2);
-    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx);
     const real g2_v1 = q[att2] * c[r5]
         + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
         + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
@@ -3088,27 +2959,17 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
         - t_pi35k * (cz_phi2 * cz_phi2)
         - t_kzhyn * (cz_theta1 * cz_theta1)
         - t_7wbsh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
     const real bob1_r1_z = bob1_r11_x * cos_theta1;
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
@@ -3117,19 +2978,10 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
@@ -3337,58 +3189,51 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj_2;
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj_2;
     const real t_rvh36 = t_lmznw * t_6dtnj_2;
-    const real khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36;
+    const real khub_alphayhub_ay = hub_K51 * t_rvh36 - t_4yjdc;
+    const real khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36;
+    const real t_6dtnj_3 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_3;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_3;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_3;
     const real t_rvh36_2 = t_lmznw_2 * t_6dtnj_2;
-    const real khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2;
-    const real khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - t_4yjdc;
-    const real khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_ak5u5 = t_c7dq3 * t_6dtnj_2;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_4 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_4;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_4;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_4;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_5;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_5;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_osa4j;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5;
-    const real t_6dtnj_3 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_3;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_3;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_3;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_3;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_4 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_4;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_4;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_4;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_5 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_5;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_5;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_6 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_6;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_c7dq3 * lhub_alphayhub_ax
+        - t_osa4j
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_6 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_6;
+    const real t_ak5u5 = t_c7dq3 * t_6dtnj_2;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_c7dq3 * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_rvh36 * yhub_ax;
@@ -3472,7 +3317,7 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_6 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_5 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_4 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -3526,7 +3371,7 @@ void slosh_lyapunov_v1_loop(const real *q, const real *r, const real *p, const r
     dq[16] = bob2_a2;
 }
 
-/* state and input in the loop of lyapunov-v1; 1199 operations. */
+/* state and input in the loop of lyapunov-v1; 1193 operations. */
 void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u, real *u_cmd)
 {
     (void)r;
@@ -3625,9 +3470,9 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real t_mszyx = t_hciml * t_6pfo6;
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
     const real t_ogbo3 = t_xs3iz * p[h2];
-    const real t_c4pkx = sin_theta2 * t_frp3h;
     const real t_pt6a7_2 = cos_phi2 * sin_phi2;
-    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real t_c4pkx = sin_theta2 * t_frp3h;
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2;  /* (29) */
     const real f11_v1 = c[r4]
         - t_hyv47 * (p[I1] * p[I1])
@@ -3740,7 +3585,7 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real t_c4pkx_2 = cos_theta2 * t_frp3h;
     const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx);
     const real g2_v1 = q[att2] * c[r5]
         + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
         + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
@@ -3753,8 +3598,8 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         - t_pi35k * (t_zshn6 * t_zshn6)
         - t_dxtpc * (cy_theta1 * cy_theta1)
         - t_hciml * (cy_theta2 * cy_theta2);  /* (29) */
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
     const real cz_theta1 = t_scs5l + p[I1];  /* (26) */
     const real cz_theta2 = t_rdvkg + p[I2];  /* (26) */
     const real f32_v1 = t_hyv47 * t_2ksfs * cz_phi1
@@ -3762,9 +3607,9 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         - t_dxtpc * cy_theta1 * cz_theta1
         - t_hciml * cy_theta2 * cz_theta2;  /* (29) */
     const real f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2;  /* (29) */
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
     const real t_wij2f = q[vy] * c[r1];
     const real cdz_phi1 = t_2ksfs * q[theta1_dot] - t_762ik * q[phi1_dot];
     const real cdz_phi2 = t_zshn6 * q[theta2_dot] - t_ogbo3 * q[phi2_dot];
@@ -3782,28 +3627,18 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         - t_pi35k * (cz_phi2 * cz_phi2)
         - t_dxtpc * (cz_theta1 * cz_theta1)
         - t_hciml * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
     const real bob1_r1_y = bob1_r11_x * sin_theta1;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye;
@@ -3812,19 +3647,10 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real bob2_r1_y = bob2_r11_x * sin_theta2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt;
@@ -4028,13 +3854,12 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
         - total_Hy * q[wx];
     const real t_6dtnj_2 = K(1.0) / hub_K11;
     const real t_rvh36 = t_lmznw * t_6dtnj_2;
-    const real kK2K21 = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36;
+    const real t_6dtnj_3 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3;
     const real t_rvh36_2 = t_lmznw_2 * t_6dtnj_2;
-    const real kK3K21 = hub_K32 - t_lmznw * t_rvh36_2;
-    const real kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2;
-    const real t_6dtnj_3 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_3;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
@@ -4042,10 +3867,10 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real df2_v1 = t_jczim - f2_v1;
     const real yda_v1_y = df2_v1 + df1_v1 * t_rvh36;
     const real t_v7qgl = t_qh3cx * sin_delta1_v1;
-    const real yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y;
-    const real t_6dtnj_4 = K(1.0) / kK3K32;
+    const real yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lhub_azhub_ay * yda_v1_y;
+    const real t_6dtnj_4 = K(1.0) / khub_azhub_az;
     const real da_v1_z = yda_v1_z * t_6dtnj_4;
-    const real da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2;
+    const real da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lhub_azhub_ay;
     const real da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2;
     const real Mx_v1 = ax_v1 * hub_K41
         - hub_b4
@@ -4084,9 +3909,9 @@ void slosh_lyapunov_v1_observe(const real *q, const real *r, const real *p, cons
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_m2xxj * p[F] - t_gbb3a * sin_delta1_act;
     const real yda_act_y = df2_act + df1_act * t_rvh36;
-    const real yda_act_z = df3_act + df1_act * t_rvh36_2 - lK3K2 * yda_act_y;
+    const real yda_act_z = df3_act + df1_act * t_rvh36_2 - lhub_azhub_ay * yda_act_y;
     const real da_act_z = yda_act_z * t_6dtnj_4;
-    const real da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lK3K2;
+    const real da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lhub_azhub_ay;
     const real da_act_x = df1_act * t_6dtnj_2 + da_act_y * t_rvh36 + da_act_z * t_rvh36_2;
     const real Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v1
@@ -4155,7 +3980,7 @@ void slosh_lyapunov_v1_constraints(const real *p, const real *c, const real *s, 
     margin[1] = mv_min(mv_min(c[r4], c[r6]), c[r8]) - (t_kqsea + t_phb27);
 }
 
-/* reports of lyapunov-v1; 933 operations. */
+/* reports of lyapunov-v1; 927 operations. */
 void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;
@@ -4200,18 +4025,9 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -4234,18 +4050,9 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -4413,7 +4220,7 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
     const real t_ogbo3 = t_xs3iz * p[h2];
-    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real t_epql5 = gy_theta2 * p[h2];
     const real t_c4pkx_2 = cos_theta2 * t_frp3h;
     const real t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2;
@@ -4444,7 +4251,7 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real cdz_phi2 = t_zshn6 * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdy_theta2 = t_rdvkg * x[theta2_dot] + x[phi2_dot] * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx);
     const real cdz_theta2 = x[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * x[theta2_dot];
     const real t_qjiad = p[I1] * x[wx] - t_2ksfs * x[wy] + cz_phi1 * x[wz];
     const real t_yruud = p[I2] * x[wx] - t_zshn6 * x[wy] + cz_phi2 * x[wz];
@@ -4537,16 +4344,15 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     const real t_a2lgz = K(1.0) / f11_v1;
     const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
     const real t_y6t4t = x[wx] * c[w3] + g1_v1;
     const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (x[wy] * c[w4] + g2_v1);
     const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (x[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real t_lmznw = t_2fozl + t_4rrc5;
     const real t_btp7k = B_v1 * c[w1];
@@ -4582,7 +4388,7 @@ void slosh_lyapunov_v1_outputs(const real *x, const real *r, const real *p, cons
     w[2] = mv_max(SPLAT(K(0.0)), lateral_v1 - p[F]);
 }
 
-/* Lyapunov law of velocities and attitude, (28), (34)-(36); 686 operations. */
+/* Lyapunov law of velocities and attitude, (28), (34)-(36); 680 operations. */
 void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *c, real *u)
 {
     (void)r;
@@ -4624,20 +4430,11 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_g1_z = bob1_r1_z * p[m1];
     const real t_wbepk = p[l1] * p[l1] * p[m1];
@@ -4664,20 +4461,11 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_g1_z = bob2_r1_z * p[m2];
     const real t_nww6q = p[l2] * p[l2] * p[m2];
@@ -4887,13 +4675,12 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
         - total_Hy * x[wx];
     const real t_6dtnj = K(1.0) / hub_K11;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
     const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real t_6dtnj_2 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_2;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
@@ -4902,9 +4689,9 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     const real t_hal4t = t_qh3cx * sin_delta1_v2;
     const real df3_v2 = t_ofjwc - t_hal4t;
     const real yda_v2_y = df2_v2 + df1_v2 * t_skn5h;
-    const real yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y;
-    const real da_v2_z = yda_v2_z / kK3K32;
-    const real da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lhub_azhub_ay * yda_v2_y;
+    const real da_v2_z = yda_v2_z / khub_azhub_az;
+    const real da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lhub_azhub_ay;
     const real da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2;
     const real Mx_v2 = ax_v2 * hub_K41
         - hub_b4
@@ -4945,7 +4732,7 @@ void slosh_lyapunov_v2(const real *x, const real *r, const real *p, const real *
     u[4] = delta2_v2;
 }
 
-/* closed loop of lyapunov-v2; 976 operations. */
+/* closed loop of lyapunov-v2; 970 operations. */
 void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
@@ -5029,20 +4816,11 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
     const real bob1_v21 = bob1_twice1 * q[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
     const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_loss_theta = p[eps1] * q[theta1_dot];
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
@@ -5056,20 +4834,11 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
     const real bob2_v21 = bob2_twice1 * q[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
     const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_loss_theta = p[eps2] * q[theta2_dot];
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
@@ -5262,58 +5031,51 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - t_rsnrr;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
     const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - t_rsnrr;
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_ak5u5 = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_6u6cw;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - t_6u6cw
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
+    const real t_ak5u5 = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_skn5h * yhub_ax;
@@ -5398,7 +5160,7 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -5452,7 +5214,7 @@ void slosh_lyapunov_v2_loop(const real *q, const real *r, const real *p, const r
     dq[16] = bob2_a2;
 }
 
-/* state and input in the loop of lyapunov-v2; 752 operations. */
+/* state and input in the loop of lyapunov-v2; 746 operations. */
 void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, const real *c, real *x, real *u, real *u_cmd)
 {
     (void)r;
@@ -5493,20 +5255,11 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
     const real bob1_v21 = bob1_twice1 * q[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
     const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_g1_z = bob1_r1_z * p[m1];
     const real t_wbepk = p[l1] * p[l1] * p[m1];
@@ -5533,20 +5286,11 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
     const real bob2_v21 = bob2_twice1 * q[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
     const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_g1_z = bob2_r1_z * p[m2];
     const real t_nww6q = p[l2] * p[l2] * p[m2];
@@ -5762,13 +5506,12 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
         - total_Hy * q[wx];
     const real t_6dtnj = K(1.0) / hub_K11;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real kK2K21 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
     const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real t_6dtnj_2 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_2;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
@@ -5777,10 +5520,10 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real t_hal4t = t_qh3cx * sin_delta1_v2;
     const real df3_v2 = t_ofjwc - t_hal4t;
     const real yda_v2_y = df2_v2 + df1_v2 * t_skn5h;
-    const real yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y;
-    const real t_6dtnj_3 = K(1.0) / kK3K32;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lhub_azhub_ay * yda_v2_y;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
     const real da_v2_z = yda_v2_z * t_6dtnj_3;
-    const real da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2;
+    const real da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lhub_azhub_ay;
     const real da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2;
     const real Mx_v2 = ax_v2 * hub_K41
         - hub_b4
@@ -5819,9 +5562,9 @@ void slosh_lyapunov_v2_observe(const real *q, const real *r, const real *p, cons
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_ieqmc * p[F] - t_gbb3a * sin_delta1_act;
     const real yda_act_y = df2_act + df1_act * t_skn5h;
-    const real yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y;
+    const real yda_act_z = df3_act + df1_act * t_skn5h_2 - lhub_azhub_ay * yda_act_y;
     const real da_act_z = yda_act_z * t_6dtnj_3;
-    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay;
     const real da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2;
     const real Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v2
@@ -5872,7 +5615,7 @@ void slosh_lyapunov_v2_constraints(const real *p, const real *c, const real *s, 
     margin[0] = p[F];
 }
 
-/* reports of lyapunov-v2; 460 operations. */
+/* reports of lyapunov-v2; 454 operations. */
 void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, const real *c, real *w)
 {
     (void)r;
@@ -5917,18 +5660,9 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -5951,18 +5685,9 @@ void slosh_lyapunov_v2_outputs(const real *x, const real *r, const real *p, cons
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];

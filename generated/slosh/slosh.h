@@ -10,7 +10,7 @@
 
 #include "mehvar/real.h"
 
-#define SLOSH_HASH "22d097165af078371d2cddd87ae4365b53a5ecaa1bb098e7b6cab6287e3f92be"
+#define SLOSH_HASH "dfe1665a311bca17d29001a905115d616dd4c82b5acd24b5aaee832f6f244ae2"
 
 /* state x */
 enum {

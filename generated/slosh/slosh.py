@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "22d097165af078371d2cddd87ae4365b53a5ecaa1bb098e7b6cab6287e3f92be"
+HASH = "dfe1665a311bca17d29001a905115d616dd4c82b5acd24b5aaee832f6f244ae2"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -107,22 +107,9 @@ def rhs(x, u, p):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -145,22 +132,9 @@ def rhs(x, u, p):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -353,62 +327,58 @@ def rhs(x, u, p):
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_lhd4o = t_dugie + t_s4byp
         t_skn5h = t_lhd4o * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
         t_lhd4o_2 = t_dugie_2 + t_s4byp_2
-        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
-        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
-        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h
+        khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2)
         t_bjkdc = t_ezb77 + t_ykkjc
-        t_ak5u5 = t_bjkdc * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
-        khub_alphazhub_alphay1 = (
-            hub_K51 * t_ak5u5
-            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
         )
-        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_bjkdc * lhub_alphayhub_ax
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_bjkdc * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -434,7 +404,7 @@ def rhs(x, u, p):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -542,22 +512,9 @@ def outputs(x, u, r, p):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -580,22 +537,9 @@ def outputs(x, u, r, p):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -786,62 +730,58 @@ def outputs(x, u, r, p):
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_lhd4o = t_dugie + t_s4byp
         t_skn5h = t_lhd4o * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
         t_lhd4o_2 = t_dugie_2 + t_s4byp_2
-        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
-        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
-        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h
+        khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2)
         t_bjkdc = t_ezb77 + t_ykkjc
-        t_ak5u5 = t_bjkdc * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
-        khub_alphazhub_alphay1 = (
-            hub_K51 * t_ak5u5
-            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
         )
-        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_bjkdc * lhub_alphayhub_ax
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_bjkdc * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -867,7 +807,7 @@ def outputs(x, u, r, p):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -1025,22 +965,21 @@ def actuate(x, u_cmd, p):
         t_lhd4o = t_dugie + t_s4byp
         t_6dtnj = 1.0 / hub_K11
         t_skn5h = t_lhd4o * t_6dtnj
-        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
         t_lhd4o_2 = t_dugie_2 + t_s4byp_2
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
         t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
-        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        t_6dtnj_2 = 1.0 / kK2K21
-        lK3K2 = kK3K21 * t_6dtnj_2
-        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
         t_appoi = F * cos_delta2_act
         df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * F * cos_delta1_cmd
         df2_act = F * sin_delta2_act - F * sin_delta2_cmd
         df3_act = t_dd7v5 * F - t_appoi * sin_delta1_act
         yda_act_y = df2_act + df1_act * t_skn5h
-        yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y
-        da_act_z = yda_act_z / kK3K32
-        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2
+        yda_act_z = df3_act + df1_act * t_skn5h_2 - lhub_azhub_ay * yda_act_y
+        da_act_z = yda_act_z / khub_azhub_az
+        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay
         da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2
         t_yxxpc = b + d
         t_dxnus = da_act_x * (t_dugie * bob1_r_x + bob1_Mxx * bob1_r_y + (t_s4byp * bob2_r_x + bob2_Mxx * bob2_r_y))
@@ -1153,7 +1092,7 @@ def energy(x, p):
         t_4fh24 = cos_phi1 * l1
         t_5wsq6 = h1 - t_4fh24
         t_gmx3d = t_4fh24 * phi1_dot
-        t_3ndti = cos_theta1 * t_uu25d
+        t_3ndti = t_uu25d * cos_theta1
         t_yjz75 = (
             t_5wsq6 * wz
             + vy
@@ -1245,7 +1184,7 @@ def momentum(x, p):
         t_5wsq6 = h1 - t_4fh24
         t_k43ez = t_5wsq6 * wz
         t_2zkgz = theta1_dot + theta1_dot
-        t_3ndti = cos_theta1 * t_uu25d
+        t_3ndti = t_uu25d * cos_theta1
         t_gmx3d = t_hjux3 * t_4fh24
         t_f2ypg = wx + wx
         t_crmmg = (
@@ -1287,7 +1226,7 @@ def momentum(x, p):
             + -2.0 * t_wp7p4
             + cos_theta2 * t_qy3i6
             + t_z7gk4 * t_f2ypg
-            - t_m7bta * t_z7gk4
+            - t_z7gk4 * t_m7bta
         )
         t_ykayx = 0.5 * I1
         t_mjwqd = 0.5 * I2
@@ -1412,24 +1351,11 @@ def to_physical(x, reduced, p):
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
         bob1_v21 = bob1_twice1 * theta1_dot
-        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
         bob1_v22 = theta1_dot * theta1_dot
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_loss_theta = eps1 * theta1_dot
         bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
@@ -1443,24 +1369,11 @@ def to_physical(x, reduced, p):
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
         bob2_v21 = bob2_twice1 * theta2_dot
-        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
         bob2_v22 = theta2_dot * theta2_dot
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_loss_theta = eps2 * theta2_dot
         bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
@@ -1663,13 +1576,12 @@ def to_physical(x, reduced, p):
         )
         t_6dtnj = 1.0 / hub_K11
         t_skn5h = t_lhd4o * t_6dtnj
-        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
         t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
-        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        t_6dtnj_2 = 1.0 / kK2K21
-        lK3K2 = kK3K21 * t_6dtnj_2
-        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
         f1_any = q1_any + ax_any * hub_K11
         t_qh3cx = F * cos_delta2_any
         df1_any = t_qh3cx * cos_delta1_any - f1_any
@@ -1677,9 +1589,9 @@ def to_physical(x, reduced, p):
         df2_any = t_jczim - f2_any
         yda_any_y = df2_any + df1_any * t_skn5h
         t_v7qgl = t_qh3cx * sin_delta1_any
-        yda_any_z = df1_any * t_skn5h_2 - (t_v7qgl + f3_any) - lK3K2 * yda_any_y
-        da_any_z = yda_any_z / kK3K32
-        da_any_y = yda_any_y * t_6dtnj_2 - da_any_z * lK3K2
+        yda_any_z = df1_any * t_skn5h_2 - (t_v7qgl + f3_any) - lhub_azhub_ay * yda_any_y
+        da_any_z = yda_any_z / khub_azhub_az
+        da_any_y = yda_any_y * t_6dtnj_2 - da_any_z * lhub_azhub_ay
         da_any_x = df1_any * t_6dtnj + da_any_y * t_skn5h + da_any_z * t_skn5h_2
         Mx_any = (
             alpha1 * hub_K44
@@ -1771,7 +1683,7 @@ def lyapunov_v1_value(x, p, c):
         D_theta2 = t_mlci7 + I2  # (26)
         t_3fjpd = sin_phi2 * l2 * m2
         t_qg23f = cos_phi2 * sin_phi2
-        cy_theta2 = sin_theta2 * t_3fjpd * h2 - t_hhb7k * t_qg23f  # (26)
+        cy_theta2 = sin_theta2 * t_3fjpd * h2 - t_qg23f * t_hhb7k  # (26)
         cz_theta2 = cos_theta2 * t_3fjpd * h2 - t_qg23f * (cos_theta2 * t_frp3h) + I2  # (26)
         W_phi1 = r9 * m1  # (27)
         W_theta1 = r10 * m1  # (27)
@@ -1847,22 +1759,9 @@ def lyapunov_v1_demand(x, p, c):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -1885,22 +1784,9 @@ def lyapunov_v1_demand(x, p, c):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -2076,7 +1962,7 @@ def lyapunov_v1_demand(x, p, c):
         gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
         t_xs3iz = sin_theta2 * bob2_g1_x
         t_ogbo3 = t_xs3iz * h2
-        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx  # (26)
         t_epql5 = gy_theta2 * h2
         t_c4pkx_2 = cos_theta2 * t_frp3h
         t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
@@ -2109,7 +1995,7 @@ def lyapunov_v1_demand(x, p, c):
         cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
         W_theta2 = r10 * m2  # (27)
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx)
         cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         t_wij2f = vy * r1
         t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
@@ -2204,16 +2090,15 @@ def lyapunov_v1_demand(x, p, c):
         t_a2lgz = 1.0 / f11_v1
         lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
         lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
         t_y6t4t = wx * w3 + g1_v1
         yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
         yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
         t_bewoy = t_y6t4t * t_a2lgz + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
         u_v1_x3 = -t_bewoy
@@ -2327,22 +2212,9 @@ def lyapunov_v2_demand(x, p, c):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -2365,22 +2237,9 @@ def lyapunov_v2_demand(x, p, c):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -2624,9 +2483,9 @@ def lyapunov_v1(x, r, p, c):
         t_mszyx = t_hciml * t_6pfo6
         t_xs3iz = sin_theta2 * bob2_g1_x
         t_ogbo3 = t_xs3iz * h2
-        t_c4pkx = sin_theta2 * t_frp3h
         t_pt6a7_2 = cos_phi2 * sin_phi2
-        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        t_c4pkx = sin_theta2 * t_frp3h
+        cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx  # (26)
         f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
         f11_v1 = (
             r4
@@ -2751,7 +2610,7 @@ def lyapunov_v1(x, r, p, c):
         t_c4pkx_2 = cos_theta2 * t_frp3h
         t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx)
         g2_v1 = (
             att2 * r5
             + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
@@ -2768,8 +2627,8 @@ def lyapunov_v1(x, r, p, c):
             - t_dxtpc * (cy_theta1 * cy_theta1)
             - t_hciml * (cy_theta2 * cy_theta2)
         )  # (29)
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
         cz_theta1 = t_scs5l + I1  # (26)
         cz_theta2 = t_rdvkg + I2  # (26)
         f32_v1 = (
@@ -2779,9 +2638,9 @@ def lyapunov_v1(x, r, p, c):
             - t_hciml * cy_theta2 * cz_theta2
         )  # (29)
         f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
         lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
         t_wij2f = vy * r1
         cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
         cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
@@ -2803,32 +2662,18 @@ def lyapunov_v1(x, r, p, c):
             - t_dxtpc * (cz_theta1 * cz_theta1)
             - t_hciml * (cz_theta2 * cz_theta2)
         )  # (29)
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
         bob1_v11 = phi1_dot * phi1_dot
         bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
         bob1_r1_y = bob1_r11_x * sin_theta1
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_ijfms = bob1_v11 + bob1_v22
         bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
         bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye
@@ -2837,23 +2682,10 @@ def lyapunov_v1(x, r, p, c):
         bob2_r1_y = bob2_r11_x * sin_theta2
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_h4psf = bob2_v11 + bob2_v22
         bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
         bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt
@@ -3077,13 +2909,12 @@ def lyapunov_v1(x, r, p, c):
         )
         t_6dtnj_2 = 1.0 / hub_K11
         t_rvh36 = t_lmznw * t_6dtnj_2
-        kK2K21 = hub_K22 - t_lmznw * t_rvh36
+        khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36
+        khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36
+        t_6dtnj_3 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3
         t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
-        kK3K21 = hub_K32 - t_lmznw * t_rvh36_2
-        kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2
-        t_6dtnj_3 = 1.0 / kK2K21
-        lK3K2 = kK3K21 * t_6dtnj_3
-        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay
         f1_v1 = q1_v1 + ax_v1 * hub_K11
         t_qh3cx = F * cos_delta2_v1
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
@@ -3091,9 +2922,9 @@ def lyapunov_v1(x, r, p, c):
         df2_v1 = t_jczim - f2_v1
         yda_v1_y = df2_v1 + df1_v1 * t_rvh36
         t_v7qgl = t_qh3cx * sin_delta1_v1
-        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y
-        da_v1_z = yda_v1_z / kK3K32
-        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2
+        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lhub_azhub_ay * yda_v1_y
+        da_v1_z = yda_v1_z / khub_azhub_az
+        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lhub_azhub_ay
         da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2
         Mx_v1 = (
             ax_v1 * hub_K41
@@ -3373,7 +3204,7 @@ def lyapunov_v1_loop(q, r, p, c):
         cy_theta1 = t_762ik - t_dmccl_2 * t_hjphj_2  # (26)
         cdz_theta1 = phi1_dot * (t_ik6g5_3 + t_hjphj * t_dmccl - t_hjphj_3 * t_dmccl) - cy_theta1 * theta1_dot
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx  # (26)
         cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         g3_v1 = (
             att3 * r7
@@ -3390,7 +3221,8 @@ def lyapunov_v1_loop(q, r, p, c):
             - t_7wbsh * cy_theta2 * cz_theta2
         )  # (29)
         f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_tqbuz * cy_theta1 + t_i3wq5 * cy_theta2  # (29)
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
         f22_v1 = (
             r6
             - t_hyv47 * (t_2ksfs * t_2ksfs)
@@ -3398,14 +3230,13 @@ def lyapunov_v1_loop(q, r, p, c):
             - t_kzhyn * (cy_theta1 * cy_theta1)
             - t_7wbsh * (cy_theta2 * cy_theta2)
         )  # (29)
-        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
         cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
         cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
         cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_dmccl_2 * t_hjphj - t_hjphj_3 * t_dmccl_2)
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx)
         g2_v1 = (
             att2 * r5
             + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
@@ -3423,31 +3254,17 @@ def lyapunov_v1_loop(q, r, p, c):
             - t_kzhyn * (cz_theta1 * cz_theta1)
             - t_7wbsh * (cz_theta2 * cz_theta2)
         )  # (29)
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         bob1_v11 = phi1_dot * phi1_dot
         bob1_r1_z = bob1_r11_x * cos_theta1
         bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_ijfms = bob1_v11 + bob1_v22
         bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
         bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
@@ -3456,23 +3273,10 @@ def lyapunov_v1_loop(q, r, p, c):
         bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_h4psf = bob2_v11 + bob2_v22
         bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
         bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
@@ -3706,58 +3510,57 @@ def lyapunov_v1_loop(q, r, p, c):
         lhub_alphaxhub_ax = hub_K41 * t_6dtnj_2
         lhub_alphayhub_ax = hub_K51 * t_6dtnj_2
         t_rvh36 = t_lmznw * t_6dtnj_2
-        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36
+        khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36
+        khub_alphayhub_ay = hub_K51 * t_rvh36 - t_4yjdc
+        khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36
+        t_6dtnj_3 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_3
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_3
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_3
         t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
-        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
-        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - t_4yjdc
-        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
-        t_ak5u5 = t_c7dq3 * t_6dtnj_2
-        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_4 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_4
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_4
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_4
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_5 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_5
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_5
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
+        )
         t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
-        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_osa4j
-        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
-        t_6dtnj_3 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_3
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_3
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_3
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_3
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_4 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_4
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_4
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_4
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_5 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_5
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_5
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_6 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_6
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_c7dq3 * lhub_alphayhub_ax
+            - t_osa4j
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_6 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_6
+        t_ak5u5 = t_c7dq3 * t_6dtnj_2
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_c7dq3 * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         t_4rwfu = sin_delta2_act * F
         yhub_ay = t_4rwfu + hub_b2 + t_rvh36 * yhub_ax
@@ -3855,7 +3658,7 @@ def lyapunov_v1_loop(q, r, p, c):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_6 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_5 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_4 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -4015,9 +3818,9 @@ def lyapunov_v1_observe(q, r, p, c):
         t_mszyx = t_hciml * t_6pfo6
         t_xs3iz = sin_theta2 * bob2_g1_x
         t_ogbo3 = t_xs3iz * h2
-        t_c4pkx = sin_theta2 * t_frp3h
         t_pt6a7_2 = cos_phi2 * sin_phi2
-        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        t_c4pkx = sin_theta2 * t_frp3h
+        cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx  # (26)
         f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_loou6 * cy_theta1 + t_mszyx * cy_theta2  # (29)
         f11_v1 = (
             r4
@@ -4142,7 +3945,7 @@ def lyapunov_v1_observe(q, r, p, c):
         t_c4pkx_2 = cos_theta2 * t_frp3h
         t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn_3 + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx)
         g2_v1 = (
             att2 * r5
             + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
@@ -4159,8 +3962,8 @@ def lyapunov_v1_observe(q, r, p, c):
             - t_dxtpc * (cy_theta1 * cy_theta1)
             - t_hciml * (cy_theta2 * cy_theta2)
         )  # (29)
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
         cz_theta1 = t_scs5l + I1  # (26)
         cz_theta2 = t_rdvkg + I2  # (26)
         f32_v1 = (
@@ -4170,9 +3973,9 @@ def lyapunov_v1_observe(q, r, p, c):
             - t_hciml * cy_theta2 * cz_theta2
         )  # (29)
         f31_v1 = t_loou6 * cz_theta1 - (t_if7mv * cz_phi1 + t_tmzpj * cz_phi2) + t_mszyx * cz_theta2  # (29)
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
         lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
         t_wij2f = vy * r1
         cdz_phi1 = t_2ksfs * theta1_dot - t_762ik * phi1_dot
         cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
@@ -4194,32 +3997,18 @@ def lyapunov_v1_observe(q, r, p, c):
             - t_dxtpc * (cz_theta1 * cz_theta1)
             - t_hciml * (cz_theta2 * cz_theta2)
         )  # (29)
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
         bob1_v11 = phi1_dot * phi1_dot
         bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
         bob1_r1_y = bob1_r11_x * sin_theta1
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_ijfms = bob1_v11 + bob1_v22
         bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
         bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_x7lye
@@ -4228,23 +4017,10 @@ def lyapunov_v1_observe(q, r, p, c):
         bob2_r1_y = bob2_r11_x * sin_theta2
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_h4psf = bob2_v11 + bob2_v22
         bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
         bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_h6azt
@@ -4474,13 +4250,12 @@ def lyapunov_v1_observe(q, r, p, c):
         )
         t_6dtnj_2 = 1.0 / hub_K11
         t_rvh36 = t_lmznw * t_6dtnj_2
-        kK2K21 = hub_K22 - t_lmznw * t_rvh36
+        khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36
+        khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36
+        t_6dtnj_3 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3
         t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
-        kK3K21 = hub_K32 - t_lmznw * t_rvh36_2
-        kK3K31 = hub_K33 - t_lmznw_2 * t_rvh36_2
-        t_6dtnj_3 = 1.0 / kK2K21
-        lK3K2 = kK3K21 * t_6dtnj_3
-        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay
         f1_v1 = q1_v1 + ax_v1 * hub_K11
         t_qh3cx = F * cos_delta2_v1
         df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1
@@ -4488,10 +4263,10 @@ def lyapunov_v1_observe(q, r, p, c):
         df2_v1 = t_jczim - f2_v1
         yda_v1_y = df2_v1 + df1_v1 * t_rvh36
         t_v7qgl = t_qh3cx * sin_delta1_v1
-        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lK3K2 * yda_v1_y
-        t_6dtnj_4 = 1.0 / kK3K32
+        yda_v1_z = df1_v1 * t_rvh36_2 - (t_v7qgl + f3_v1) - lhub_azhub_ay * yda_v1_y
+        t_6dtnj_4 = 1.0 / khub_azhub_az
         da_v1_z = yda_v1_z * t_6dtnj_4
-        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lK3K2
+        da_v1_y = yda_v1_y * t_6dtnj_3 - da_v1_z * lhub_azhub_ay
         da_v1_x = df1_v1 * t_6dtnj_2 + da_v1_y * t_rvh36 + da_v1_z * t_rvh36_2
         Mx_v1 = (
             ax_v1 * hub_K41
@@ -4536,9 +4311,9 @@ def lyapunov_v1_observe(q, r, p, c):
         df2_act = F * sin_delta2_act - t_jczim
         df3_act = t_m2xxj * F - t_gbb3a * sin_delta1_act
         yda_act_y = df2_act + df1_act * t_rvh36
-        yda_act_z = df3_act + df1_act * t_rvh36_2 - lK3K2 * yda_act_y
+        yda_act_z = df3_act + df1_act * t_rvh36_2 - lhub_azhub_ay * yda_act_y
         da_act_z = yda_act_z * t_6dtnj_4
-        da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lK3K2
+        da_act_y = yda_act_y * t_6dtnj_3 - da_act_z * lhub_azhub_ay
         da_act_x = df1_act * t_6dtnj_2 + da_act_y * t_rvh36 + da_act_z * t_rvh36_2
         Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
         My = (
@@ -4658,22 +4433,9 @@ def lyapunov_v1_outputs(x, r, p, c):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -4696,22 +4458,9 @@ def lyapunov_v1_outputs(x, r, p, c):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -4887,7 +4636,7 @@ def lyapunov_v1_outputs(x, r, p, c):
         gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
         t_xs3iz = sin_theta2 * bob2_g1_x
         t_ogbo3 = t_xs3iz * h2
-        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx  # (26)
         t_epql5 = gy_theta2 * h2
         t_c4pkx_2 = cos_theta2 * t_frp3h
         t_rdvkg = t_epql5 - t_pt6a7_2 * t_c4pkx_2
@@ -4920,7 +4669,7 @@ def lyapunov_v1_outputs(x, r, p, c):
         cdz_phi2 = t_zshn6 * theta2_dot - t_ogbo3 * phi2_dot
         W_theta2 = r10 * m2  # (27)
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx)
         cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         t_qjiad = I1 * wx - t_2ksfs * wy + cz_phi1 * wz
         t_yruud = I2 * wx - t_zshn6 * wy + cz_phi2 * wz
@@ -5033,16 +4782,15 @@ def lyapunov_v1_outputs(x, r, p, c):
         t_a2lgz = 1.0 / f11_v1
         lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
         lu_v1_x5u_v1_x3 = f31_v1 * t_a2lgz
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
         t_y6t4t = wx * w3 + g1_v1
         yu_v1_x4 = lu_v1_x4u_v1_x3 * t_y6t4t - (wy * w4 + g2_v1)
         yu_v1_x5 = lu_v1_x5u_v1_x3 * t_y6t4t - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
         t_lmznw = t_2fozl + t_4rrc5
         t_btp7k = B_v1 * w1
@@ -5124,24 +4872,11 @@ def lyapunov_v2(x, r, p, c):
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
         bob1_v21 = bob1_twice1 * theta1_dot
-        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
         bob1_v22 = theta1_dot * theta1_dot
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_g1_z = bob1_r1_z * m1
         t_wbepk = l1 * l1 * m1
@@ -5168,24 +4903,11 @@ def lyapunov_v2(x, r, p, c):
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
         bob2_v21 = bob2_twice1 * theta2_dot
-        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
         bob2_v22 = theta2_dot * theta2_dot
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_g1_z = bob2_r1_z * m2
         t_nww6q = l2 * l2 * m2
@@ -5417,13 +5139,12 @@ def lyapunov_v2(x, r, p, c):
         )
         t_6dtnj = 1.0 / hub_K11
         t_skn5h = t_lhd4o * t_6dtnj
-        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
         t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
-        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        t_6dtnj_2 = 1.0 / kK2K21
-        lK3K2 = kK3K21 * t_6dtnj_2
-        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
         f1_v2 = q1_v2 + ax_v2 * hub_K11
         t_qh3cx = F * cos_delta2_v2
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
@@ -5432,9 +5153,9 @@ def lyapunov_v2(x, r, p, c):
         t_hal4t = t_qh3cx * sin_delta1_v2
         df3_v2 = t_ofjwc - t_hal4t
         yda_v2_y = df2_v2 + df1_v2 * t_skn5h
-        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y
-        da_v2_z = yda_v2_z / kK3K32
-        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2
+        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lhub_azhub_ay * yda_v2_y
+        da_v2_z = yda_v2_z / khub_azhub_az
+        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lhub_azhub_ay
         da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2
         Mx_v2 = (
             ax_v2 * hub_K41
@@ -5564,24 +5285,11 @@ def lyapunov_v2_loop(q, r, p, c):
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
         bob1_v21 = bob1_twice1 * theta1_dot
-        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
         bob1_v22 = theta1_dot * theta1_dot
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_loss_theta = eps1 * theta1_dot
         bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
@@ -5595,24 +5303,11 @@ def lyapunov_v2_loop(q, r, p, c):
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
         bob2_v21 = bob2_twice1 * theta2_dot
-        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
         bob2_v22 = theta2_dot * theta2_dot
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_loss_theta = eps2 * theta2_dot
         bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
@@ -5827,58 +5522,57 @@ def lyapunov_v2_loop(q, r, p, c):
         lhub_alphaxhub_ax = hub_K41 * t_6dtnj
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_skn5h = t_lhd4o * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h
+        khub_alphayhub_ay = hub_K51 * t_skn5h - t_rsnrr
+        khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
         t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
-        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - t_rsnrr
-        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
-        t_ak5u5 = t_bjkdc * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
+        )
         t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
-        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_6u6cw
-        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_bjkdc * lhub_alphayhub_ax
+            - t_6u6cw
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_bjkdc * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         t_4rwfu = sin_delta2_act * F
         yhub_ay = t_4rwfu + hub_b2 + t_skn5h * yhub_ax
@@ -5977,7 +5671,7 @@ def lyapunov_v2_loop(q, r, p, c):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -6079,24 +5773,11 @@ def lyapunov_v2_observe(q, r, p, c):
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
         bob1_v21 = bob1_twice1 * theta1_dot
-        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
         bob1_v22 = theta1_dot * theta1_dot
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_g1_z = bob1_r1_z * m1
         t_wbepk = l1 * l1 * m1
@@ -6123,24 +5804,11 @@ def lyapunov_v2_observe(q, r, p, c):
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
         bob2_v21 = bob2_twice1 * theta2_dot
-        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
         bob2_v22 = theta2_dot * theta2_dot
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_g1_z = bob2_r1_z * m2
         t_nww6q = l2 * l2 * m2
@@ -6378,13 +6046,12 @@ def lyapunov_v2_observe(q, r, p, c):
         )
         t_6dtnj = 1.0 / hub_K11
         t_skn5h = t_lhd4o * t_6dtnj
-        kK2K21 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
         t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        kK3K21 = hub_K32 - t_lhd4o * t_skn5h_2
-        kK3K31 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        t_6dtnj_2 = 1.0 / kK2K21
-        lK3K2 = kK3K21 * t_6dtnj_2
-        kK3K32 = kK3K31 - kK3K21 * lK3K2
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
         f1_v2 = q1_v2 + ax_v2 * hub_K11
         t_qh3cx = F * cos_delta2_v2
         df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2
@@ -6393,10 +6060,10 @@ def lyapunov_v2_observe(q, r, p, c):
         t_hal4t = t_qh3cx * sin_delta1_v2
         df3_v2 = t_ofjwc - t_hal4t
         yda_v2_y = df2_v2 + df1_v2 * t_skn5h
-        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lK3K2 * yda_v2_y
-        t_6dtnj_3 = 1.0 / kK3K32
+        yda_v2_z = df3_v2 + df1_v2 * t_skn5h_2 - lhub_azhub_ay * yda_v2_y
+        t_6dtnj_3 = 1.0 / khub_azhub_az
         da_v2_z = yda_v2_z * t_6dtnj_3
-        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lK3K2
+        da_v2_y = yda_v2_y * t_6dtnj_2 - da_v2_z * lhub_azhub_ay
         da_v2_x = df1_v2 * t_6dtnj + da_v2_y * t_skn5h + da_v2_z * t_skn5h_2
         Mx_v2 = (
             ax_v2 * hub_K41
@@ -6441,9 +6108,9 @@ def lyapunov_v2_observe(q, r, p, c):
         df2_act = F * sin_delta2_act - t_jczim
         df3_act = t_ieqmc * F - t_gbb3a * sin_delta1_act
         yda_act_y = df2_act + df1_act * t_skn5h
-        yda_act_z = df3_act + df1_act * t_skn5h_2 - lK3K2 * yda_act_y
+        yda_act_z = df3_act + df1_act * t_skn5h_2 - lhub_azhub_ay * yda_act_y
         da_act_z = yda_act_z * t_6dtnj_3
-        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2
+        da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay
         da_act_x = df1_act * t_6dtnj + da_act_y * t_skn5h + da_act_z * t_skn5h_2
         Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43
         My = (
@@ -6544,22 +6211,9 @@ def lyapunov_v2_outputs(x, r, p, c):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -6582,22 +6236,9 @@ def lyapunov_v2_outputs(x, r, p, c):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -7042,22 +6683,9 @@ def jvp(x, u, p, along_x, along_u):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -7080,22 +6708,9 @@ def jvp(x, u, p, along_x, along_u):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -7288,62 +6903,58 @@ def jvp(x, u, p, along_x, along_u):
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_lhd4o = t_dugie + t_s4byp
         t_skn5h = t_lhd4o * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
         t_lhd4o_2 = t_dugie_2 + t_s4byp_2
-        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
-        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
-        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h
+        khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2)
         t_bjkdc = t_ezb77 + t_ykkjc
-        t_ak5u5 = t_bjkdc * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
-        khub_alphazhub_alphay1 = (
-            hub_K51 * t_ak5u5
-            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
         )
-        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_bjkdc * lhub_alphayhub_ax
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_bjkdc * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -7369,7 +6980,7 @@ def jvp(x, u, p, along_x, along_u):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        t_6dtnj_6 = 1.0 / khub_alphazhub_alphaz5
+        t_6dtnj_6 = 1.0 / khub_alphazhub_alphaz
         hub_alphaz = yhub_alphaz * t_6dtnj_6
         t_ysosa = yhub_alphay * t_6dtnj_5
         hub_alphay = t_ysosa - hub_alphaz * lhub_alphazhub_alphay
@@ -7434,40 +7045,38 @@ def jvp(x, u, p, along_x, along_u):
         )
         t_52zfs = m1 * t_vy5nt
         t_6ady4 = theta1_dot * t_jootr + bob1_twice1 * along_theta1_dot
+        t_qlowu = t_ogtkl + bob1_twice2 * along_theta1_dot
         t_ipzeu = (
             bob1_twice1 * t_lf5wu
             + bob1_r1_x * t_jootr
             + (wy * t_wm5sz_2 + bob1_r_z * along_wy)
             - (wz * t_wm5sz + bob1_r_y * along_wz)
         )
-        t_sci43 = bob1_twice2 * along_theta1_dot
-        t_bnysc = (
+        t_urfye = (
             bob1_r1_z * t_6ady4
             - bob1_v21 * t_a7v2b
+            - (bob1_r_y * t_qlowu + t_ijfms * t_wm5sz)
             + (wz * t_ipzeu + bob1_u_x * along_wz)
-            - (bob1_v11 * t_wm5sz + bob1_r_y * t_ogtkl)
-            - (bob1_v22 * t_wm5sz + bob1_r_y * t_sci43)
             - (wx * t_fkqs4 + bob1_u_z * along_wx)
         )
-        t_pnfl3 = m1 * t_bnysc
-        t_fkkcv = (
+        t_mwiyg = m1 * t_urfye
+        t_54adf = (
             wx * t_qd7t6
             + bob1_u_y * along_wx
+            - (bob1_r_z * t_qlowu + t_ijfms * t_wm5sz_2)
             - (bob1_v21 * t_a7v2b_2 + bob1_r1_y * t_6ady4)
-            - (bob1_v11 * t_wm5sz_2 + bob1_r_z * t_ogtkl)
-            - (bob1_v22 * t_wm5sz_2 + bob1_r_z * t_sci43)
             - (wy * t_ipzeu + bob1_u_x * along_wy)
         )
-        t_ke5eu = m1 * t_fkkcv
-        t_pcrga = (
+        t_y2pem = m1 * t_54adf
+        t_nwtz2 = (
             eps1 * along_phi1_dot
             + (bob1_r1_x * t_52zfs + bob1_Fx * t_lf5wu)
-            + (bob1_r1_y * t_pnfl3 + bob1_Fy * t_a7v2b_2)
-            + (bob1_r1_z * t_ke5eu - bob1_Fz * t_a7v2b)
+            + (bob1_r1_y * t_mwiyg + bob1_Fy * t_a7v2b_2)
+            + (bob1_r1_z * t_y2pem - bob1_Fz * t_a7v2b)
         )
         t_thg73 = m1 * t_lf5wu
         t_lm24u = t_thg73 * t_vpzmf
-        t_uvcul = bob1_S1tx * t_pcrga + t_txuch * t_lm24u - t_52zfs
+        t_uvcul = bob1_S1tx * t_nwtz2 + t_txuch * t_lm24u - t_52zfs
         t_axwcv = bob2_twice1 * along_phi2_dot
         t_fwubq = l2 * (sin_phi2 * along_phi2)
         t_r7fvk = along_phi2_dot + along_phi2_dot
@@ -7502,40 +7111,38 @@ def jvp(x, u, p, along_x, along_u):
         )
         t_yjgjz = m2 * t_hofqj
         t_u6ri6 = theta2_dot * t_r7fvk + bob2_twice1 * along_theta2_dot
+        t_ri4fs = t_axwcv + bob2_twice2 * along_theta2_dot
         t_jieuz = (
             bob2_twice1 * t_kfqtb
             + bob2_r1_x * t_r7fvk
             + (wy * t_cvwjt_2 + bob2_r_z * along_wy)
             - (wz * t_cvwjt + bob2_r_y * along_wz)
         )
-        t_gppvt = bob2_twice2 * along_theta2_dot
-        t_zsz36 = (
+        t_4dlrg = (
             bob2_r1_z * t_u6ri6
             - bob2_v21 * t_g34i2
+            - (bob2_r_y * t_ri4fs + t_h4psf * t_cvwjt)
             + (wz * t_jieuz + bob2_u_x * along_wz)
-            - (bob2_v11 * t_cvwjt + bob2_r_y * t_axwcv)
-            - (bob2_v22 * t_cvwjt + bob2_r_y * t_gppvt)
             - (wx * t_ijb4z + bob2_u_z * along_wx)
         )
-        t_shjvh = m2 * t_zsz36
-        t_ls5di = (
+        t_uoml7 = m2 * t_4dlrg
+        t_f7igo = (
             wx * t_womoz
             + bob2_u_y * along_wx
+            - (bob2_r_z * t_ri4fs + t_h4psf * t_cvwjt_2)
             - (bob2_v21 * t_g34i2_2 + bob2_r1_y * t_u6ri6)
-            - (bob2_v11 * t_cvwjt_2 + bob2_r_z * t_axwcv)
-            - (bob2_v22 * t_cvwjt_2 + bob2_r_z * t_gppvt)
             - (wy * t_jieuz + bob2_u_x * along_wy)
         )
-        t_c6qdh = m2 * t_ls5di
-        t_jlsk2 = (
+        t_lklm4 = m2 * t_f7igo
+        t_wqrsl = (
             eps2 * along_phi2_dot
             + (bob2_r1_x * t_yjgjz + bob2_Fx * t_kfqtb)
-            + (bob2_r1_y * t_shjvh + bob2_Fy * t_g34i2_2)
-            + (bob2_r1_z * t_c6qdh - bob2_Fz * t_g34i2)
+            + (bob2_r1_y * t_uoml7 + bob2_Fy * t_g34i2_2)
+            + (bob2_r1_z * t_lklm4 - bob2_Fz * t_g34i2)
         )
         t_5o25s = m2 * t_kfqtb
         t_a4u3e = t_5o25s * t_mxpm2
-        t_fwht4 = bob2_S1tx * t_jlsk2 + t_xyjt2 * t_a4u3e - t_yjgjz
+        t_fwht4 = bob2_S1tx * t_wqrsl + t_xyjt2 * t_a4u3e - t_yjgjz
         t_imenb = t_cub74 * along_wz
         t_4cv4o = t_cub74 * along_wy
         t_wybx3 = F * (sin_delta2 * along_delta2)
@@ -7551,69 +7158,69 @@ def jvp(x, u, p, along_x, along_u):
         t_en4ai = t_k5pnk + t_rkefu
         t_wbmja = m1 * t_a7v2b
         t_m7cyo = t_wbmja * t_vpzmf
-        t_ofb4i = (
-            bob1_r_y * t_ke5eu
+        t_ii74c = (
+            bob1_r_y * t_y2pem
             + bob1_Fz * t_wm5sz
             - eps1 * along_theta1_dot
-            - (bob1_r_z * t_pnfl3 + bob1_Fy * t_wm5sz_2)
+            - (bob1_r_z * t_mwiyg + bob1_Fy * t_wm5sz_2)
         )
         t_u5dbt = m1 * t_wm5sz
         t_lo4s7 = t_wbepk * ((sin_phi1 + sin_phi1) * t_caymt)
         t_2gm53 = t_u5dbt * t_sjrjg - t_rlquh * t_sjrjg * t_lo4s7
-        t_dxta4 = (
-            bob1_S1tz * t_pcrga
+        t_ptkzp = (
+            bob1_S1tz * t_nwtz2
             - t_txuch * t_m7cyo
-            - t_ke5eu
-            + (t_rlquh * t_ofb4i + bob1_Q2 * t_2gm53)
+            - t_y2pem
+            + (t_rlquh * t_ii74c + bob1_Q2 * t_2gm53)
         )
         t_3zmby = m2 * t_g34i2
         t_5bvgr = t_3zmby * t_mxpm2
-        t_tbamz = (
-            bob2_r_y * t_c6qdh
+        t_jq6yf = (
+            bob2_r_y * t_lklm4
             + bob2_Fz * t_cvwjt
             - eps2 * along_theta2_dot
-            - (bob2_r_z * t_shjvh + bob2_Fy * t_cvwjt_2)
+            - (bob2_r_z * t_uoml7 + bob2_Fy * t_cvwjt_2)
         )
         t_gf427 = m2 * t_cvwjt
         t_pgbia = t_nww6q * ((sin_phi2 + sin_phi2) * t_acpzf)
         t_kjus3 = t_gf427 * t_ymfue - t_i7psf * t_ymfue * t_pgbia
-        t_4cux5 = (
-            bob2_S1tz * t_jlsk2
+        t_qdpjr = (
+            bob2_S1tz * t_wqrsl
             - t_xyjt2 * t_5bvgr
-            - t_c6qdh
-            + (t_i7psf * t_tbamz + bob2_Q2 * t_kjus3)
+            - t_lklm4
+            + (t_i7psf * t_jq6yf + bob2_Q2 * t_kjus3)
         )
         t_lr567 = total_Jyy * along_wy
         t_wbmja_2 = m1 * t_a7v2b_2
         t_m7cyo_2 = t_wbmja_2 * t_vpzmf
         t_u5dbt_2 = m1 * t_wm5sz_2
         t_2zjfz = t_u5dbt_2 * t_sjrjg - bob1_S2ty * t_sjrjg * t_lo4s7
-        t_yotdm = (
-            bob1_S1ty * t_pcrga
+        t_4qc4m = (
+            bob1_S1ty * t_nwtz2
             + t_txuch * t_m7cyo_2
-            - t_pnfl3
-            - (bob1_S2ty * t_ofb4i + bob1_Q2 * t_2zjfz)
+            - t_mwiyg
+            - (bob1_S2ty * t_ii74c + bob1_Q2 * t_2zjfz)
         )
         t_3zmby_2 = m2 * t_g34i2_2
         t_5bvgr_2 = t_3zmby_2 * t_mxpm2
         t_gf427_2 = m2 * t_cvwjt_2
         t_zbw3a = t_gf427_2 * t_ymfue - bob2_S2ty * t_ymfue * t_pgbia
-        t_ozpqp = (
-            bob2_S1ty * t_jlsk2
+        t_c6ksv = (
+            bob2_S1ty * t_wqrsl
             + t_xyjt2 * t_5bvgr_2
-            - t_shjvh
-            - (bob2_S2ty * t_tbamz + bob2_Q2 * t_zbw3a)
+            - t_uoml7
+            - (bob2_S2ty * t_jq6yf + bob2_Q2 * t_zbw3a)
         )
         t_vzxvc = I1 * along_theta1_dot + I2 * along_theta2_dot + total_Jzz * along_wz
         t_jbcsd = (
-            bob1_r_y * t_dxta4
+            bob1_r_y * t_ptkzp
             + bob1_fz * t_wm5sz
-            + (bob2_r_y * t_4cux5 + bob2_fz * t_cvwjt)
+            + (bob2_r_y * t_qdpjr + bob2_fz * t_cvwjt)
             + (wz * t_lr567 + total_Hy * along_wz)
-            + bob1_S1rx * t_pcrga
-            - (bob1_r_z * t_yotdm + bob1_fy * t_wm5sz_2)
-            + bob2_S1rx * t_jlsk2
-            - (bob2_r_z * t_ozpqp + bob2_fy * t_cvwjt_2)
+            + bob1_S1rx * t_nwtz2
+            - (bob1_r_z * t_4qc4m + bob1_fy * t_wm5sz_2)
+            + bob2_S1rx * t_wqrsl
+            - (bob2_r_z * t_c6ksv + bob2_fy * t_cvwjt_2)
             - (wy * t_vzxvc + total_Hz * along_wy)
         )
         t_xhrku = bob1_g1_x * t_m7cyo_2 + bob1_S1ty * t_thg73
@@ -7647,14 +7254,14 @@ def jvp(x, u, p, along_x, along_u):
             - (bob2_Myy * t_cvwjt_2 - bob2_r_z * t_q4jmm)
         )
         t_en4ai_2 = t_xhrku + t_6nc4f
-        t_x53rd = t_tyqf6 + t_u65ou + (lhub_alphaxhub_ax * t_en4ai_2 + t_lhd4o * t_q2wxs)
         t_pgqbx = t_en4ai_2 * t_6dtnj + t_skn5h * t_6dtnj * t_en4ai
+        t_qkyvf = t_tyqf6 + t_u65ou + (t_skn5h * t_rxdee + hub_K41 * t_pgqbx)
         t_2o6cx = t_vvg2u + t_q4jmm + (t_skn5h * t_en4ai_2 + t_lhd4o * t_pgqbx)
-        t_7sprh = t_x53rd * t_6dtnj_2 + lhub_alphaxhub_ay * t_6dtnj_2 * t_2o6cx
+        t_wkpvq = t_qkyvf * t_6dtnj_2 + lhub_alphaxhub_ay * t_6dtnj_2 * t_2o6cx
         t_byxim = F * (cos_delta2 * along_delta2)
         t_t7kzy = (
             t_byxim
-            + (t_yotdm + t_ozpqp + (wx * t_4cv4o + stream_z * along_wx))
+            + (t_4qc4m + t_c6ksv + (wx * t_4cv4o + stream_z * along_wx))
             + (yhub_ax * t_pgqbx + t_skn5h * t_2y5yi)
         )
         t_y65lr = bob1_g1_z * t_m7cyo + bob1_S1tz * t_wbmja - (t_pj4i3 * t_2gm53 + t_rlquh * t_u5dbt)
@@ -7675,38 +7282,38 @@ def jvp(x, u, p, along_x, along_u):
         )
         t_en4ai_3 = t_xhrku_2 + t_6nc4f_2
         t_pgqbx_2 = t_en4ai_3 * t_6dtnj + t_skn5h_2 * t_6dtnj * t_en4ai
-        t_3xjot = t_5fwcx + t_eu3mw - (t_skn5h_2 * t_en4ai_2 + t_lhd4o * t_pgqbx_2)
-        t_unesb = (
+        t_3xjot = t_5fwcx + t_eu3mw - (t_skn5h * t_en4ai_3 + t_lhd4o_2 * t_pgqbx)
+        t_b3pw2 = t_3xjot * t_6dtnj_2 + lhub_azhub_ay * t_6dtnj_2 * t_2o6cx
+        t_7ga2d = (
             t_fpdd2
             + t_zy2pp
-            + (lhub_alphaxhub_ax * t_en4ai_3 + t_lhd4o_2 * t_q2wxs)
-            - (lhub_alphaxhub_ay * t_3xjot + khub_azhub_ay1 * t_7sprh)
+            + (t_skn5h_2 * t_rxdee + hub_K41 * t_pgqbx_2)
+            - (lhub_azhub_ay * t_qkyvf + khub_alphaxhub_ay * t_b3pw2)
         )
-        t_b3pw2 = t_3xjot * t_6dtnj_2 + lhub_azhub_ay * t_6dtnj_2 * t_2o6cx
         t_qajmf = (
             t_y65lr
             + t_if5h3
             - (t_skn5h_2 * t_en4ai_3 + t_lhd4o_2 * t_pgqbx_2)
-            - (lhub_azhub_ay * t_3xjot + khub_azhub_ay1 * t_b3pw2)
+            - (lhub_azhub_ay * t_3xjot + khub_azhub_ay * t_b3pw2)
         )
-        t_i2qww = t_unesb * t_6dtnj_3 - lhub_alphaxhub_az * t_6dtnj_3 * t_qajmf
+        t_okhvs = t_7ga2d * t_6dtnj_3 - lhub_alphaxhub_az * t_6dtnj_3 * t_qajmf
         t_qmyd7 = t_ruxs4 * (cos_delta1 * along_delta1) - sin_delta1 * t_wybx3
         t_zuu5h = (
-            t_dxta4
-            + t_4cux5
+            t_ptkzp
+            + t_qdpjr
             + (wx * t_imenb + t_uw5f5 * along_wx)
             - t_qmyd7
             + (yhub_ax * t_pgqbx_2 + t_skn5h_2 * t_2y5yi)
             - (yhub_ay * t_b3pw2 + lhub_azhub_ay * t_t7kzy)
         )
-        t_hxshn = (
+        t_xiqct = (
             along_Mx
             + t_jbcsd
             - (yhub_ax * t_q2wxs + lhub_alphaxhub_ax * t_2y5yi)
-            - (yhub_ay * t_7sprh + lhub_alphaxhub_ay * t_t7kzy)
-            - (yhub_az * t_i2qww + lhub_alphaxhub_az * t_zuu5h)
+            - (yhub_ay * t_wkpvq + lhub_alphaxhub_ay * t_t7kzy)
+            - (yhub_az * t_okhvs + lhub_alphaxhub_az * t_zuu5h)
         )
-        t_ggwdq = (
+        t_mzy5y = (
             bob1_r_y * t_fpdd2
             + bob1_Nxz * t_wm5sz
             - (t_mwmzd_3 * t_wm5sz - bob1_r_y * t_jhjzk_2)
@@ -7717,8 +7324,8 @@ def jvp(x, u, p, along_x, along_u):
             + (bob2_r_z * t_47xr3 + t_gxq2p_2 * t_cvwjt_2)
             - (bob2_r_z * t_u65ou + bob2_Nxy * t_cvwjt_2)
             - (lhub_alphaxhub_ax * t_rxdee + hub_K41 * t_q2wxs)
-            - (lhub_alphaxhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7sprh)
-            - (lhub_alphaxhub_az * t_unesb + khub_alphaxhub_az2 * t_i2qww)
+            - (lhub_alphaxhub_ay * t_qkyvf + khub_alphaxhub_ay * t_wkpvq)
+            - (lhub_alphaxhub_az * t_7ga2d + khub_alphaxhub_az * t_okhvs)
         )
         t_akgwv = I1 * along_phi1_dot + I2 * along_phi2_dot + total_Jxx * along_wx
         t_ntex4 = (
@@ -7726,8 +7333,8 @@ def jvp(x, u, p, along_x, along_u):
             + bob1_fx * t_wm5sz_2
             + (bob2_r_z * t_fwht4 + bob2_fx * t_cvwjt_2)
             + (wx * t_vzxvc + total_Hz * along_wx)
-            - (bob1_r_x * t_dxta4 + bob1_fz * t_ifbin)
-            - (bob2_r_x * t_4cux5 + bob2_fz * t_fwubq)
+            - (bob1_r_x * t_ptkzp + bob1_fz * t_ifbin)
+            - (bob2_r_x * t_qdpjr + bob2_fz * t_fwubq)
             - (wz * t_akgwv + total_Hx * along_wz)
         )
         t_2tq7k = bob1_r_z * t_xhrku_2 + t_dugie_2 * t_wm5sz_2 + (bob1_r_x * t_y65lr + bob1_Mzz * t_ifbin)
@@ -7746,58 +7353,58 @@ def jvp(x, u, p, along_x, along_u):
         t_g6iu4 = bob1_Mxx * t_wm5sz_2 - bob1_r_z * t_k5pnk + (bob1_r_x * t_xhrku_2 + t_dugie_2 * t_ifbin)
         t_w7t3t = bob2_Mxx * t_cvwjt_2 - bob2_r_z * t_rkefu + (bob2_r_x * t_6nc4f_2 + t_s4byp_2 * t_fwubq)
         t_uxc6c = t_g6iu4 + t_w7t3t
-        t_335ow = t_uxc6c * t_6dtnj + lhub_alphayhub_ax * t_6dtnj * t_en4ai
-        t_uhbvm = lhub_alphayhub_ax * t_en4ai_2 + t_lhd4o * t_335ow - (t_c5cgq + t_2qpxk)
-        t_xm4ox = t_uhbvm * t_6dtnj_2 + lhub_alphayhub_ay * t_6dtnj_2 * t_2o6cx
-        t_2l5tz = (
-            lhub_alphayhub_ax * t_en4ai_3
-            + t_lhd4o_2 * t_335ow
+        t_qu32c = t_skn5h * t_uxc6c + hub_K51 * t_pgqbx - (t_c5cgq + t_2qpxk)
+        t_hqfik = (
+            t_skn5h_2 * t_uxc6c
+            + hub_K51 * t_pgqbx_2
             - (t_2tq7k + t_aenrk)
-            - (lhub_alphayhub_ay * t_3xjot + khub_azhub_ay1 * t_xm4ox)
+            - (lhub_azhub_ay * t_qu32c + khub_alphayhub_ay * t_b3pw2)
         )
-        t_c6ofl = t_2l5tz * t_6dtnj_3 - lhub_alphayhub_az * t_6dtnj_3 * t_qajmf
-        t_xck5s = (
+        t_okwoo = (
             t_mwmzd_3 * t_ifbin
             - bob1_r_x * t_jhjzk_2
             - t_vsarx
             + (bob1_r_z * t_c5cgq + t_vh7r5_2 * t_wm5sz_2)
             + (t_gxq2p_3 * t_fwubq - bob2_r_x * t_47xr3_2)
             + (bob2_r_z * t_2qpxk + t_wudhu_2 * t_cvwjt_2)
-            - (lhub_alphayhub_ax * t_rxdee + hub_K41 * t_335ow)
-            - (lhub_alphayhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_xm4ox)
-            - (lhub_alphayhub_az * t_unesb + khub_alphaxhub_az2 * t_c6ofl)
+            - (lhub_alphaxhub_ax * t_uxc6c + hub_K51 * t_q2wxs)
+            - (lhub_alphaxhub_ay * t_qu32c + khub_alphayhub_ay * t_wkpvq)
+            - (lhub_alphaxhub_az * t_hqfik + khub_alphayhub_az * t_okhvs)
         )
-        t_df6uy = t_xck5s * t_6dtnj_4 - lhub_alphayhub_alphax * t_6dtnj_4 * t_ggwdq
-        t_edgbp = (
+        t_4xstl = t_okwoo * t_6dtnj_4 - lhub_alphayhub_alphax * t_6dtnj_4 * t_mzy5y
+        t_335ow = t_uxc6c * t_6dtnj + lhub_alphayhub_ax * t_6dtnj * t_en4ai
+        t_xzyje = t_qu32c * t_6dtnj_2 + lhub_alphayhub_ay * t_6dtnj_2 * t_2o6cx
+        t_qck55 = t_hqfik * t_6dtnj_3 - lhub_alphayhub_az * t_6dtnj_3 * t_qajmf
+        t_odk5w = (
             along_My
             + t_ntex4
             - t_yxxpc * t_qmyd7
-            - (yhub_alphax * t_df6uy + lhub_alphayhub_alphax * t_hxshn)
+            - (yhub_alphax * t_4xstl + lhub_alphayhub_alphax * t_xiqct)
             - (yhub_ax * t_335ow + lhub_alphayhub_ax * t_2y5yi)
-            - (yhub_ay * t_xm4ox + lhub_alphayhub_ay * t_t7kzy)
-            - (yhub_az * t_c6ofl + lhub_alphayhub_az * t_zuu5h)
+            - (yhub_ay * t_xzyje + lhub_alphayhub_ay * t_t7kzy)
+            - (yhub_az * t_qck55 + lhub_alphayhub_az * t_zuu5h)
         )
-        t_2iixb = (
+        t_wvzgl = (
             bob1_r_z * t_g6iu4
             + bob1_Nyx * t_wm5sz_2
             + (bob2_r_z * t_w7t3t + bob2_Nyx * t_cvwjt_2)
             + (bob1_r_x * t_2tq7k + t_vh7r5 * t_ifbin)
             + (bob2_r_x * t_aenrk + t_wudhu * t_fwubq)
             - (lhub_alphayhub_ax * t_uxc6c + hub_K51 * t_335ow)
-            - (lhub_alphayhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_xm4ox)
-            - (lhub_alphayhub_az * t_2l5tz + khub_alphayhub_az2 * t_c6ofl)
-            - (lhub_alphayhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_df6uy)
+            - (lhub_alphayhub_alphax * t_okwoo + khub_alphayhub_alphax * t_4xstl)
+            - (lhub_alphayhub_ay * t_qu32c + khub_alphayhub_ay * t_xzyje)
+            - (lhub_alphayhub_az * t_hqfik + khub_alphayhub_az * t_qck55)
         )
         t_3bbfd = bob1_S2rz * t_sjrjg * t_lo4s7
         t_77444 = bob2_S2rz * t_ymfue * t_pgbia
         t_mhtnl = (
-            bob1_r_x * t_yotdm
+            bob1_r_x * t_4qc4m
             + bob1_fy * t_ifbin
-            + (bob2_r_x * t_ozpqp + bob2_fy * t_fwubq)
+            + (bob2_r_x * t_c6ksv + bob2_fy * t_fwubq)
             + (wy * t_akgwv + total_Hx * along_wy)
-            - (bob1_S2rz * t_ofb4i - bob1_Q2 * t_3bbfd)
+            - (bob1_S2rz * t_ii74c - bob1_Q2 * t_3bbfd)
             - (bob1_r_y * t_uvcul + bob1_fx * t_wm5sz)
-            - (bob2_S2rz * t_tbamz - bob2_Q2 * t_77444)
+            - (bob2_S2rz * t_jq6yf - bob2_Q2 * t_77444)
             - (bob2_r_y * t_fwht4 + bob2_fx * t_cvwjt)
             - (wx * t_lr567 + total_Hy * along_wx)
         )
@@ -7820,17 +7427,14 @@ def jvp(x, u, p, along_x, along_u):
         t_g6iu4_2 = bob1_r_x * t_xhrku + t_dugie * t_ifbin + (bob1_Mxx * t_wm5sz - bob1_r_y * t_k5pnk)
         t_w7t3t_2 = bob2_r_x * t_6nc4f + t_s4byp * t_fwubq + (bob2_Mxx * t_cvwjt - bob2_r_y * t_rkefu)
         t_uxc6c_2 = t_g6iu4_2 + t_w7t3t_2
-        t_6adcs = t_uxc6c_2 * t_6dtnj + t_ak5u5 * t_6dtnj * t_en4ai
-        t_4rqic = t_wqtxt + t_kkik2 - (t_ak5u5 * t_en4ai_2 + t_lhd4o * t_6adcs)
-        t_7tral = t_4rqic * t_6dtnj_2 + lhub_alphazhub_ay * t_6dtnj_2 * t_2o6cx
-        t_r32ka = (
+        t_vykil = t_wqtxt + t_kkik2 - (t_skn5h * t_uxc6c_2 + t_bjkdc * t_pgqbx)
+        t_l7wme = (
             t_te5fp
             + t_qegh2
-            - (t_ak5u5 * t_en4ai_3 + t_lhd4o_2 * t_6adcs)
-            - (lhub_alphazhub_ay * t_3xjot + khub_azhub_ay1 * t_7tral)
+            - (t_skn5h_2 * t_uxc6c_2 + t_bjkdc * t_pgqbx_2)
+            - (lhub_azhub_ay * t_vykil + khub_alphazhub_ay * t_b3pw2)
         )
-        t_cj63t = t_r32ka * t_6dtnj_3 - lhub_alphazhub_az * t_6dtnj_3 * t_qajmf
-        t_ikffs = (
+        t_3m3k6 = (
             bob1_r_y * t_te5fp
             + bob1_Nzz * t_wm5sz
             - (bob1_r_x * t_jhjzk + t_mwmzd_2 * t_ifbin)
@@ -7840,11 +7444,11 @@ def jvp(x, u, p, along_x, along_u):
             - (bob1_r_z * t_wqtxt + bob1_Nzy * t_wm5sz_2)
             + (bob2_r_y * t_kvttc + t_gxq2p * t_cvwjt)
             - (bob2_r_z * t_kkik2 + bob2_Nzy * t_cvwjt_2)
-            + (t_ak5u5 * t_rxdee + hub_K41 * t_6adcs)
-            - (lhub_alphazhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7tral)
-            - (lhub_alphazhub_az * t_unesb + khub_alphaxhub_az2 * t_cj63t)
+            + (lhub_alphaxhub_ax * t_uxc6c_2 + t_bjkdc * t_q2wxs)
+            - (lhub_alphaxhub_ay * t_vykil + khub_alphazhub_ay * t_wkpvq)
+            - (lhub_alphaxhub_az * t_l7wme + khub_alphazhub_az * t_okhvs)
         )
-        t_mbsz7 = t_ikffs * t_6dtnj_4 - lhub_alphazhub_alphax * t_6dtnj_4 * t_ggwdq
+        t_enwaw = t_3m3k6 * t_6dtnj_4 - lhub_alphazhub_alphax * t_6dtnj_4 * t_mzy5y
         t_lbqfv = (
             bob1_r_z * t_g6iu4_2
             + t_ezb77 * t_wm5sz_2
@@ -7852,26 +7456,29 @@ def jvp(x, u, p, along_x, along_u):
             + (bob1_r_x * t_te5fp + bob1_Nzz * t_ifbin)
             + (bob2_r_x * t_qegh2 + bob2_Nzz * t_fwubq)
         )
-        t_thfrm = (
-            t_ak5u5 * t_uxc6c
-            + hub_K51 * t_6adcs
+        t_glpn5 = (
+            lhub_alphayhub_ax * t_uxc6c_2
+            + t_bjkdc * t_335ow
             - t_lbqfv
-            - (lhub_alphazhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_7tral)
-            - (lhub_alphazhub_az * t_2l5tz + khub_alphayhub_az2 * t_cj63t)
-            - (lhub_alphazhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_mbsz7)
+            - (lhub_alphayhub_alphax * t_3m3k6 + khub_alphazhub_alphax * t_4xstl)
+            - (lhub_alphayhub_ay * t_vykil + khub_alphazhub_ay * t_xzyje)
+            - (lhub_alphayhub_az * t_l7wme + khub_alphazhub_az * t_qck55)
         )
-        t_p4kxq = t_thfrm * t_6dtnj_5 - lhub_alphazhub_alphay * t_6dtnj_5 * t_2iixb
-        t_5ibkd = (
+        t_eorqs = t_glpn5 * t_6dtnj_5 - lhub_alphazhub_alphay * t_6dtnj_5 * t_wvzgl
+        t_6adcs = t_uxc6c_2 * t_6dtnj + t_ak5u5 * t_6dtnj * t_en4ai
+        t_c7kyr = t_vykil * t_6dtnj_2 + lhub_alphazhub_ay * t_6dtnj_2 * t_2o6cx
+        t_g6rzc = t_l7wme * t_6dtnj_3 - lhub_alphazhub_az * t_6dtnj_3 * t_qajmf
+        t_w3sev = (
             along_Mz
             + t_mhtnl
             - t_yxxpc * t_byxim
-            - (yhub_alphax * t_mbsz7 + lhub_alphazhub_alphax * t_hxshn)
-            - (yhub_alphay * t_p4kxq + lhub_alphazhub_alphay * t_edgbp)
+            - (yhub_alphax * t_enwaw + lhub_alphazhub_alphax * t_xiqct)
+            - (yhub_alphay * t_eorqs + lhub_alphazhub_alphay * t_odk5w)
             + (yhub_ax * t_6adcs + t_ak5u5 * t_2y5yi)
-            - (yhub_ay * t_7tral + lhub_alphazhub_ay * t_t7kzy)
-            - (yhub_az * t_cj63t + lhub_alphazhub_az * t_zuu5h)
+            - (yhub_ay * t_c7kyr + lhub_alphazhub_ay * t_t7kzy)
+            - (yhub_az * t_g6rzc + lhub_alphazhub_az * t_zuu5h)
         )
-        t_munvm = (
+        t_artkw = (
             bob1_r_x * t_wqtxt
             + bob1_Nzy * t_ifbin
             - (bob1_r_x * t_lesup + t_dugie_3 * t_ifbin)
@@ -7882,87 +7489,87 @@ def jvp(x, u, p, along_x, along_u):
             + (bob2_r_y * t_w7t3t_2 + t_ykkjc * t_cvwjt)
             + I2 * t_77444
             - (t_ak5u5 * t_uxc6c_2 + t_bjkdc * t_6adcs)
-            - (lhub_alphazhub_ay * t_4rqic + khub_alphazhub_ay1 * t_7tral)
-            - (lhub_alphazhub_az * t_r32ka + khub_alphazhub_az2 * t_cj63t)
-            - (lhub_alphazhub_alphax * t_ikffs + khub_alphazhub_alphax3 * t_mbsz7)
-            - (lhub_alphazhub_alphay * t_thfrm + khub_alphazhub_alphay4 * t_p4kxq)
+            - (lhub_alphazhub_alphax * t_3m3k6 + khub_alphazhub_alphax * t_enwaw)
+            - (lhub_alphazhub_alphay * t_glpn5 + khub_alphazhub_alphay * t_eorqs)
+            - (lhub_alphazhub_ay * t_vykil + khub_alphazhub_ay * t_c7kyr)
+            - (lhub_alphazhub_az * t_l7wme + khub_alphazhub_az * t_g6rzc)
         )
-        t_f5qqq = t_5ibkd * t_6dtnj_6 - hub_alphaz * t_6dtnj_6 * t_munvm
-        t_wlcum = (
-            t_edgbp * t_6dtnj_5
-            - t_ysosa * t_6dtnj_5 * t_2iixb
-            - (lhub_alphazhub_alphay * t_f5qqq + hub_alphaz * t_p4kxq)
+        t_2gnbg = t_w3sev * t_6dtnj_6 - hub_alphaz * t_6dtnj_6 * t_artkw
+        t_e6htv = (
+            t_odk5w * t_6dtnj_5
+            - t_ysosa * t_6dtnj_5 * t_wvzgl
+            - (lhub_alphazhub_alphay * t_2gnbg + hub_alphaz * t_eorqs)
         )
-        t_klmfv = (
-            t_hxshn * t_6dtnj_4
-            - t_gjjfk * t_6dtnj_4 * t_ggwdq
-            - (lhub_alphayhub_alphax * t_wlcum + hub_alphay * t_df6uy)
-            - (lhub_alphazhub_alphax * t_f5qqq + hub_alphaz * t_mbsz7)
+        t_w54u7 = (
+            t_xiqct * t_6dtnj_4
+            - t_gjjfk * t_6dtnj_4 * t_mzy5y
+            - (lhub_alphayhub_alphax * t_e6htv + hub_alphay * t_4xstl)
+            - (lhub_alphazhub_alphax * t_2gnbg + hub_alphaz * t_enwaw)
         )
-        t_pi5ob = (
+        t_hgcf6 = (
             t_zuu5h * t_6dtnj_3
             - t_ztwwp * t_6dtnj_3 * t_qajmf
-            - (lhub_alphaxhub_az * t_klmfv + hub_alphax * t_i2qww)
-            - (lhub_alphayhub_az * t_wlcum + hub_alphay * t_c6ofl)
-            - (lhub_alphazhub_az * t_f5qqq + hub_alphaz * t_cj63t)
+            - (lhub_alphaxhub_az * t_w54u7 + hub_alphax * t_okhvs)
+            - (lhub_alphayhub_az * t_e6htv + hub_alphay * t_qck55)
+            - (lhub_alphazhub_az * t_2gnbg + hub_alphaz * t_g6rzc)
         )
-        t_6udd7 = (
+        t_be3q7 = (
             t_t7kzy * t_6dtnj_2
             + t_bintu * t_6dtnj_2 * t_2o6cx
-            - (lhub_alphaxhub_ay * t_klmfv + hub_alphax * t_7sprh)
-            - (lhub_alphayhub_ay * t_wlcum + hub_alphay * t_xm4ox)
-            - (lhub_alphazhub_ay * t_f5qqq + hub_alphaz * t_7tral)
-            - (lhub_azhub_ay * t_pi5ob + hub_az * t_b3pw2)
+            - (lhub_alphaxhub_ay * t_w54u7 + hub_alphax * t_wkpvq)
+            - (lhub_alphayhub_ay * t_e6htv + hub_alphay * t_xzyje)
+            - (lhub_alphazhub_ay * t_2gnbg + hub_alphaz * t_c7kyr)
+            - (lhub_azhub_ay * t_hgcf6 + hub_az * t_b3pw2)
         )
         t_exgoa = (
             t_2y5yi * t_6dtnj
             + t_bintu_2 * t_6dtnj * t_en4ai
-            - (lhub_alphaxhub_ax * t_klmfv + hub_alphax * t_q2wxs)
-            - (lhub_alphayhub_ax * t_wlcum + hub_alphay * t_335ow)
-            + (t_ak5u5 * t_f5qqq + hub_alphaz * t_6adcs)
-            + (t_skn5h * t_6udd7 + hub_ay * t_pgqbx)
-            + (t_skn5h_2 * t_pi5ob + hub_az * t_pgqbx_2)
+            - (lhub_alphaxhub_ax * t_w54u7 + hub_alphax * t_q2wxs)
+            - (lhub_alphayhub_ax * t_e6htv + hub_alphay * t_335ow)
+            + (t_ak5u5 * t_2gnbg + hub_alphaz * t_6adcs)
+            + (t_skn5h * t_be3q7 + hub_ay * t_pgqbx)
+            + (t_skn5h_2 * t_hgcf6 + hub_az * t_pgqbx_2)
         )
         t_abqde = (
             t_exgoa
-            + (hub_alphay * t_wm5sz_2 + bob1_r_z * t_wlcum)
-            - (hub_alphaz * t_wm5sz + bob1_r_y * t_f5qqq)
+            + (hub_alphay * t_wm5sz_2 + bob1_r_z * t_e6htv)
+            - (hub_alphaz * t_wm5sz + bob1_r_y * t_2gnbg)
         )
         t_2lpqc = (
-            t_6udd7
-            + (hub_alphaz * t_ifbin + bob1_r_x * t_f5qqq)
-            - (hub_alphax * t_wm5sz_2 + bob1_r_z * t_klmfv)
+            t_be3q7
+            + (hub_alphaz * t_ifbin + bob1_r_x * t_2gnbg)
+            - (hub_alphax * t_wm5sz_2 + bob1_r_z * t_w54u7)
         )
         t_cbjjs = (
-            t_pi5ob
-            + (hub_alphax * t_wm5sz + bob1_r_y * t_klmfv)
-            - (hub_alphay * t_ifbin + bob1_r_x * t_wlcum)
+            t_hgcf6
+            + (hub_alphax * t_wm5sz + bob1_r_y * t_w54u7)
+            - (hub_alphay * t_ifbin + bob1_r_x * t_e6htv)
         )
         t_g2h53 = (
-            t_pcrga * t_vpzmf
-            + bob1_S1rx * t_klmfv
+            t_nwtz2 * t_vpzmf
+            + bob1_S1rx * t_w54u7
             + (bob1_aPx * t_lm24u + bob1_S1tx * t_abqde)
             + (bob1_aPy * t_m7cyo_2 + bob1_S1ty * t_2lpqc)
             + (bob1_S1tz * t_cbjjs - bob1_aPz * t_m7cyo)
         )
         t_grf62 = (
             t_exgoa
-            + (hub_alphay * t_cvwjt_2 + bob2_r_z * t_wlcum)
-            - (hub_alphaz * t_cvwjt + bob2_r_y * t_f5qqq)
+            + (hub_alphay * t_cvwjt_2 + bob2_r_z * t_e6htv)
+            - (hub_alphaz * t_cvwjt + bob2_r_y * t_2gnbg)
         )
         t_7xxj3 = (
-            t_6udd7
-            + (hub_alphaz * t_fwubq + bob2_r_x * t_f5qqq)
-            - (hub_alphax * t_cvwjt_2 + bob2_r_z * t_klmfv)
+            t_be3q7
+            + (hub_alphaz * t_fwubq + bob2_r_x * t_2gnbg)
+            - (hub_alphax * t_cvwjt_2 + bob2_r_z * t_w54u7)
         )
         t_sxhgf = (
-            t_pi5ob
-            + (hub_alphax * t_cvwjt + bob2_r_y * t_klmfv)
-            - (hub_alphay * t_fwubq + bob2_r_x * t_wlcum)
+            t_hgcf6
+            + (hub_alphax * t_cvwjt + bob2_r_y * t_w54u7)
+            - (hub_alphay * t_fwubq + bob2_r_x * t_e6htv)
         )
         t_542de = (
-            t_jlsk2 * t_mxpm2
-            + bob2_S1rx * t_klmfv
+            t_wqrsl * t_mxpm2
+            + bob2_S1rx * t_w54u7
             + (bob2_aPx * t_a4u3e + bob2_S1tx * t_grf62)
             + (bob2_aPy * t_5bvgr_2 + bob2_S1ty * t_7xxj3)
             + (bob2_S1tz * t_sxhgf - bob2_aPz * t_5bvgr)
@@ -7975,14 +7582,14 @@ def jvp(x, u, p, along_x, along_u):
             wx * along_vz
                 + vz * along_wx
                 - (wz * along_vx + vx * along_wz)
-                + t_6udd7,
+                + t_be3q7,
             wy * along_vx
                 + vx * along_wy
                 - (wx * along_vy + vy * along_wx)
-                + t_pi5ob,
-            t_klmfv,
-            t_wlcum,
-            t_f5qqq,
+                + t_hgcf6,
+            t_w54u7,
+            t_e6htv,
+            t_2gnbg,
             along_wx,
             along_wy,
             along_wz,
@@ -7991,15 +7598,15 @@ def jvp(x, u, p, along_x, along_u):
             along_phi2_dot,
             along_theta2_dot,
             -t_g2h53,
-            t_ofb4i * t_sjrjg
+            t_ii74c * t_sjrjg
                 - bob1_q2 * t_sjrjg * t_lo4s7
-                - (bob1_S2rz * t_f5qqq - hub_alphaz * t_3bbfd)
+                - (bob1_S2rz * t_2gnbg - hub_alphaz * t_3bbfd)
                 - (bob1_aPy * t_2zjfz + bob1_S2ty * t_2lpqc)
                 + (bob1_aPz * t_2gm53 + t_rlquh * t_cbjjs),
             -t_542de,
-            t_tbamz * t_ymfue
+            t_jq6yf * t_ymfue
                 - bob2_q2 * t_ymfue * t_pgbia
-                - (bob2_S2rz * t_f5qqq - hub_alphaz * t_77444)
+                - (bob2_S2rz * t_2gnbg - hub_alphaz * t_77444)
                 - (bob2_aPy * t_zbw3a + bob2_S2ty * t_7xxj3)
                 + (bob2_aPz * t_kjus3 + t_i7psf * t_sxhgf),
         )

@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* Jacobian of rhs with respect to x, row by row; 4649 operations. */
+/* Jacobian of rhs with respect to x, row by row; 4623 operations. */
 void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -54,18 +54,11 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real t_dwwzs = t_ijfms * bob1_r_y;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_dwwzs + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real t_dwwzs_2 = t_ijfms * bob1_r_z;
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_dwwzs_2 - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -92,18 +85,11 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real t_ch6c5 = t_h4psf * bob2_r_y;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_ch6c5 + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real t_ch6c5_2 = t_h4psf * bob2_r_z;
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_ch6c5_2 - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -302,61 +288,54 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
-    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2);
     const real t_bjkdc = t_ezb77 + t_ykkjc;
-    const real t_d5zcj = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_d5zcj;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_d5zcj;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_d5zcj;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_ohf57_2 = t_ezb77 * bob1_r_z;
     const real t_dejsd_2 = t_ykkjc * bob2_r_z;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_d5zcj - (t_ohf57_2 + t_dejsd_2 + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_d5zcj;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - (t_ohf57_2 + t_dejsd_2 + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
+    const real t_d5zcj = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_d5zcj
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -378,7 +357,7 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         + t_d5zcj * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real t_6dtnj_6 = K(1.0) / khub_alphazhub_alphaz5;
+    const real t_6dtnj_6 = K(1.0) / khub_alphazhub_alphaz;
     const real hub_alphaz = yhub_alphaz * t_6dtnj_6;
     const real t_ysosa = yhub_alphay * t_6dtnj_5;
     const real hub_alphay = t_ysosa - hub_alphaz * lhub_alphazhub_alphay;
@@ -628,45 +607,35 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_kvkqq = x[wz] * t_rcy73_2 - bob1_twice1 * t_jzt2o_3 + bob1_twice2 * t_jzt2o_4 - x[wx] * t_jzt2o_4;
     const real t_tfz6r = p[m1] * (x[wy] * t_dvtkw - bob1_v11 * t_rcy73_2 - x[wz] * t_kvkqq);
     const real t_yuto7 = bob1_twice1 * t_rcy73 + x[wy] * t_jzt2o_4 - x[wz] * t_jzt2o;
-    const real t_l5hze = x[wz] * t_yuto7
-        - bob1_v21 * t_jzt2o_2
-        - bob1_v11 * t_jzt2o
-        - bob1_v22 * t_jzt2o
-        - x[wx] * t_dvtkw;
-    const real t_vjdwl = p[m1] * t_l5hze;
-    const real t_7mjmr = x[wx] * t_kvkqq
-        + bob1_v21 * t_jzt2o_3
-        - bob1_v11 * t_jzt2o_4
-        - bob1_v22 * t_jzt2o_4
-        - x[wy] * t_yuto7;
-    const real t_habfj = p[m1] * t_7mjmr;
-    const real t_4tdlf = bob1_r1_x * t_tfz6r
+    const real t_35dqr = p[m1] * (x[wz] * t_yuto7 - (bob1_v21 * t_jzt2o_2 + t_ijfms * t_jzt2o) - x[wx] * t_dvtkw);
+    const real t_2mgtg = p[m1] * (x[wx] * t_kvkqq - t_ijfms * t_jzt2o_4 + bob1_v21 * t_jzt2o_3 - x[wy] * t_yuto7);
+    const real t_5fck6 = bob1_r1_x * t_tfz6r
         + bob1_Fx * t_rcy73
-        + (bob1_r1_y * t_vjdwl - bob1_Fy * t_jzt2o_3)
-        + (bob1_r1_z * t_habfj - bob1_Fz * t_jzt2o_2);
+        + (bob1_r1_y * t_35dqr - bob1_Fy * t_jzt2o_3)
+        + (bob1_r1_z * t_2mgtg - bob1_Fz * t_jzt2o_2);
     const real t_4jgtu = p[m1] * t_rcy73;
     const real t_2zlbn = t_4jgtu * t_vpzmf;
-    const real t_svqlx = bob1_S1tx * t_4tdlf + t_txuch * t_2zlbn - t_tfz6r;
+    const real t_axt6q = bob1_S1tx * t_5fck6 + t_txuch * t_2zlbn - t_tfz6r;
     const real t_temm3 = t_bintu_2 * t_6dtnj;
     const real t_ct5c5 = bob1_g1_x * t_2zlbn + bob1_S1tx * t_4jgtu;
     const real t_gh5ah = p[m1] * t_jzt2o_2;
     const real t_2xpmm = t_gh5ah * t_vpzmf;
-    const real t_vqvd7 = bob1_r_y * t_habfj + bob1_Fz * t_jzt2o - (bob1_r_z * t_vjdwl + bob1_Fy * t_jzt2o_4);
+    const real t_txnlk = bob1_r_y * t_2mgtg + bob1_Fz * t_jzt2o - (bob1_r_z * t_35dqr + bob1_Fy * t_jzt2o_4);
     const real t_gh5ah_2 = p[m1] * t_jzt2o;
     const real t_5mzug = t_wbepk * ((sin_phi1 + sin_phi1) * cos_phi1);
     const real t_gkayr = t_gh5ah_2 * t_sjrjg - t_rlquh * t_sjrjg * t_5mzug;
-    const real t_u3oye = bob1_S1tz * t_4tdlf
+    const real t_l7wvq = bob1_S1tz * t_5fck6
         - t_txuch * t_2xpmm
-        - t_habfj
-        + (t_rlquh * t_vqvd7 + bob1_Q2 * t_gkayr);
+        - t_2mgtg
+        + (t_rlquh * t_txnlk + bob1_Q2 * t_gkayr);
     const real t_gh5ah_3 = p[m1] * t_jzt2o_3;
     const real t_2xpmm_2 = t_gh5ah_3 * t_vpzmf;
     const real t_gh5ah_4 = p[m1] * t_jzt2o_4;
     const real t_6f3nu = t_gh5ah_4 * t_sjrjg - bob1_S2ty * t_sjrjg * t_5mzug;
-    const real t_wm6bk = bob1_S1ty * t_4tdlf
+    const real t_x4mjz = bob1_S1ty * t_5fck6
         - t_txuch * t_2xpmm_2
-        - t_vjdwl
-        - (bob1_S2ty * t_vqvd7 + bob1_Q2 * t_6f3nu);
+        - t_35dqr
+        - (bob1_S2ty * t_txnlk + bob1_Q2 * t_6f3nu);
     const real t_ct5c5_2 = bob1_S1ty * t_4jgtu - bob1_g1_x * t_2xpmm_2;
     const real t_ju6zk = bob1_r_z * t_ct5c5_2 + t_dugie * t_jzt2o_4;
     const real t_ct5c5_3 = bob1_S1tz * t_4jgtu - bob1_g1_x * t_2xpmm;
@@ -682,13 +651,13 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         + bob1_Myz * t_jzt2o
         + t_oy64o
         - (bob1_r_z * t_e4jj4 + bob1_Myy * t_jzt2o_4);
-    const real t_axh5r = t_5qex4 + (lhub_alphaxhub_ax * t_ct5c5_2 + t_lhd4o * t_yn7jp);
-    const real t_bintu_4 = lhub_alphaxhub_ay * t_6dtnj_2;
     const real t_jza4m = t_skn5h * t_6dtnj;
     const real t_37sne = t_ct5c5_2 * t_6dtnj + t_jza4m * t_ct5c5;
+    const real t_3peu2 = t_5qex4 + (t_skn5h * t_7utpr + hub_K41 * t_37sne);
+    const real t_bintu_4 = lhub_alphaxhub_ay * t_6dtnj_2;
     const real t_ews4u = t_e4jj4 - (t_skn5h * t_ct5c5_2 + t_lhd4o * t_37sne);
-    const real t_wflm5 = t_axh5r * t_6dtnj_2 - t_bintu_4 * t_ews4u;
-    const real t_nu4qx = t_wm6bk + (yhub_ax * t_37sne + t_skn5h * t_svqlx);
+    const real t_tbbgs = t_3peu2 * t_6dtnj_2 - t_bintu_4 * t_ews4u;
+    const real t_2o53a = t_x4mjz + (yhub_ax * t_37sne + t_skn5h * t_axt6q);
     const real t_btcnr = bob1_g1_z * t_2xpmm + bob1_S1tz * t_gh5ah - (t_pj4i3 * t_gkayr + t_rlquh * t_gh5ah_2);
     const real t_oy64o_2 = bob1_S1rx * t_gh5ah;
     const real t_zyzw7 = bob1_r_y * t_btcnr
@@ -697,75 +666,75 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         - (bob1_r_z * t_6bm7p + bob1_Myz * t_jzt2o_4);
     const real t_jza4m_2 = t_skn5h_2 * t_6dtnj;
     const real t_37sne_2 = t_ct5c5_3 * t_6dtnj + t_jza4m_2 * t_ct5c5;
-    const real t_zgz62 = t_6bm7p - (t_skn5h_2 * t_ct5c5_2 + t_lhd4o * t_37sne_2);
-    const real t_guweu = t_zyzw7
-        + (lhub_alphaxhub_ax * t_ct5c5_3 + t_lhd4o_2 * t_yn7jp)
-        - (lhub_alphaxhub_ay * t_zgz62 + khub_azhub_ay1 * t_wflm5);
-    const real t_bintu_5 = lhub_alphaxhub_az * t_6dtnj_3;
-    const real t_bintu_6 = lhub_azhub_ay * t_6dtnj_2;
-    const real t_4nmjr = t_zgz62 * t_6dtnj_2 - t_bintu_6 * t_ews4u;
+    const real t_zgz62 = t_6bm7p - (t_skn5h * t_ct5c5_3 + t_lhd4o_2 * t_37sne);
+    const real t_bintu_5 = lhub_azhub_ay * t_6dtnj_2;
+    const real t_4nmjr = t_zgz62 * t_6dtnj_2 - t_bintu_5 * t_ews4u;
+    const real t_qghca = t_zyzw7
+        + (t_skn5h_2 * t_7utpr + hub_K41 * t_37sne_2)
+        - (lhub_azhub_ay * t_3peu2 + khub_alphaxhub_ay * t_4nmjr);
+    const real t_bintu_6 = lhub_alphaxhub_az * t_6dtnj_3;
     const real t_ncc7u = t_btcnr
         - (t_skn5h_2 * t_ct5c5_3 + t_lhd4o_2 * t_37sne_2)
-        - (lhub_azhub_ay * t_zgz62 + khub_azhub_ay1 * t_4nmjr);
-    const real t_jrarn = t_guweu * t_6dtnj_3 - t_bintu_5 * t_ncc7u;
-    const real t_wcdvv = t_u3oye
-        + (yhub_ax * t_37sne_2 + t_skn5h_2 * t_svqlx)
-        - (yhub_ay * t_4nmjr + lhub_azhub_ay * t_nu4qx);
-    const real t_74kdh = bob1_r_y * t_u3oye
+        - (lhub_azhub_ay * t_zgz62 + khub_azhub_ay * t_4nmjr);
+    const real t_elsua = t_qghca * t_6dtnj_3 - t_bintu_6 * t_ncc7u;
+    const real t_7rm3c = t_l7wvq
+        + (yhub_ax * t_37sne_2 + t_skn5h_2 * t_axt6q)
+        - (yhub_ay * t_4nmjr + lhub_azhub_ay * t_2o53a);
+    const real t_agkc4 = bob1_r_y * t_l7wvq
         + bob1_fz * t_jzt2o
-        + bob1_S1rx * t_4tdlf
-        - (bob1_r_z * t_wm6bk + bob1_fy * t_jzt2o_4)
-        - (yhub_ax * t_yn7jp + lhub_alphaxhub_ax * t_svqlx)
-        - (yhub_ay * t_wflm5 + lhub_alphaxhub_ay * t_nu4qx)
-        - (yhub_az * t_jrarn + lhub_alphaxhub_az * t_wcdvv);
+        + bob1_S1rx * t_5fck6
+        - (bob1_r_z * t_x4mjz + bob1_fy * t_jzt2o_4)
+        - (yhub_ax * t_yn7jp + lhub_alphaxhub_ax * t_axt6q)
+        - (yhub_ay * t_tbbgs + lhub_alphaxhub_ay * t_2o53a)
+        - (yhub_az * t_elsua + lhub_alphaxhub_az * t_7rm3c);
     const real t_qkbrl = t_gjjfk * t_6dtnj_4;
-    const real t_vqj4c = bob1_r_y * t_zyzw7
+    const real t_bfsse = bob1_r_y * t_zyzw7
         + bob1_Nxz * t_jzt2o
         - (t_mwmzd_3 * t_jzt2o - bob1_r_y * t_oy64o_2)
         + (t_mwmzd_2 * t_jzt2o_4 - bob1_r_z * t_oy64o)
         - (bob1_r_z * t_5qex4 + bob1_Nxy * t_jzt2o_4)
         - (lhub_alphaxhub_ax * t_7utpr + hub_K41 * t_yn7jp)
-        - (lhub_alphaxhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_wflm5)
-        - (lhub_alphaxhub_az * t_guweu + khub_alphaxhub_az2 * t_jrarn);
+        - (lhub_alphaxhub_ay * t_3peu2 + khub_alphaxhub_ay * t_tbbgs)
+        - (lhub_alphaxhub_az * t_qghca + khub_alphaxhub_az * t_elsua);
     const real t_7w4rx = bob1_r_z * t_ct5c5_3 + t_dugie_2 * t_jzt2o_4 + (bob1_r_x * t_btcnr + bob1_Mzz * t_rcy73_2);
     const real t_qoatj = bob1_r_x * t_6bm7p + bob1_Myz * t_rcy73_2;
     const real t_nfyrp = t_ju6zk + t_qoatj;
     const real t_gu7mo = bob1_Mxx * t_jzt2o_4 - bob1_r_z * t_ct5c5 + (bob1_r_x * t_ct5c5_3 + t_dugie_2 * t_rcy73_2);
-    const real t_bintu_7 = lhub_alphayhub_ax * t_6dtnj;
-    const real t_qnmp3 = t_gu7mo * t_6dtnj + t_bintu_7 * t_ct5c5;
-    const real t_4csns = lhub_alphayhub_ax * t_ct5c5_2 + t_lhd4o * t_qnmp3 - t_nfyrp;
-    const real t_bintu_8 = lhub_alphayhub_ay * t_6dtnj_2;
-    const real t_3gzic = t_4csns * t_6dtnj_2 - t_bintu_8 * t_ews4u;
-    const real t_wbvlz = lhub_alphayhub_ax * t_ct5c5_3
-        + t_lhd4o_2 * t_qnmp3
+    const real t_hsyme = t_skn5h * t_gu7mo + hub_K51 * t_37sne - t_nfyrp;
+    const real t_edksy = t_skn5h_2 * t_gu7mo
+        + hub_K51 * t_37sne_2
         - t_7w4rx
-        - (lhub_alphayhub_ay * t_zgz62 + khub_azhub_ay1 * t_3gzic);
-    const real t_bintu_9 = lhub_alphayhub_az * t_6dtnj_3;
-    const real t_wyz3w = t_wbvlz * t_6dtnj_3 - t_bintu_9 * t_ncc7u;
-    const real t_ddbp5 = t_mwmzd_3 * t_rcy73_2
+        - (lhub_azhub_ay * t_hsyme + khub_alphayhub_ay * t_4nmjr);
+    const real t_e6wca = t_mwmzd_3 * t_rcy73_2
         - bob1_r_x * t_oy64o_2
         - (bob1_r_z * t_vcqt6 + t_mwmzd * t_jzt2o_4 + (bob1_r_y * t_7w4rx + t_vh7r5 * t_jzt2o))
         + (bob1_r_z * t_nfyrp + t_vh7r5_2 * t_jzt2o_4)
-        - (lhub_alphayhub_ax * t_7utpr + hub_K41 * t_qnmp3)
-        - (lhub_alphayhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_3gzic)
-        - (lhub_alphayhub_az * t_guweu + khub_alphaxhub_az2 * t_wyz3w);
-    const real t_bintu_10 = lhub_alphayhub_alphax * t_6dtnj_4;
-    const real t_x6ybx = t_ddbp5 * t_6dtnj_4 - t_bintu_10 * t_vqj4c;
-    const real t_igblm = bob1_r_z * t_svqlx
+        - (lhub_alphaxhub_ax * t_gu7mo + hub_K51 * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_hsyme + khub_alphayhub_ay * t_tbbgs)
+        - (lhub_alphaxhub_az * t_edksy + khub_alphayhub_az * t_elsua);
+    const real t_bintu_7 = lhub_alphayhub_alphax * t_6dtnj_4;
+    const real t_dzih2 = t_e6wca * t_6dtnj_4 - t_bintu_7 * t_bfsse;
+    const real t_bintu_8 = lhub_alphayhub_ax * t_6dtnj;
+    const real t_qnmp3 = t_gu7mo * t_6dtnj + t_bintu_8 * t_ct5c5;
+    const real t_bintu_9 = lhub_alphayhub_ay * t_6dtnj_2;
+    const real t_3y3e6 = t_hsyme * t_6dtnj_2 - t_bintu_9 * t_ews4u;
+    const real t_bintu_10 = lhub_alphayhub_az * t_6dtnj_3;
+    const real t_633xb = t_edksy * t_6dtnj_3 - t_bintu_10 * t_ncc7u;
+    const real t_cj3qh = bob1_r_z * t_axt6q
         + bob1_fx * t_jzt2o_4
-        - (bob1_r_x * t_u3oye + bob1_fz * t_rcy73_2)
-        - (yhub_alphax * t_x6ybx + lhub_alphayhub_alphax * t_74kdh)
-        - (yhub_ax * t_qnmp3 + lhub_alphayhub_ax * t_svqlx)
-        - (yhub_ay * t_3gzic + lhub_alphayhub_ay * t_nu4qx)
-        - (yhub_az * t_wyz3w + lhub_alphayhub_az * t_wcdvv);
+        - (bob1_r_x * t_l7wvq + bob1_fz * t_rcy73_2)
+        - (yhub_alphax * t_dzih2 + lhub_alphayhub_alphax * t_agkc4)
+        - (yhub_ax * t_qnmp3 + lhub_alphayhub_ax * t_axt6q)
+        - (yhub_ay * t_3y3e6 + lhub_alphayhub_ay * t_2o53a)
+        - (yhub_az * t_633xb + lhub_alphayhub_az * t_7rm3c);
     const real t_6gzii = t_ysosa * t_6dtnj_5;
-    const real t_xkqrd = bob1_r_z * t_gu7mo
+    const real t_4dytw = bob1_r_z * t_gu7mo
         + bob1_Nyx * t_jzt2o_4
         + (bob1_r_x * t_7w4rx + t_vh7r5 * t_rcy73_2)
         - (lhub_alphayhub_ax * t_gu7mo + hub_K51 * t_qnmp3)
-        - (lhub_alphayhub_ay * t_4csns + khub_alphayhub_ay1 * t_3gzic)
-        - (lhub_alphayhub_az * t_wbvlz + khub_alphayhub_az2 * t_wyz3w)
-        - (lhub_alphayhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_x6ybx);
+        - (lhub_alphayhub_alphax * t_e6wca + khub_alphayhub_alphax * t_dzih2)
+        - (lhub_alphayhub_ay * t_hsyme + khub_alphayhub_ay * t_3y3e6)
+        - (lhub_alphayhub_az * t_edksy + khub_alphayhub_az * t_633xb);
     const real t_ymd76 = bob1_S2rz * t_sjrjg * t_5mzug;
     const real t_6rn4c = t_qoatj + (bob1_S2rz * t_gh5ah_2 - t_pj4i3 * t_ymd76) + t_ju6zk_2;
     const real t_6laq7 = bob1_S2rz * t_gh5ah_4 - bob1_g2_y * t_ymd76;
@@ -774,116 +743,106 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         - t_6laq7
         + (bob1_r_y * t_ct5c5_2 + t_dugie * t_jzt2o);
     const real t_gu7mo_2 = bob1_r_x * t_ct5c5_2 + t_dugie * t_rcy73_2 + (bob1_Mxx * t_jzt2o - bob1_r_y * t_ct5c5);
-    const real t_aphi5 = t_d5zcj * t_6dtnj;
-    const real t_xqryn = t_gu7mo_2 * t_6dtnj + t_aphi5 * t_ct5c5;
-    const real t_qegaw = t_ecefc - (t_d5zcj * t_ct5c5_2 + t_lhd4o * t_xqryn);
-    const real t_bintu_11 = lhub_alphazhub_ay * t_6dtnj_2;
-    const real t_t3kmi = t_qegaw * t_6dtnj_2 - t_bintu_11 * t_ews4u;
-    const real t_puni4 = t_6rn4c
-        - (t_d5zcj * t_ct5c5_3 + t_lhd4o_2 * t_xqryn)
-        - (lhub_alphazhub_ay * t_zgz62 + khub_azhub_ay1 * t_t3kmi);
-    const real t_bintu_12 = lhub_alphazhub_az * t_6dtnj_3;
-    const real t_x55d4 = t_puni4 * t_6dtnj_3 - t_bintu_12 * t_ncc7u;
-    const real t_ibbbc = bob1_r_y * t_6rn4c
+    const real t_xawvq = t_ecefc - (t_skn5h * t_gu7mo_2 + t_bjkdc * t_37sne);
+    const real t_p5xvz = t_6rn4c
+        - (t_skn5h_2 * t_gu7mo_2 + t_bjkdc * t_37sne_2)
+        - (lhub_azhub_ay * t_xawvq + khub_alphazhub_ay * t_4nmjr);
+    const real t_wvhim = bob1_r_y * t_6rn4c
         + bob1_Nzz * t_jzt2o
         - (t_mwmzd_2 * t_rcy73_2 - bob1_r_x * t_oy64o)
         + (bob1_r_y * t_vcqt6 + t_mwmzd * t_jzt2o)
         - (bob1_r_z * t_ecefc + bob1_Nzy * t_jzt2o_4)
-        + (t_d5zcj * t_7utpr + hub_K41 * t_xqryn)
-        - (lhub_alphazhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_t3kmi)
-        - (lhub_alphazhub_az * t_guweu + khub_alphaxhub_az2 * t_x55d4);
-    const real t_bintu_13 = lhub_alphazhub_alphax * t_6dtnj_4;
-    const real t_zzq67 = t_ibbbc * t_6dtnj_4 - t_bintu_13 * t_vqj4c;
-    const real t_clrvp = t_d5zcj * t_gu7mo
-        + hub_K51 * t_xqryn
+        + (lhub_alphaxhub_ax * t_gu7mo_2 + t_bjkdc * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_xawvq + khub_alphazhub_ay * t_tbbgs)
+        - (lhub_alphaxhub_az * t_p5xvz + khub_alphazhub_az * t_elsua);
+    const real t_bintu_11 = lhub_alphazhub_alphax * t_6dtnj_4;
+    const real t_fezpj = t_wvhim * t_6dtnj_4 - t_bintu_11 * t_bfsse;
+    const real t_yzxaq = lhub_alphayhub_ax * t_gu7mo_2
+        + t_bjkdc * t_qnmp3
         - (bob1_r_z * t_gu7mo_2 + t_ezb77 * t_jzt2o_4 + (bob1_r_x * t_6rn4c + bob1_Nzz * t_rcy73_2))
-        - (lhub_alphazhub_ay * t_4csns + khub_alphayhub_ay1 * t_t3kmi)
-        - (lhub_alphazhub_az * t_wbvlz + khub_alphayhub_az2 * t_x55d4)
-        - (lhub_alphazhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_zzq67);
-    const real t_bintu_14 = lhub_alphazhub_alphay * t_6dtnj_5;
-    const real t_lw2hy = t_clrvp * t_6dtnj_5 - t_bintu_14 * t_xkqrd;
-    const real t_qpm4s = bob1_r_x * t_wm6bk
+        - (lhub_alphayhub_alphax * t_wvhim + khub_alphazhub_alphax * t_dzih2)
+        - (lhub_alphayhub_ay * t_xawvq + khub_alphazhub_ay * t_3y3e6)
+        - (lhub_alphayhub_az * t_p5xvz + khub_alphazhub_az * t_633xb);
+    const real t_bintu_12 = lhub_alphazhub_alphay * t_6dtnj_5;
+    const real t_ucmt4 = t_yzxaq * t_6dtnj_5 - t_bintu_12 * t_4dytw;
+    const real t_aphi5 = t_d5zcj * t_6dtnj;
+    const real t_xqryn = t_gu7mo_2 * t_6dtnj + t_aphi5 * t_ct5c5;
+    const real t_bintu_13 = lhub_alphazhub_ay * t_6dtnj_2;
+    const real t_b2dfa = t_xawvq * t_6dtnj_2 - t_bintu_13 * t_ews4u;
+    const real t_bintu_14 = lhub_alphazhub_az * t_6dtnj_3;
+    const real t_tqalt = t_p5xvz * t_6dtnj_3 - t_bintu_14 * t_ncc7u;
+    const real t_sokhd = bob1_r_x * t_x4mjz
         + bob1_fy * t_rcy73_2
-        - (bob1_S2rz * t_vqvd7 - bob1_Q2 * t_ymd76)
-        - (bob1_r_y * t_svqlx + bob1_fx * t_jzt2o)
-        - (yhub_alphax * t_zzq67 + lhub_alphazhub_alphax * t_74kdh)
-        - (yhub_alphay * t_lw2hy + lhub_alphazhub_alphay * t_igblm)
-        + (yhub_ax * t_xqryn + t_d5zcj * t_svqlx)
-        - (yhub_ay * t_t3kmi + lhub_alphazhub_ay * t_nu4qx)
-        - (yhub_az * t_x55d4 + lhub_alphazhub_az * t_wcdvv);
+        - (bob1_S2rz * t_txnlk - bob1_Q2 * t_ymd76)
+        - (bob1_r_y * t_axt6q + bob1_fx * t_jzt2o)
+        - (yhub_alphax * t_fezpj + lhub_alphazhub_alphax * t_agkc4)
+        - (yhub_alphay * t_ucmt4 + lhub_alphazhub_alphay * t_cj3qh)
+        + (yhub_ax * t_xqryn + t_d5zcj * t_axt6q)
+        - (yhub_ay * t_b2dfa + lhub_alphazhub_ay * t_2o53a)
+        - (yhub_az * t_tqalt + lhub_alphazhub_az * t_7rm3c);
     const real t_bintu_15 = hub_alphaz * t_6dtnj_6;
-    const real t_vfrne = bob1_r_x * t_ecefc
+    const real t_5tzeg = bob1_r_x * t_ecefc
         + bob1_Nzy * t_rcy73_2
         - (bob1_r_x * t_6laq7 + t_dugie_3 * t_rcy73_2)
         + (bob1_r_y * t_gu7mo_2 + t_ezb77 * t_jzt2o)
         + p[I1] * t_ymd76
         - (t_d5zcj * t_gu7mo_2 + t_bjkdc * t_xqryn)
-        - (lhub_alphazhub_ay * t_qegaw + khub_alphazhub_ay1 * t_t3kmi)
-        - (lhub_alphazhub_az * t_puni4 + khub_alphazhub_az2 * t_x55d4)
-        - (lhub_alphazhub_alphax * t_ibbbc + khub_alphazhub_alphax3 * t_zzq67)
-        - (lhub_alphazhub_alphay * t_clrvp + khub_alphazhub_alphay4 * t_lw2hy);
-    const real t_6kskn = t_qpm4s * t_6dtnj_6 - t_bintu_15 * t_vfrne;
-    const real t_xp72g = t_igblm * t_6dtnj_5 - t_6gzii * t_xkqrd - (lhub_alphazhub_alphay * t_6kskn + hub_alphaz * t_lw2hy);
-    const real t_7zlmt = t_74kdh * t_6dtnj_4
-        - t_qkbrl * t_vqj4c
-        - (lhub_alphayhub_alphax * t_xp72g + hub_alphay * t_x6ybx)
-        - (lhub_alphazhub_alphax * t_6kskn + hub_alphaz * t_zzq67);
+        - (lhub_alphazhub_alphax * t_wvhim + khub_alphazhub_alphax * t_fezpj)
+        - (lhub_alphazhub_alphay * t_yzxaq + khub_alphazhub_alphay * t_ucmt4)
+        - (lhub_alphazhub_ay * t_xawvq + khub_alphazhub_ay * t_b2dfa)
+        - (lhub_alphazhub_az * t_p5xvz + khub_alphazhub_az * t_tqalt);
+    const real t_jtnvc = t_sokhd * t_6dtnj_6 - t_bintu_15 * t_5tzeg;
+    const real t_o7w4g = t_cj3qh * t_6dtnj_5 - t_6gzii * t_4dytw - (lhub_alphazhub_alphay * t_jtnvc + hub_alphaz * t_ucmt4);
+    const real t_6pq3s = t_agkc4 * t_6dtnj_4
+        - t_qkbrl * t_bfsse
+        - (lhub_alphayhub_alphax * t_o7w4g + hub_alphay * t_dzih2)
+        - (lhub_alphazhub_alphax * t_jtnvc + hub_alphaz * t_fezpj);
     const real t_temm3_2 = t_bintu * t_6dtnj_2;
     const real t_qkxsr = t_ztwwp * t_6dtnj_3;
-    const real t_ozc77 = t_wcdvv * t_6dtnj_3
+    const real t_tnqi6 = t_7rm3c * t_6dtnj_3
         - t_qkxsr * t_ncc7u
-        - (lhub_alphaxhub_az * t_7zlmt + hub_alphax * t_jrarn)
-        - (lhub_alphayhub_az * t_xp72g + hub_alphay * t_wyz3w)
-        - (lhub_alphazhub_az * t_6kskn + hub_alphaz * t_x55d4);
-    const real t_muxjm = t_nu4qx * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_6pq3s + hub_alphax * t_elsua)
+        - (lhub_alphayhub_az * t_o7w4g + hub_alphay * t_633xb)
+        - (lhub_alphazhub_az * t_jtnvc + hub_alphaz * t_tqalt);
+    const real t_meteo = t_2o53a * t_6dtnj_2
         - t_temm3_2 * t_ews4u
-        - (lhub_alphaxhub_ay * t_7zlmt + hub_alphax * t_wflm5)
-        - (lhub_alphayhub_ay * t_xp72g + hub_alphay * t_3gzic)
-        - (lhub_alphazhub_ay * t_6kskn + hub_alphaz * t_t3kmi)
-        - (lhub_azhub_ay * t_ozc77 + hub_az * t_4nmjr);
-    const real t_b76kz = t_svqlx * t_6dtnj
+        - (lhub_alphaxhub_ay * t_6pq3s + hub_alphax * t_tbbgs)
+        - (lhub_alphayhub_ay * t_o7w4g + hub_alphay * t_3y3e6)
+        - (lhub_alphazhub_ay * t_jtnvc + hub_alphaz * t_b2dfa)
+        - (lhub_azhub_ay * t_tnqi6 + hub_az * t_4nmjr);
+    const real t_b76kz = t_axt6q * t_6dtnj
         + t_temm3 * t_ct5c5
-        - (lhub_alphaxhub_ax * t_7zlmt + hub_alphax * t_yn7jp)
-        - (lhub_alphayhub_ax * t_xp72g + hub_alphay * t_qnmp3)
-        + (t_d5zcj * t_6kskn + hub_alphaz * t_xqryn)
-        + (t_skn5h * t_muxjm + hub_ay * t_37sne)
-        + (t_skn5h_2 * t_ozc77 + hub_az * t_37sne_2);
+        - (lhub_alphaxhub_ax * t_6pq3s + hub_alphax * t_yn7jp)
+        - (lhub_alphayhub_ax * t_o7w4g + hub_alphay * t_qnmp3)
+        + (t_d5zcj * t_jtnvc + hub_alphaz * t_xqryn)
+        + (t_skn5h * t_meteo + hub_ay * t_37sne)
+        + (t_skn5h_2 * t_tnqi6 + hub_az * t_37sne_2);
     const real t_vvhli = t_j5f44_2 - bob1_twice1 * bob1_r1_y - bob1_twice2 * bob1_r_z;
     const real t_vvhli_2 = bob1_twice1 * bob1_r1_z - bob1_twice2 * bob1_r_y + t_j5f44;
     const real t_ddyjd = p[m1] * (x[wy] * t_vvhli - x[wz] * t_vvhli_2);
-    const real t_iu3ki = bob1_v21 * bob1_r1_y
-        + x[wz] * t_ipz3m
-        + bob1_v11 * bob1_r_z
-        + bob1_v22 * bob1_r_z
-        + x[wx] * t_vvhli;
-    const real t_p3wzj = p[m1] * t_iu3ki;
-    const real t_kzypq = x[wx] * t_vvhli_2
-        - bob1_v21 * bob1_r1_z
-        + bob1_v11 * bob1_r_y
-        + bob1_v22 * bob1_r_y
-        + x[wy] * t_ipz3m;
-    const real t_2i6hr = p[m1] * t_kzypq;
-    const real t_5dj2j = bob1_r1_x * t_ddyjd
-        + (bob1_Fy * bob1_r1_z - bob1_r1_y * t_p3wzj)
-        + (bob1_r1_z * t_2i6hr - bob1_Fz * bob1_r1_y);
-    const real t_7tula = bob1_S1tx * t_5dj2j - t_ddyjd;
+    const real t_ntmfr = p[m1] * (bob1_v21 * bob1_r1_y + t_dwwzs_2 + x[wz] * t_ipz3m + x[wx] * t_vvhli);
+    const real t_fujqj = p[m1] * (x[wx] * t_vvhli_2 + t_dwwzs - bob1_v21 * bob1_r1_z + x[wy] * t_ipz3m);
+    const real t_n3bpa = bob1_r1_x * t_ddyjd
+        + (bob1_Fy * bob1_r1_z - bob1_r1_y * t_ntmfr)
+        + (bob1_r1_z * t_fujqj - bob1_Fz * bob1_r1_y);
+    const real t_mmkn4 = bob1_S1tx * t_n3bpa - t_ddyjd;
     const real t_pj4i3_2 = p[m1] * bob1_r1_y;
     const real t_rnu2p = t_pj4i3_2 * t_vpzmf;
-    const real t_psumj = bob1_r_y * t_2i6hr + bob1_Fz * bob1_r_z + (bob1_r_z * t_p3wzj + bob1_Fy * bob1_r_y);
+    const real t_6i6vz = bob1_r_y * t_fujqj + bob1_Fz * bob1_r_z + (bob1_r_z * t_ntmfr + bob1_Fy * bob1_r_y);
     const real t_pj4i3_3 = p[m1] * bob1_r_z;
     const real t_rlquh_2 = t_pj4i3_3 * t_sjrjg;
-    const real t_a2aky = bob1_S1tz * t_5dj2j
+    const real t_noceu = bob1_S1tz * t_n3bpa
         - t_txuch * t_rnu2p
-        - t_2i6hr
-        + (t_rlquh * t_psumj + bob1_Q2 * t_rlquh_2);
+        - t_fujqj
+        + (t_rlquh * t_6i6vz + bob1_Q2 * t_rlquh_2);
     const real t_pj4i3_4 = p[m1] * bob1_r1_z;
     const real t_rnu2p_2 = t_pj4i3_4 * t_vpzmf;
     const real t_pj4i3_5 = p[m1] * bob1_r_y;
     const real t_rlquh_3 = t_pj4i3_5 * t_sjrjg;
-    const real t_bthkv = bob1_S1ty * t_5dj2j
+    const real t_3zjun = bob1_S1ty * t_n3bpa
         + t_txuch * t_rnu2p_2
-        + t_p3wzj
-        - (bob1_S2ty * t_psumj - bob1_Q2 * t_rlquh_3);
+        + t_ntmfr
+        - (bob1_S2ty * t_6i6vz - bob1_Q2 * t_rlquh_3);
     const real t_sbejl = bob1_g1_x * t_rnu2p_2;
     const real t_m6o6r = bob1_r_z * t_sbejl - t_yiqfo_3;
     const real t_sbejl_2 = bob1_g1_x * t_rnu2p;
@@ -894,139 +853,139 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_vhoa4 = bob1_S1rx * t_pj4i3_4;
     const real t_w76ip = bob1_g2_y * t_rlquh_3 + bob1_S2ty * t_pj4i3_5 - (bob1_g1_y * t_rnu2p_2 + bob1_S1ty * t_pj4i3_4);
     const real t_bgi5w = bob1_r_y * t_g37pd + t_r37jk_2 - t_vhoa4 - (bob1_r_z * t_w76ip - bob1_Myy * bob1_r_y);
-    const real t_j4hvh = t_bgi5w + (lhub_alphaxhub_ax * t_sbejl + t_lhd4o * t_ox35p);
     const real t_pkgfk = t_sbejl * t_6dtnj;
+    const real t_3gbeq = t_bgi5w + (t_skn5h * t_vpsgh + hub_K41 * t_pkgfk);
     const real t_vfnyi = t_w76ip - (t_skn5h * t_sbejl + t_lhd4o * t_pkgfk);
-    const real t_b3oon = t_j4hvh * t_6dtnj_2 - t_bintu_4 * t_vfnyi;
-    const real t_6ciuu = t_bthkv + (yhub_ax * t_pkgfk + t_skn5h * t_7tula);
+    const real t_wberl = t_3gbeq * t_6dtnj_2 - t_bintu_4 * t_vfnyi;
+    const real t_hum42 = t_3zjun + (yhub_ax * t_pkgfk + t_skn5h * t_mmkn4);
     const real t_xkekw = bob1_g1_z * t_rnu2p + bob1_S1tz * t_pj4i3_2 - (t_pj4i3 * t_rlquh_2 + t_rlquh * t_pj4i3_3);
     const real t_vhoa4_2 = bob1_S1rx * t_pj4i3_2;
     const real t_wqye4 = bob1_r_y * t_xkekw + bob1_Mzz * bob1_r_z + t_vhoa4_2 - (bob1_r_z * t_g37pd - t_r37jk);
     const real t_pkgfk_2 = t_sbejl_2 * t_6dtnj;
-    const real t_hg336 = t_g37pd - (t_skn5h_2 * t_sbejl - t_lhd4o * t_pkgfk_2);
-    const real t_rkwci = t_wqye4
-        + (t_lhd4o_2 * t_ox35p - lhub_alphaxhub_ax * t_sbejl_2)
-        - (lhub_alphaxhub_ay * t_hg336 + khub_azhub_ay1 * t_b3oon);
-    const real t_yo3xz = t_hg336 * t_6dtnj_2 - t_bintu_6 * t_vfnyi;
+    const real t_hg336 = t_g37pd - (t_lhd4o_2 * t_pkgfk - t_skn5h * t_sbejl_2);
+    const real t_yo3xz = t_hg336 * t_6dtnj_2 - t_bintu_5 * t_vfnyi;
+    const real t_japbg = t_wqye4
+        + (t_skn5h_2 * t_vpsgh - hub_K41 * t_pkgfk_2)
+        - (lhub_azhub_ay * t_3gbeq + khub_alphaxhub_ay * t_yo3xz);
     const real t_fmrgl = t_xkekw
         + (t_skn5h_2 * t_sbejl_2 + t_lhd4o_2 * t_pkgfk_2)
-        - (lhub_azhub_ay * t_hg336 + khub_azhub_ay1 * t_yo3xz);
-    const real t_3gttm = t_rkwci * t_6dtnj_3 - t_bintu_5 * t_fmrgl;
-    const real t_sx63q = t_a2aky
-        + (t_skn5h_2 * t_7tula - yhub_ax * t_pkgfk_2)
-        - (yhub_ay * t_yo3xz + lhub_azhub_ay * t_6ciuu);
-    const real t_nutht = bob1_r_y * t_a2aky
+        - (lhub_azhub_ay * t_hg336 + khub_azhub_ay * t_yo3xz);
+    const real t_aumff = t_japbg * t_6dtnj_3 - t_bintu_6 * t_fmrgl;
+    const real t_qmr25 = t_noceu
+        + (t_skn5h_2 * t_mmkn4 - yhub_ax * t_pkgfk_2)
+        - (yhub_ay * t_yo3xz + lhub_azhub_ay * t_hum42);
+    const real t_qx3v4 = bob1_r_y * t_noceu
         + bob1_fz * bob1_r_z
-        + bob1_S1rx * t_5dj2j
-        - (bob1_r_z * t_bthkv - bob1_fy * bob1_r_y)
-        - (yhub_ax * t_ox35p + lhub_alphaxhub_ax * t_7tula)
-        - (yhub_ay * t_b3oon + lhub_alphaxhub_ay * t_6ciuu)
-        - (yhub_az * t_3gttm + lhub_alphaxhub_az * t_sx63q);
-    const real t_z746k = bob1_r_y * t_wqye4
+        + bob1_S1rx * t_n3bpa
+        - (bob1_r_z * t_3zjun - bob1_fy * bob1_r_y)
+        - (yhub_ax * t_ox35p + lhub_alphaxhub_ax * t_mmkn4)
+        - (yhub_ay * t_wberl + lhub_alphaxhub_ay * t_hum42)
+        - (yhub_az * t_aumff + lhub_alphaxhub_az * t_qmr25);
+    const real t_buu7s = bob1_r_y * t_wqye4
         + bob1_Nxz * bob1_r_z
         - (t_mwmzd_3 * bob1_r_z - bob1_r_y * t_vhoa4_2)
         + (bob1_r_z * t_vhoa4 - t_mwmzd_2 * bob1_r_y)
         - (bob1_r_z * t_bgi5w - bob1_Nxy * bob1_r_y)
         - (lhub_alphaxhub_ax * t_vpsgh + hub_K41 * t_ox35p)
-        - (lhub_alphaxhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_b3oon)
-        - (lhub_alphaxhub_az * t_rkwci + khub_alphaxhub_az2 * t_3gttm);
+        - (lhub_alphaxhub_ay * t_3gbeq + khub_alphaxhub_ay * t_wberl)
+        - (lhub_alphaxhub_az * t_japbg + khub_alphaxhub_az * t_aumff);
     const real t_xrg5u = bob1_r_x * t_g37pd;
     const real t_5li76 = t_m6o6r + t_xrg5u;
     const real t_vr5ah = bob1_r_x * t_xkekw - (bob1_r_z * t_sbejl_2 + t_yiqfo_2);
     const real t_jowwr = t_2fozl_2 + bob1_r_x * t_sbejl_2;
-    const real t_3gtuv = t_jowwr * t_6dtnj;
-    const real t_bdklq = lhub_alphayhub_ax * t_sbejl - t_lhd4o * t_3gtuv - t_5li76;
-    const real t_lh46h = t_bdklq * t_6dtnj_2 - t_bintu_8 * t_vfnyi;
-    const real t_fcjc7 = t_vr5ah
-        + (lhub_alphayhub_ax * t_sbejl_2 + t_lhd4o_2 * t_3gtuv)
-        + (lhub_alphayhub_ay * t_hg336 + khub_azhub_ay1 * t_lh46h);
-    const real t_gu63d = t_fcjc7 * t_6dtnj_3 + t_bintu_9 * t_fmrgl;
-    const real t_mhuhh = bob1_r_z * t_5li76
+    const real t_wu3ci = hub_K51 * t_pkgfk - t_skn5h * t_jowwr - t_5li76;
+    const real t_3wqux = t_vr5ah
+        + (t_skn5h_2 * t_jowwr + hub_K51 * t_pkgfk_2)
+        + (lhub_azhub_ay * t_wu3ci + khub_alphayhub_ay * t_yo3xz);
+    const real t_z2qw3 = bob1_r_z * t_5li76
         - t_vh7r5_2 * bob1_r_y
         - (bob1_r_x * t_vhoa4_2 + (bob1_r_y * t_vr5ah + t_vh7r5 * bob1_r_z - t_4jexu_2))
-        - (lhub_alphayhub_ax * t_vpsgh - hub_K41 * t_3gtuv)
-        - (lhub_alphayhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_lh46h)
-        - (lhub_alphayhub_az * t_rkwci - khub_alphaxhub_az2 * t_gu63d);
-    const real t_xpuqg = t_mhuhh * t_6dtnj_4 - t_bintu_10 * t_z746k;
-    const real t_pio3u = bob1_r_z * t_7tula
+        - (hub_K51 * t_ox35p - lhub_alphaxhub_ax * t_jowwr)
+        - (lhub_alphaxhub_ay * t_wu3ci + khub_alphayhub_ay * t_wberl)
+        - (khub_alphayhub_az * t_aumff - lhub_alphaxhub_az * t_3wqux);
+    const real t_jhqb6 = t_z2qw3 * t_6dtnj_4 - t_bintu_7 * t_buu7s;
+    const real t_3gtuv = t_jowwr * t_6dtnj;
+    const real t_nxhdc = t_wu3ci * t_6dtnj_2 - t_bintu_9 * t_vfnyi;
+    const real t_apk4l = t_3wqux * t_6dtnj_3 + t_bintu_10 * t_fmrgl;
+    const real t_v66lk = bob1_r_z * t_mmkn4
         - t_leuxo_3
-        - bob1_r_x * t_a2aky
-        - (yhub_alphax * t_xpuqg + lhub_alphayhub_alphax * t_nutht)
-        - (lhub_alphayhub_ax * t_7tula - yhub_ax * t_3gtuv)
-        - (yhub_ay * t_lh46h + lhub_alphayhub_ay * t_6ciuu)
-        - (lhub_alphayhub_az * t_sx63q - yhub_az * t_gu63d);
-    const real t_ny6wj = bob1_r_x * t_vr5ah
+        - bob1_r_x * t_noceu
+        - (yhub_alphax * t_jhqb6 + lhub_alphayhub_alphax * t_qx3v4)
+        - (lhub_alphayhub_ax * t_mmkn4 - yhub_ax * t_3gtuv)
+        - (yhub_ay * t_nxhdc + lhub_alphayhub_ay * t_hum42)
+        - (lhub_alphayhub_az * t_qmr25 - yhub_az * t_apk4l);
+    const real t_4wx2l = bob1_r_x * t_vr5ah
         - (bob1_r_z * t_jowwr + bob1_Nyx * bob1_r_y)
         + (lhub_alphayhub_ax * t_jowwr + hub_K51 * t_3gtuv)
-        - (lhub_alphayhub_ay * t_bdklq + khub_alphayhub_ay1 * t_lh46h)
-        + (lhub_alphayhub_az * t_fcjc7 + khub_alphayhub_az2 * t_gu63d)
-        - (lhub_alphayhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_xpuqg);
+        - (lhub_alphayhub_alphax * t_z2qw3 + khub_alphayhub_alphax * t_jhqb6)
+        - (lhub_alphayhub_ay * t_wu3ci + khub_alphayhub_ay * t_nxhdc)
+        + (lhub_alphayhub_az * t_3wqux + khub_alphayhub_az * t_apk4l);
     const real t_a6ylt = t_xrg5u + bob1_S2rz * t_pj4i3_3 + t_m6o6r_2;
     const real t_riizn = bob1_S2rz * t_pj4i3_5;
     const real t_gezs2 = bob1_r_x * t_w76ip + t_riizn + (bob1_r_y * t_sbejl + t_yiqfo);
     const real t_jowwr_2 = bob1_r_x * t_sbejl + t_2fozl;
-    const real t_3gtuv_2 = t_jowwr_2 * t_6dtnj;
-    const real t_6d2n2 = t_gezs2 - (t_d5zcj * t_sbejl + t_lhd4o * t_3gtuv_2);
-    const real t_ctrlp = t_6d2n2 * t_6dtnj_2 - t_bintu_11 * t_vfnyi;
-    const real t_qx7gx = t_a6ylt
-        - (t_lhd4o_2 * t_3gtuv_2 - t_d5zcj * t_sbejl_2)
-        - (lhub_alphazhub_ay * t_hg336 + khub_azhub_ay1 * t_ctrlp);
-    const real t_lwgwh = t_qx7gx * t_6dtnj_3 - t_bintu_12 * t_fmrgl;
-    const real t_lbhmq = bob1_r_y * t_a6ylt
+    const real t_wg25p = t_gezs2 - (t_skn5h * t_jowwr_2 + t_bjkdc * t_pkgfk);
+    const real t_xi2wa = t_a6ylt
+        - (t_skn5h_2 * t_jowwr_2 - t_bjkdc * t_pkgfk_2)
+        - (lhub_azhub_ay * t_wg25p + khub_alphazhub_ay * t_yo3xz);
+    const real t_rmd6j = bob1_r_y * t_a6ylt
         + bob1_Nzz * bob1_r_z
         - bob1_r_x * t_vhoa4
         + t_4jexu
         - (bob1_r_z * t_gezs2 - bob1_Nzy * bob1_r_y)
-        + (t_d5zcj * t_vpsgh + hub_K41 * t_3gtuv_2)
-        - (lhub_alphazhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_ctrlp)
-        - (lhub_alphazhub_az * t_rkwci + khub_alphaxhub_az2 * t_lwgwh);
-    const real t_obvb6 = t_lbhmq * t_6dtnj_4 - t_bintu_13 * t_z746k;
-    const real t_4nvko = hub_K51 * t_3gtuv_2
-        - t_d5zcj * t_jowwr
+        + (lhub_alphaxhub_ax * t_jowwr_2 + t_bjkdc * t_ox35p)
+        - (lhub_alphaxhub_ay * t_wg25p + khub_alphazhub_ay * t_wberl)
+        - (lhub_alphaxhub_az * t_xi2wa + khub_alphazhub_az * t_aumff);
+    const real t_5txn2 = t_rmd6j * t_6dtnj_4 - t_bintu_11 * t_buu7s;
+    const real t_rryr5 = lhub_alphayhub_ax * t_jowwr_2
+        - t_bjkdc * t_3gtuv
         - (bob1_r_z * t_jowwr_2 - t_ohf57 + bob1_r_x * t_a6ylt)
-        - (lhub_alphazhub_ay * t_bdklq + khub_alphayhub_ay1 * t_ctrlp)
-        - (khub_alphayhub_az2 * t_lwgwh - lhub_alphazhub_az * t_fcjc7)
-        - (lhub_alphazhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_obvb6);
-    const real t_kro2j = t_4nvko * t_6dtnj_5 - t_bintu_14 * t_ny6wj;
-    const real t_k2v7r = bob1_r_x * t_bthkv
-        - bob1_S2rz * t_psumj
-        - (bob1_r_y * t_7tula + t_leuxo)
-        - (yhub_alphax * t_obvb6 + lhub_alphazhub_alphax * t_nutht)
-        - (yhub_alphay * t_kro2j + lhub_alphazhub_alphay * t_pio3u)
-        + (yhub_ax * t_3gtuv_2 + t_d5zcj * t_7tula)
-        - (yhub_ay * t_ctrlp + lhub_alphazhub_ay * t_6ciuu)
-        - (yhub_az * t_lwgwh + lhub_alphazhub_az * t_sx63q);
-    const real t_til5x = bob1_r_x * t_riizn
+        - (lhub_alphayhub_alphax * t_rmd6j + khub_alphazhub_alphax * t_jhqb6)
+        - (lhub_alphayhub_ay * t_wg25p + khub_alphazhub_ay * t_nxhdc)
+        - (lhub_alphayhub_az * t_xi2wa - khub_alphazhub_az * t_apk4l);
+    const real t_p5tkq = t_rryr5 * t_6dtnj_5 - t_bintu_12 * t_4wx2l;
+    const real t_3gtuv_2 = t_jowwr_2 * t_6dtnj;
+    const real t_jc66n = t_wg25p * t_6dtnj_2 - t_bintu_13 * t_vfnyi;
+    const real t_txh7v = t_xi2wa * t_6dtnj_3 - t_bintu_14 * t_fmrgl;
+    const real t_zqxez = bob1_r_x * t_3zjun
+        - bob1_S2rz * t_6i6vz
+        - (bob1_r_y * t_mmkn4 + t_leuxo)
+        - (yhub_alphax * t_5txn2 + lhub_alphazhub_alphax * t_qx3v4)
+        - (yhub_alphay * t_p5tkq + lhub_alphazhub_alphay * t_v66lk)
+        + (yhub_ax * t_3gtuv_2 + t_d5zcj * t_mmkn4)
+        - (yhub_ay * t_jc66n + lhub_alphazhub_ay * t_hum42)
+        - (yhub_az * t_txh7v + lhub_alphazhub_az * t_qmr25);
+    const real t_vwpiy = bob1_r_x * t_riizn
         + bob1_r_x * t_gezs2
         + (bob1_r_y * t_jowwr_2 + t_ohf57_2)
         - (t_d5zcj * t_jowwr_2 + t_bjkdc * t_3gtuv_2)
-        - (lhub_alphazhub_ay * t_6d2n2 + khub_alphazhub_ay1 * t_ctrlp)
-        - (lhub_alphazhub_az * t_qx7gx + khub_alphazhub_az2 * t_lwgwh)
-        - (lhub_alphazhub_alphax * t_lbhmq + khub_alphazhub_alphax3 * t_obvb6)
-        - (lhub_alphazhub_alphay * t_4nvko + khub_alphazhub_alphay4 * t_kro2j);
-    const real t_pzrhg = t_k2v7r * t_6dtnj_6 - t_bintu_15 * t_til5x;
-    const real t_korrf = t_pio3u * t_6dtnj_5 - t_6gzii * t_ny6wj - (lhub_alphazhub_alphay * t_pzrhg + hub_alphaz * t_kro2j);
-    const real t_zo4a3 = t_nutht * t_6dtnj_4
-        - t_qkbrl * t_z746k
-        - (lhub_alphayhub_alphax * t_korrf + hub_alphay * t_xpuqg)
-        - (lhub_alphazhub_alphax * t_pzrhg + hub_alphaz * t_obvb6);
-    const real t_nyj2p = t_sx63q * t_6dtnj_3
+        - (lhub_alphazhub_alphax * t_rmd6j + khub_alphazhub_alphax * t_5txn2)
+        - (lhub_alphazhub_alphay * t_rryr5 + khub_alphazhub_alphay * t_p5tkq)
+        - (lhub_alphazhub_ay * t_wg25p + khub_alphazhub_ay * t_jc66n)
+        - (lhub_alphazhub_az * t_xi2wa + khub_alphazhub_az * t_txh7v);
+    const real t_hgt64 = t_zqxez * t_6dtnj_6 - t_bintu_15 * t_vwpiy;
+    const real t_xmb53 = t_v66lk * t_6dtnj_5 - t_6gzii * t_4wx2l - (lhub_alphazhub_alphay * t_hgt64 + hub_alphaz * t_p5tkq);
+    const real t_kxx6n = t_qx3v4 * t_6dtnj_4
+        - t_qkbrl * t_buu7s
+        - (lhub_alphayhub_alphax * t_xmb53 + hub_alphay * t_jhqb6)
+        - (lhub_alphazhub_alphax * t_hgt64 + hub_alphaz * t_5txn2);
+    const real t_j3akg = t_qmr25 * t_6dtnj_3
         - t_qkxsr * t_fmrgl
-        - (lhub_alphaxhub_az * t_zo4a3 + hub_alphax * t_3gttm)
-        - (lhub_alphayhub_az * t_korrf - hub_alphay * t_gu63d)
-        - (lhub_alphazhub_az * t_pzrhg + hub_alphaz * t_lwgwh);
-    const real t_kwtwg = t_6ciuu * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_kxx6n + hub_alphax * t_aumff)
+        - (lhub_alphayhub_az * t_xmb53 - hub_alphay * t_apk4l)
+        - (lhub_alphazhub_az * t_hgt64 + hub_alphaz * t_txh7v);
+    const real t_mknss = t_hum42 * t_6dtnj_2
         - t_temm3_2 * t_vfnyi
-        - (lhub_alphaxhub_ay * t_zo4a3 + hub_alphax * t_b3oon)
-        - (lhub_alphayhub_ay * t_korrf + hub_alphay * t_lh46h)
-        - (lhub_alphazhub_ay * t_pzrhg + hub_alphaz * t_ctrlp)
-        - (lhub_azhub_ay * t_nyj2p + hub_az * t_yo3xz);
-    const real t_d6ktk = t_7tula * t_6dtnj
-        - (lhub_alphaxhub_ax * t_zo4a3 + hub_alphax * t_ox35p)
-        - (lhub_alphayhub_ax * t_korrf - hub_alphay * t_3gtuv)
-        + (t_d5zcj * t_pzrhg + hub_alphaz * t_3gtuv_2)
-        + (t_skn5h * t_kwtwg + hub_ay * t_pkgfk)
-        + (t_skn5h_2 * t_nyj2p - hub_az * t_pkgfk_2);
+        - (lhub_alphaxhub_ay * t_kxx6n + hub_alphax * t_wberl)
+        - (lhub_alphayhub_ay * t_xmb53 + hub_alphay * t_nxhdc)
+        - (lhub_alphazhub_ay * t_hgt64 + hub_alphaz * t_jc66n)
+        - (lhub_azhub_ay * t_j3akg + hub_az * t_yo3xz);
+    const real t_d6ktk = t_mmkn4 * t_6dtnj
+        - (lhub_alphaxhub_ax * t_kxx6n + hub_alphax * t_ox35p)
+        - (lhub_alphayhub_ax * t_xmb53 - hub_alphay * t_3gtuv)
+        + (t_d5zcj * t_hgt64 + hub_alphaz * t_3gtuv_2)
+        + (t_skn5h * t_mknss + hub_ay * t_pkgfk)
+        + (t_skn5h_2 * t_j3akg - hub_az * t_pkgfk_2);
     const real t_uvqau = p[l2] * cos_phi2;
     const real t_hakeo = sin_theta2 * t_uvqau;
     const real t_uvqau_2 = p[l2] * sin_phi2;
@@ -1037,44 +996,34 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_tw5as = x[wz] * t_uvqau_2 - bob2_twice1 * t_hakeo_3 + bob2_twice2 * t_hakeo_4 - x[wx] * t_hakeo_4;
     const real t_rtozb = p[m2] * (x[wy] * t_4bmxt - bob2_v11 * t_uvqau_2 - x[wz] * t_tw5as);
     const real t_juc2v = bob2_twice1 * t_uvqau + x[wy] * t_hakeo_4 - x[wz] * t_hakeo;
-    const real t_5n2hp = x[wz] * t_juc2v
-        - bob2_v21 * t_hakeo_2
-        - bob2_v11 * t_hakeo
-        - bob2_v22 * t_hakeo
-        - x[wx] * t_4bmxt;
-    const real t_dx3vx = p[m2] * t_5n2hp;
-    const real t_d5c7e = x[wx] * t_tw5as
-        + bob2_v21 * t_hakeo_3
-        - bob2_v11 * t_hakeo_4
-        - bob2_v22 * t_hakeo_4
-        - x[wy] * t_juc2v;
-    const real t_ilxnt = p[m2] * t_d5c7e;
-    const real t_fgvn2 = bob2_r1_x * t_rtozb
+    const real t_ephnq = p[m2] * (x[wz] * t_juc2v - (bob2_v21 * t_hakeo_2 + t_h4psf * t_hakeo) - x[wx] * t_4bmxt);
+    const real t_fsk3r = p[m2] * (x[wx] * t_tw5as - t_h4psf * t_hakeo_4 + bob2_v21 * t_hakeo_3 - x[wy] * t_juc2v);
+    const real t_g3cav = bob2_r1_x * t_rtozb
         + bob2_Fx * t_uvqau
-        + (bob2_r1_y * t_dx3vx - bob2_Fy * t_hakeo_3)
-        + (bob2_r1_z * t_ilxnt - bob2_Fz * t_hakeo_2);
+        + (bob2_r1_y * t_ephnq - bob2_Fy * t_hakeo_3)
+        + (bob2_r1_z * t_fsk3r - bob2_Fz * t_hakeo_2);
     const real t_xau4q = p[m2] * t_uvqau;
     const real t_x2ffi = t_xau4q * t_mxpm2;
-    const real t_6doat = bob2_S1tx * t_fgvn2 + t_xyjt2 * t_x2ffi - t_rtozb;
+    const real t_uknlz = bob2_S1tx * t_g3cav + t_xyjt2 * t_x2ffi - t_rtozb;
     const real t_gdxxl = bob2_g1_x * t_x2ffi + bob2_S1tx * t_xau4q;
     const real t_tc6cu = p[m2] * t_hakeo_2;
     const real t_tpqyi = t_tc6cu * t_mxpm2;
-    const real t_hcc3k = bob2_r_y * t_ilxnt + bob2_Fz * t_hakeo - (bob2_r_z * t_dx3vx + bob2_Fy * t_hakeo_4);
+    const real t_5l6xi = bob2_r_y * t_fsk3r + bob2_Fz * t_hakeo - (bob2_r_z * t_ephnq + bob2_Fy * t_hakeo_4);
     const real t_tc6cu_2 = p[m2] * t_hakeo;
     const real t_pjhy4 = t_nww6q * ((sin_phi2 + sin_phi2) * cos_phi2);
     const real t_otfml = t_tc6cu_2 * t_ymfue - t_i7psf * t_ymfue * t_pjhy4;
-    const real t_whvwg = bob2_S1tz * t_fgvn2
+    const real t_mp222 = bob2_S1tz * t_g3cav
         - t_xyjt2 * t_tpqyi
-        - t_ilxnt
-        + (t_i7psf * t_hcc3k + bob2_Q2 * t_otfml);
+        - t_fsk3r
+        + (t_i7psf * t_5l6xi + bob2_Q2 * t_otfml);
     const real t_tc6cu_3 = p[m2] * t_hakeo_3;
     const real t_tpqyi_2 = t_tc6cu_3 * t_mxpm2;
     const real t_tc6cu_4 = p[m2] * t_hakeo_4;
     const real t_u2fmg = t_tc6cu_4 * t_ymfue - bob2_S2ty * t_ymfue * t_pjhy4;
-    const real t_h6hty = bob2_S1ty * t_fgvn2
+    const real t_ksz7v = bob2_S1ty * t_g3cav
         - t_xyjt2 * t_tpqyi_2
-        - t_dx3vx
-        - (bob2_S2ty * t_hcc3k + bob2_Q2 * t_u2fmg);
+        - t_ephnq
+        - (bob2_S2ty * t_5l6xi + bob2_Q2 * t_u2fmg);
     const real t_gdxxl_2 = bob2_S1ty * t_xau4q - bob2_g1_x * t_tpqyi_2;
     const real t_r6avn = bob2_r_z * t_gdxxl_2 + t_s4byp * t_hakeo_4;
     const real t_gdxxl_3 = bob2_S1tz * t_xau4q - bob2_g1_x * t_tpqyi;
@@ -1089,11 +1038,11 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         + bob2_Myz * t_hakeo
         + t_i77ir
         - (bob2_r_z * t_qedpc + bob2_Myy * t_hakeo_4);
-    const real t_yujux = t_dc7lt + (lhub_alphaxhub_ax * t_gdxxl_2 + t_lhd4o * t_v3yvq);
     const real t_gizzd = t_gdxxl_2 * t_6dtnj + t_jza4m * t_gdxxl;
+    const real t_sbn5t = t_dc7lt + (t_skn5h * t_kvglz + hub_K41 * t_gizzd);
     const real t_i5vxj = t_qedpc - (t_skn5h * t_gdxxl_2 + t_lhd4o * t_gizzd);
-    const real t_34xg6 = t_yujux * t_6dtnj_2 - t_bintu_4 * t_i5vxj;
-    const real t_tkzjt = t_h6hty + (yhub_ax * t_gizzd + t_skn5h * t_6doat);
+    const real t_iwqal = t_sbn5t * t_6dtnj_2 - t_bintu_4 * t_i5vxj;
+    const real t_vj7vm = t_ksz7v + (yhub_ax * t_gizzd + t_skn5h * t_uknlz);
     const real t_ck3wm = bob2_g1_z * t_tpqyi + bob2_S1tz * t_tc6cu - (t_zludf * t_otfml + t_i7psf * t_tc6cu_2);
     const real t_i77ir_2 = bob2_S1rx * t_tc6cu;
     const real t_zqnrn = bob2_r_y * t_ck3wm
@@ -1101,67 +1050,67 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         + t_i77ir_2
         - (bob2_r_z * t_hkky7 + bob2_Myz * t_hakeo_4);
     const real t_gizzd_2 = t_gdxxl_3 * t_6dtnj + t_jza4m_2 * t_gdxxl;
-    const real t_p2vva = t_hkky7 - (t_skn5h_2 * t_gdxxl_2 + t_lhd4o * t_gizzd_2);
-    const real t_saw4t = t_zqnrn
-        + (lhub_alphaxhub_ax * t_gdxxl_3 + t_lhd4o_2 * t_v3yvq)
-        - (lhub_alphaxhub_ay * t_p2vva + khub_azhub_ay1 * t_34xg6);
-    const real t_6xzzo = t_p2vva * t_6dtnj_2 - t_bintu_6 * t_i5vxj;
+    const real t_p2vva = t_hkky7 - (t_skn5h * t_gdxxl_3 + t_lhd4o_2 * t_gizzd);
+    const real t_6xzzo = t_p2vva * t_6dtnj_2 - t_bintu_5 * t_i5vxj;
+    const real t_6irhs = t_zqnrn
+        + (t_skn5h_2 * t_kvglz + hub_K41 * t_gizzd_2)
+        - (lhub_azhub_ay * t_sbn5t + khub_alphaxhub_ay * t_6xzzo);
     const real t_ruy6n = t_ck3wm
         - (t_skn5h_2 * t_gdxxl_3 + t_lhd4o_2 * t_gizzd_2)
-        - (lhub_azhub_ay * t_p2vva + khub_azhub_ay1 * t_6xzzo);
-    const real t_3c5jx = t_saw4t * t_6dtnj_3 - t_bintu_5 * t_ruy6n;
-    const real t_yyiil = t_whvwg
-        + (yhub_ax * t_gizzd_2 + t_skn5h_2 * t_6doat)
-        - (yhub_ay * t_6xzzo + lhub_azhub_ay * t_tkzjt);
-    const real t_apcyr = bob2_r_y * t_whvwg
+        - (lhub_azhub_ay * t_p2vva + khub_azhub_ay * t_6xzzo);
+    const real t_wn7du = t_6irhs * t_6dtnj_3 - t_bintu_6 * t_ruy6n;
+    const real t_d462j = t_mp222
+        + (yhub_ax * t_gizzd_2 + t_skn5h_2 * t_uknlz)
+        - (yhub_ay * t_6xzzo + lhub_azhub_ay * t_vj7vm);
+    const real t_xvmxn = bob2_r_y * t_mp222
         + bob2_fz * t_hakeo
-        + bob2_S1rx * t_fgvn2
-        - (bob2_r_z * t_h6hty + bob2_fy * t_hakeo_4)
-        - (yhub_ax * t_v3yvq + lhub_alphaxhub_ax * t_6doat)
-        - (yhub_ay * t_34xg6 + lhub_alphaxhub_ay * t_tkzjt)
-        - (yhub_az * t_3c5jx + lhub_alphaxhub_az * t_yyiil);
-    const real t_fi7vr = bob2_r_y * t_zqnrn
+        + bob2_S1rx * t_g3cav
+        - (bob2_r_z * t_ksz7v + bob2_fy * t_hakeo_4)
+        - (yhub_ax * t_v3yvq + lhub_alphaxhub_ax * t_uknlz)
+        - (yhub_ay * t_iwqal + lhub_alphaxhub_ay * t_vj7vm)
+        - (yhub_az * t_wn7du + lhub_alphaxhub_az * t_d462j);
+    const real t_blxuv = bob2_r_y * t_zqnrn
         + bob2_Nxz * t_hakeo
         - (t_gxq2p_3 * t_hakeo - bob2_r_y * t_i77ir_2)
         + (t_gxq2p_2 * t_hakeo_4 - bob2_r_z * t_i77ir)
         - (bob2_r_z * t_dc7lt + bob2_Nxy * t_hakeo_4)
         - (lhub_alphaxhub_ax * t_kvglz + hub_K41 * t_v3yvq)
-        - (lhub_alphaxhub_ay * t_yujux + khub_alphaxhub_ay1 * t_34xg6)
-        - (lhub_alphaxhub_az * t_saw4t + khub_alphaxhub_az2 * t_3c5jx);
+        - (lhub_alphaxhub_ay * t_sbn5t + khub_alphaxhub_ay * t_iwqal)
+        - (lhub_alphaxhub_az * t_6irhs + khub_alphaxhub_az * t_wn7du);
     const real t_6csm5 = bob2_r_z * t_gdxxl_3 + t_s4byp_2 * t_hakeo_4 + (bob2_r_x * t_ck3wm + bob2_Mzz * t_uvqau_2);
     const real t_cwpy5 = bob2_r_x * t_hkky7 + bob2_Myz * t_uvqau_2;
     const real t_63aef = t_r6avn + t_cwpy5;
     const real t_abdh5 = bob2_Mxx * t_hakeo_4 - bob2_r_z * t_gdxxl + (bob2_r_x * t_gdxxl_3 + t_s4byp_2 * t_uvqau_2);
-    const real t_6sxhy = t_abdh5 * t_6dtnj + t_bintu_7 * t_gdxxl;
-    const real t_4lgjh = lhub_alphayhub_ax * t_gdxxl_2 + t_lhd4o * t_6sxhy - t_63aef;
-    const real t_el2za = t_4lgjh * t_6dtnj_2 - t_bintu_8 * t_i5vxj;
-    const real t_lfgrk = lhub_alphayhub_ax * t_gdxxl_3
-        + t_lhd4o_2 * t_6sxhy
+    const real t_bxsjn = t_skn5h * t_abdh5 + hub_K51 * t_gizzd - t_63aef;
+    const real t_hjb3r = t_skn5h_2 * t_abdh5
+        + hub_K51 * t_gizzd_2
         - t_6csm5
-        - (lhub_alphayhub_ay * t_p2vva + khub_azhub_ay1 * t_el2za);
-    const real t_xkkmh = t_lfgrk * t_6dtnj_3 - t_bintu_9 * t_ruy6n;
-    const real t_3acqu = t_gxq2p_3 * t_uvqau_2
+        - (lhub_azhub_ay * t_bxsjn + khub_alphayhub_ay * t_6xzzo);
+    const real t_vpc4m = t_gxq2p_3 * t_uvqau_2
         - bob2_r_x * t_i77ir_2
         - (bob2_r_z * t_mwxoz + t_gxq2p * t_hakeo_4 + (bob2_r_y * t_6csm5 + t_wudhu * t_hakeo))
         + (bob2_r_z * t_63aef + t_wudhu_2 * t_hakeo_4)
-        - (lhub_alphayhub_ax * t_kvglz + hub_K41 * t_6sxhy)
-        - (lhub_alphayhub_ay * t_yujux + khub_alphaxhub_ay1 * t_el2za)
-        - (lhub_alphayhub_az * t_saw4t + khub_alphaxhub_az2 * t_xkkmh);
-    const real t_eaaas = t_3acqu * t_6dtnj_4 - t_bintu_10 * t_fi7vr;
-    const real t_zk4kb = bob2_r_z * t_6doat
+        - (lhub_alphaxhub_ax * t_abdh5 + hub_K51 * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_bxsjn + khub_alphayhub_ay * t_iwqal)
+        - (lhub_alphaxhub_az * t_hjb3r + khub_alphayhub_az * t_wn7du);
+    const real t_vykkk = t_vpc4m * t_6dtnj_4 - t_bintu_7 * t_blxuv;
+    const real t_6sxhy = t_abdh5 * t_6dtnj + t_bintu_8 * t_gdxxl;
+    const real t_r6hfl = t_bxsjn * t_6dtnj_2 - t_bintu_9 * t_i5vxj;
+    const real t_3toya = t_hjb3r * t_6dtnj_3 - t_bintu_10 * t_ruy6n;
+    const real t_fz3wx = bob2_r_z * t_uknlz
         + bob2_fx * t_hakeo_4
-        - (bob2_r_x * t_whvwg + bob2_fz * t_uvqau_2)
-        - (yhub_alphax * t_eaaas + lhub_alphayhub_alphax * t_apcyr)
-        - (yhub_ax * t_6sxhy + lhub_alphayhub_ax * t_6doat)
-        - (yhub_ay * t_el2za + lhub_alphayhub_ay * t_tkzjt)
-        - (yhub_az * t_xkkmh + lhub_alphayhub_az * t_yyiil);
-    const real t_vpuu3 = bob2_r_z * t_abdh5
+        - (bob2_r_x * t_mp222 + bob2_fz * t_uvqau_2)
+        - (yhub_alphax * t_vykkk + lhub_alphayhub_alphax * t_xvmxn)
+        - (yhub_ax * t_6sxhy + lhub_alphayhub_ax * t_uknlz)
+        - (yhub_ay * t_r6hfl + lhub_alphayhub_ay * t_vj7vm)
+        - (yhub_az * t_3toya + lhub_alphayhub_az * t_d462j);
+    const real t_wdg5f = bob2_r_z * t_abdh5
         + bob2_Nyx * t_hakeo_4
         + (bob2_r_x * t_6csm5 + t_wudhu * t_uvqau_2)
         - (lhub_alphayhub_ax * t_abdh5 + hub_K51 * t_6sxhy)
-        - (lhub_alphayhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_el2za)
-        - (lhub_alphayhub_az * t_lfgrk + khub_alphayhub_az2 * t_xkkmh)
-        - (lhub_alphayhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_eaaas);
+        - (lhub_alphayhub_alphax * t_vpc4m + khub_alphayhub_alphax * t_vykkk)
+        - (lhub_alphayhub_ay * t_bxsjn + khub_alphayhub_ay * t_r6hfl)
+        - (lhub_alphayhub_az * t_hjb3r + khub_alphayhub_az * t_3toya);
     const real t_f7x2s = bob2_S2rz * t_ymfue * t_pjhy4;
     const real t_absy6 = t_cwpy5 + (bob2_S2rz * t_tc6cu_2 - t_zludf * t_f7x2s) + t_r6avn_2;
     const real t_kivv2 = bob2_S2rz * t_tc6cu_4 - bob2_g2_y * t_f7x2s;
@@ -1170,108 +1119,98 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         - t_kivv2
         + (bob2_r_y * t_gdxxl_2 + t_s4byp * t_hakeo);
     const real t_abdh5_2 = bob2_r_x * t_gdxxl_2 + t_s4byp * t_uvqau_2 + (bob2_Mxx * t_hakeo - bob2_r_y * t_gdxxl);
-    const real t_cfksr = t_abdh5_2 * t_6dtnj + t_aphi5 * t_gdxxl;
-    const real t_2u2xo = t_akdyj - (t_d5zcj * t_gdxxl_2 + t_lhd4o * t_cfksr);
-    const real t_u3vw5 = t_2u2xo * t_6dtnj_2 - t_bintu_11 * t_i5vxj;
-    const real t_m447y = t_absy6
-        - (t_d5zcj * t_gdxxl_3 + t_lhd4o_2 * t_cfksr)
-        - (lhub_alphazhub_ay * t_p2vva + khub_azhub_ay1 * t_u3vw5);
-    const real t_e6v3q = t_m447y * t_6dtnj_3 - t_bintu_12 * t_ruy6n;
-    const real t_w44wv = bob2_r_y * t_absy6
+    const real t_z5wfl = t_akdyj - (t_skn5h * t_abdh5_2 + t_bjkdc * t_gizzd);
+    const real t_fbj6v = t_absy6
+        - (t_skn5h_2 * t_abdh5_2 + t_bjkdc * t_gizzd_2)
+        - (lhub_azhub_ay * t_z5wfl + khub_alphazhub_ay * t_6xzzo);
+    const real t_5uij7 = bob2_r_y * t_absy6
         + bob2_Nzz * t_hakeo
         - (t_gxq2p_2 * t_uvqau_2 - bob2_r_x * t_i77ir)
         + (bob2_r_y * t_mwxoz + t_gxq2p * t_hakeo)
         - (bob2_r_z * t_akdyj + bob2_Nzy * t_hakeo_4)
-        + (t_d5zcj * t_kvglz + hub_K41 * t_cfksr)
-        - (lhub_alphazhub_ay * t_yujux + khub_alphaxhub_ay1 * t_u3vw5)
-        - (lhub_alphazhub_az * t_saw4t + khub_alphaxhub_az2 * t_e6v3q);
-    const real t_3vt2x = t_w44wv * t_6dtnj_4 - t_bintu_13 * t_fi7vr;
-    const real t_qc4tp = t_d5zcj * t_abdh5
-        + hub_K51 * t_cfksr
+        + (lhub_alphaxhub_ax * t_abdh5_2 + t_bjkdc * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_z5wfl + khub_alphazhub_ay * t_iwqal)
+        - (lhub_alphaxhub_az * t_fbj6v + khub_alphazhub_az * t_wn7du);
+    const real t_tltdu = t_5uij7 * t_6dtnj_4 - t_bintu_11 * t_blxuv;
+    const real t_vj2j4 = lhub_alphayhub_ax * t_abdh5_2
+        + t_bjkdc * t_6sxhy
         - (bob2_r_z * t_abdh5_2 + t_ykkjc * t_hakeo_4 + (bob2_r_x * t_absy6 + bob2_Nzz * t_uvqau_2))
-        - (lhub_alphazhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_u3vw5)
-        - (lhub_alphazhub_az * t_lfgrk + khub_alphayhub_az2 * t_e6v3q)
-        - (lhub_alphazhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_3vt2x);
-    const real t_7ncv3 = t_qc4tp * t_6dtnj_5 - t_bintu_14 * t_vpuu3;
-    const real t_4ucw4 = bob2_r_x * t_h6hty
+        - (lhub_alphayhub_alphax * t_5uij7 + khub_alphazhub_alphax * t_vykkk)
+        - (lhub_alphayhub_ay * t_z5wfl + khub_alphazhub_ay * t_r6hfl)
+        - (lhub_alphayhub_az * t_fbj6v + khub_alphazhub_az * t_3toya);
+    const real t_zx65m = t_vj2j4 * t_6dtnj_5 - t_bintu_12 * t_wdg5f;
+    const real t_cfksr = t_abdh5_2 * t_6dtnj + t_aphi5 * t_gdxxl;
+    const real t_5fq2e = t_z5wfl * t_6dtnj_2 - t_bintu_13 * t_i5vxj;
+    const real t_6zdj6 = t_fbj6v * t_6dtnj_3 - t_bintu_14 * t_ruy6n;
+    const real t_y6omq = bob2_r_x * t_ksz7v
         + bob2_fy * t_uvqau_2
-        - (bob2_S2rz * t_hcc3k - bob2_Q2 * t_f7x2s)
-        - (bob2_r_y * t_6doat + bob2_fx * t_hakeo)
-        - (yhub_alphax * t_3vt2x + lhub_alphazhub_alphax * t_apcyr)
-        - (yhub_alphay * t_7ncv3 + lhub_alphazhub_alphay * t_zk4kb)
-        + (yhub_ax * t_cfksr + t_d5zcj * t_6doat)
-        - (yhub_ay * t_u3vw5 + lhub_alphazhub_ay * t_tkzjt)
-        - (yhub_az * t_e6v3q + lhub_alphazhub_az * t_yyiil);
-    const real t_cmtng = bob2_r_x * t_akdyj
+        - (bob2_S2rz * t_5l6xi - bob2_Q2 * t_f7x2s)
+        - (bob2_r_y * t_uknlz + bob2_fx * t_hakeo)
+        - (yhub_alphax * t_tltdu + lhub_alphazhub_alphax * t_xvmxn)
+        - (yhub_alphay * t_zx65m + lhub_alphazhub_alphay * t_fz3wx)
+        + (yhub_ax * t_cfksr + t_d5zcj * t_uknlz)
+        - (yhub_ay * t_5fq2e + lhub_alphazhub_ay * t_vj7vm)
+        - (yhub_az * t_6zdj6 + lhub_alphazhub_az * t_d462j);
+    const real t_kilkr = bob2_r_x * t_akdyj
         + bob2_Nzy * t_uvqau_2
         - (bob2_r_x * t_kivv2 + t_s4byp_3 * t_uvqau_2)
         + (bob2_r_y * t_abdh5_2 + t_ykkjc * t_hakeo)
         + p[I2] * t_f7x2s
         - (t_d5zcj * t_abdh5_2 + t_bjkdc * t_cfksr)
-        - (lhub_alphazhub_ay * t_2u2xo + khub_alphazhub_ay1 * t_u3vw5)
-        - (lhub_alphazhub_az * t_m447y + khub_alphazhub_az2 * t_e6v3q)
-        - (lhub_alphazhub_alphax * t_w44wv + khub_alphazhub_alphax3 * t_3vt2x)
-        - (lhub_alphazhub_alphay * t_qc4tp + khub_alphazhub_alphay4 * t_7ncv3);
-    const real t_cvrqz = t_4ucw4 * t_6dtnj_6 - t_bintu_15 * t_cmtng;
-    const real t_3zjrh = t_zk4kb * t_6dtnj_5 - t_6gzii * t_vpuu3 - (lhub_alphazhub_alphay * t_cvrqz + hub_alphaz * t_7ncv3);
-    const real t_xo7bi = t_apcyr * t_6dtnj_4
-        - t_qkbrl * t_fi7vr
-        - (lhub_alphayhub_alphax * t_3zjrh + hub_alphay * t_eaaas)
-        - (lhub_alphazhub_alphax * t_cvrqz + hub_alphaz * t_3vt2x);
-    const real t_gxvie = t_yyiil * t_6dtnj_3
+        - (lhub_alphazhub_alphax * t_5uij7 + khub_alphazhub_alphax * t_tltdu)
+        - (lhub_alphazhub_alphay * t_vj2j4 + khub_alphazhub_alphay * t_zx65m)
+        - (lhub_alphazhub_ay * t_z5wfl + khub_alphazhub_ay * t_5fq2e)
+        - (lhub_alphazhub_az * t_fbj6v + khub_alphazhub_az * t_6zdj6);
+    const real t_5nrbs = t_y6omq * t_6dtnj_6 - t_bintu_15 * t_kilkr;
+    const real t_r55rs = t_fz3wx * t_6dtnj_5 - t_6gzii * t_wdg5f - (lhub_alphazhub_alphay * t_5nrbs + hub_alphaz * t_zx65m);
+    const real t_sir27 = t_xvmxn * t_6dtnj_4
+        - t_qkbrl * t_blxuv
+        - (lhub_alphayhub_alphax * t_r55rs + hub_alphay * t_vykkk)
+        - (lhub_alphazhub_alphax * t_5nrbs + hub_alphaz * t_tltdu);
+    const real t_lbnnt = t_d462j * t_6dtnj_3
         - t_qkxsr * t_ruy6n
-        - (lhub_alphaxhub_az * t_xo7bi + hub_alphax * t_3c5jx)
-        - (lhub_alphayhub_az * t_3zjrh + hub_alphay * t_xkkmh)
-        - (lhub_alphazhub_az * t_cvrqz + hub_alphaz * t_e6v3q);
-    const real t_skros = t_tkzjt * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_sir27 + hub_alphax * t_wn7du)
+        - (lhub_alphayhub_az * t_r55rs + hub_alphay * t_3toya)
+        - (lhub_alphazhub_az * t_5nrbs + hub_alphaz * t_6zdj6);
+    const real t_hjpd3 = t_vj7vm * t_6dtnj_2
         - t_temm3_2 * t_i5vxj
-        - (lhub_alphaxhub_ay * t_xo7bi + hub_alphax * t_34xg6)
-        - (lhub_alphayhub_ay * t_3zjrh + hub_alphay * t_el2za)
-        - (lhub_alphazhub_ay * t_cvrqz + hub_alphaz * t_u3vw5)
-        - (lhub_azhub_ay * t_gxvie + hub_az * t_6xzzo);
-    const real t_2h54h = t_6doat * t_6dtnj
+        - (lhub_alphaxhub_ay * t_sir27 + hub_alphax * t_iwqal)
+        - (lhub_alphayhub_ay * t_r55rs + hub_alphay * t_r6hfl)
+        - (lhub_alphazhub_ay * t_5nrbs + hub_alphaz * t_5fq2e)
+        - (lhub_azhub_ay * t_lbnnt + hub_az * t_6xzzo);
+    const real t_2h54h = t_uknlz * t_6dtnj
         + t_temm3 * t_gdxxl
-        - (lhub_alphaxhub_ax * t_xo7bi + hub_alphax * t_v3yvq)
-        - (lhub_alphayhub_ax * t_3zjrh + hub_alphay * t_6sxhy)
-        + (t_d5zcj * t_cvrqz + hub_alphaz * t_cfksr)
-        + (t_skn5h * t_skros + hub_ay * t_gizzd)
-        + (t_skn5h_2 * t_gxvie + hub_az * t_gizzd_2);
+        - (lhub_alphaxhub_ax * t_sir27 + hub_alphax * t_v3yvq)
+        - (lhub_alphayhub_ax * t_r55rs + hub_alphay * t_6sxhy)
+        + (t_d5zcj * t_5nrbs + hub_alphaz * t_cfksr)
+        + (t_skn5h * t_hjpd3 + hub_ay * t_gizzd)
+        + (t_skn5h_2 * t_lbnnt + hub_az * t_gizzd_2);
     const real t_dziuo = t_j5f44_4 - bob2_twice1 * bob2_r1_y - bob2_twice2 * bob2_r_z;
     const real t_dziuo_2 = bob2_twice1 * bob2_r1_z - bob2_twice2 * bob2_r_y + t_j5f44_3;
     const real t_snsd6 = p[m2] * (x[wy] * t_dziuo - x[wz] * t_dziuo_2);
-    const real t_ze7uv = bob2_v21 * bob2_r1_y
-        + x[wz] * t_ipz3m_2
-        + bob2_v11 * bob2_r_z
-        + bob2_v22 * bob2_r_z
-        + x[wx] * t_dziuo;
-    const real t_lfebj = p[m2] * t_ze7uv;
-    const real t_wd4uz = x[wx] * t_dziuo_2
-        - bob2_v21 * bob2_r1_z
-        + bob2_v11 * bob2_r_y
-        + bob2_v22 * bob2_r_y
-        + x[wy] * t_ipz3m_2;
-    const real t_bo4fn = p[m2] * t_wd4uz;
-    const real t_tfrtk = bob2_r1_x * t_snsd6
-        + (bob2_Fy * bob2_r1_z - bob2_r1_y * t_lfebj)
-        + (bob2_r1_z * t_bo4fn - bob2_Fz * bob2_r1_y);
-    const real t_no3qu = bob2_S1tx * t_tfrtk - t_snsd6;
+    const real t_6cydk = p[m2] * (bob2_v21 * bob2_r1_y + t_ch6c5_2 + x[wz] * t_ipz3m_2 + x[wx] * t_dziuo);
+    const real t_pzcrr = p[m2] * (x[wx] * t_dziuo_2 + t_ch6c5 - bob2_v21 * bob2_r1_z + x[wy] * t_ipz3m_2);
+    const real t_saw6e = bob2_r1_x * t_snsd6
+        + (bob2_Fy * bob2_r1_z - bob2_r1_y * t_6cydk)
+        + (bob2_r1_z * t_pzcrr - bob2_Fz * bob2_r1_y);
+    const real t_h5aeo = bob2_S1tx * t_saw6e - t_snsd6;
     const real t_zludf_2 = p[m2] * bob2_r1_y;
     const real t_uxdew = t_zludf_2 * t_mxpm2;
-    const real t_me6ue = bob2_r_y * t_bo4fn + bob2_Fz * bob2_r_z + (bob2_r_z * t_lfebj + bob2_Fy * bob2_r_y);
+    const real t_ns6zv = bob2_r_y * t_pzcrr + bob2_Fz * bob2_r_z + (bob2_r_z * t_6cydk + bob2_Fy * bob2_r_y);
     const real t_zludf_3 = p[m2] * bob2_r_z;
     const real t_i7psf_2 = t_zludf_3 * t_ymfue;
-    const real t_hrjzn = bob2_S1tz * t_tfrtk
+    const real t_oqk5g = bob2_S1tz * t_saw6e
         - t_xyjt2 * t_uxdew
-        - t_bo4fn
-        + (t_i7psf * t_me6ue + bob2_Q2 * t_i7psf_2);
+        - t_pzcrr
+        + (t_i7psf * t_ns6zv + bob2_Q2 * t_i7psf_2);
     const real t_zludf_4 = p[m2] * bob2_r1_z;
     const real t_uxdew_2 = t_zludf_4 * t_mxpm2;
     const real t_zludf_5 = p[m2] * bob2_r_y;
     const real t_i7psf_3 = t_zludf_5 * t_ymfue;
-    const real t_uawwz = bob2_S1ty * t_tfrtk
+    const real t_7w2d4 = bob2_S1ty * t_saw6e
         + t_xyjt2 * t_uxdew_2
-        + t_lfebj
-        - (bob2_S2ty * t_me6ue - bob2_Q2 * t_i7psf_3);
+        + t_6cydk
+        - (bob2_S2ty * t_ns6zv - bob2_Q2 * t_i7psf_3);
     const real t_wm5zt = bob2_g1_x * t_uxdew_2;
     const real t_kuduc = bob2_r_z * t_wm5zt - t_6j24m_3;
     const real t_wm5zt_2 = bob2_g1_x * t_uxdew;
@@ -1282,145 +1221,145 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_3rc6e = bob2_S1rx * t_zludf_4;
     const real t_xw4iu = bob2_g2_y * t_i7psf_3 + bob2_S2ty * t_zludf_5 - (bob2_g1_y * t_uxdew_2 + bob2_S1ty * t_zludf_4);
     const real t_ooavl = bob2_r_y * t_saiyb + t_gvuud_2 - t_3rc6e - (bob2_r_z * t_xw4iu - bob2_Myy * bob2_r_y);
-    const real t_uflje = t_ooavl + (lhub_alphaxhub_ax * t_wm5zt + t_lhd4o * t_ox35p_2);
     const real t_suyzo = t_wm5zt * t_6dtnj;
+    const real t_yersp = t_ooavl + (t_skn5h * t_nbmlu + hub_K41 * t_suyzo);
     const real t_6annt = t_xw4iu - (t_skn5h * t_wm5zt + t_lhd4o * t_suyzo);
-    const real t_qfexh = t_uflje * t_6dtnj_2 - t_bintu_4 * t_6annt;
-    const real t_42cgi = t_uawwz + (yhub_ax * t_suyzo + t_skn5h * t_no3qu);
+    const real t_m2nxp = t_yersp * t_6dtnj_2 - t_bintu_4 * t_6annt;
+    const real t_voap2 = t_7w2d4 + (yhub_ax * t_suyzo + t_skn5h * t_h5aeo);
     const real t_whsnm = bob2_g1_z * t_uxdew + bob2_S1tz * t_zludf_2 - (t_zludf * t_i7psf_2 + t_i7psf * t_zludf_3);
     const real t_3rc6e_2 = bob2_S1rx * t_zludf_2;
     const real t_lpm7d = bob2_r_y * t_whsnm + bob2_Mzz * bob2_r_z + t_3rc6e_2 - (bob2_r_z * t_saiyb - t_gvuud);
     const real t_suyzo_2 = t_wm5zt_2 * t_6dtnj;
-    const real t_wxyp5 = t_saiyb - (t_skn5h_2 * t_wm5zt - t_lhd4o * t_suyzo_2);
-    const real t_pdvac = t_lpm7d
-        + (t_lhd4o_2 * t_ox35p_2 - lhub_alphaxhub_ax * t_wm5zt_2)
-        - (lhub_alphaxhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qfexh);
-    const real t_ysnri = t_wxyp5 * t_6dtnj_2 - t_bintu_6 * t_6annt;
+    const real t_wxyp5 = t_saiyb - (t_lhd4o_2 * t_suyzo - t_skn5h * t_wm5zt_2);
+    const real t_ysnri = t_wxyp5 * t_6dtnj_2 - t_bintu_5 * t_6annt;
+    const real t_4lpdf = t_lpm7d
+        + (t_skn5h_2 * t_nbmlu - hub_K41 * t_suyzo_2)
+        - (lhub_azhub_ay * t_yersp + khub_alphaxhub_ay * t_ysnri);
     const real t_oh4nk = t_whsnm
         + (t_skn5h_2 * t_wm5zt_2 + t_lhd4o_2 * t_suyzo_2)
-        - (lhub_azhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ysnri);
-    const real t_nafop = t_pdvac * t_6dtnj_3 - t_bintu_5 * t_oh4nk;
-    const real t_t2nxt = t_hrjzn
-        + (t_skn5h_2 * t_no3qu - yhub_ax * t_suyzo_2)
-        - (yhub_ay * t_ysnri + lhub_azhub_ay * t_42cgi);
-    const real t_bfi6o = bob2_r_y * t_hrjzn
+        - (lhub_azhub_ay * t_wxyp5 + khub_azhub_ay * t_ysnri);
+    const real t_xo5wh = t_4lpdf * t_6dtnj_3 - t_bintu_6 * t_oh4nk;
+    const real t_rspvi = t_oqk5g
+        + (t_skn5h_2 * t_h5aeo - yhub_ax * t_suyzo_2)
+        - (yhub_ay * t_ysnri + lhub_azhub_ay * t_voap2);
+    const real t_igxlc = bob2_r_y * t_oqk5g
         + bob2_fz * bob2_r_z
-        + bob2_S1rx * t_tfrtk
-        - (bob2_r_z * t_uawwz - bob2_fy * bob2_r_y)
-        - (yhub_ax * t_ox35p_2 + lhub_alphaxhub_ax * t_no3qu)
-        - (yhub_ay * t_qfexh + lhub_alphaxhub_ay * t_42cgi)
-        - (yhub_az * t_nafop + lhub_alphaxhub_az * t_t2nxt);
-    const real t_cgkeu = bob2_r_y * t_lpm7d
+        + bob2_S1rx * t_saw6e
+        - (bob2_r_z * t_7w2d4 - bob2_fy * bob2_r_y)
+        - (yhub_ax * t_ox35p_2 + lhub_alphaxhub_ax * t_h5aeo)
+        - (yhub_ay * t_m2nxp + lhub_alphaxhub_ay * t_voap2)
+        - (yhub_az * t_xo5wh + lhub_alphaxhub_az * t_rspvi);
+    const real t_pt74s = bob2_r_y * t_lpm7d
         + bob2_Nxz * bob2_r_z
         - (t_gxq2p_3 * bob2_r_z - bob2_r_y * t_3rc6e_2)
         + (bob2_r_z * t_3rc6e - t_gxq2p_2 * bob2_r_y)
         - (bob2_r_z * t_ooavl - bob2_Nxy * bob2_r_y)
         - (lhub_alphaxhub_ax * t_nbmlu + hub_K41 * t_ox35p_2)
-        - (lhub_alphaxhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qfexh)
-        - (lhub_alphaxhub_az * t_pdvac + khub_alphaxhub_az2 * t_nafop);
+        - (lhub_alphaxhub_ay * t_yersp + khub_alphaxhub_ay * t_m2nxp)
+        - (lhub_alphaxhub_az * t_4lpdf + khub_alphaxhub_az * t_xo5wh);
     const real t_qlqcu = bob2_r_x * t_saiyb;
     const real t_xu6l2 = t_kuduc + t_qlqcu;
     const real t_zy3y4 = bob2_r_x * t_whsnm - (bob2_r_z * t_wm5zt_2 + t_6j24m_2);
     const real t_d5os3 = t_4rrc5_2 + bob2_r_x * t_wm5zt_2;
-    const real t_6oizr = t_d5os3 * t_6dtnj;
-    const real t_bunjj = lhub_alphayhub_ax * t_wm5zt - t_lhd4o * t_6oizr - t_xu6l2;
-    const real t_qozvd = t_bunjj * t_6dtnj_2 - t_bintu_8 * t_6annt;
-    const real t_eepmq = t_zy3y4
-        + (lhub_alphayhub_ax * t_wm5zt_2 + t_lhd4o_2 * t_6oizr)
-        + (lhub_alphayhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qozvd);
-    const real t_3lumm = t_eepmq * t_6dtnj_3 + t_bintu_9 * t_oh4nk;
-    const real t_alpsg = bob2_r_z * t_xu6l2
+    const real t_slahs = hub_K51 * t_suyzo - t_skn5h * t_d5os3 - t_xu6l2;
+    const real t_ei2bl = t_zy3y4
+        + (t_skn5h_2 * t_d5os3 + hub_K51 * t_suyzo_2)
+        + (lhub_azhub_ay * t_slahs + khub_alphayhub_ay * t_ysnri);
+    const real t_c2qyb = bob2_r_z * t_xu6l2
         - t_wudhu_2 * bob2_r_y
         - (bob2_r_y * t_zy3y4 + t_wudhu * bob2_r_z - t_te2vp_2 + bob2_r_x * t_3rc6e_2)
-        - (lhub_alphayhub_ax * t_nbmlu - hub_K41 * t_6oizr)
-        - (lhub_alphayhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qozvd)
-        - (lhub_alphayhub_az * t_pdvac - khub_alphaxhub_az2 * t_3lumm);
-    const real t_yupfa = t_alpsg * t_6dtnj_4 - t_bintu_10 * t_cgkeu;
-    const real t_ckjz6 = bob2_r_z * t_no3qu
+        - (hub_K51 * t_ox35p_2 - lhub_alphaxhub_ax * t_d5os3)
+        - (lhub_alphaxhub_ay * t_slahs + khub_alphayhub_ay * t_m2nxp)
+        - (khub_alphayhub_az * t_xo5wh - lhub_alphaxhub_az * t_ei2bl);
+    const real t_whcpr = t_c2qyb * t_6dtnj_4 - t_bintu_7 * t_pt74s;
+    const real t_6oizr = t_d5os3 * t_6dtnj;
+    const real t_b3mkq = t_slahs * t_6dtnj_2 - t_bintu_9 * t_6annt;
+    const real t_go2ky = t_ei2bl * t_6dtnj_3 + t_bintu_10 * t_oh4nk;
+    const real t_bnflc = bob2_r_z * t_h5aeo
         - t_leuxo_4
-        - bob2_r_x * t_hrjzn
-        - (yhub_alphax * t_yupfa + lhub_alphayhub_alphax * t_bfi6o)
-        - (lhub_alphayhub_ax * t_no3qu - yhub_ax * t_6oizr)
-        - (yhub_ay * t_qozvd + lhub_alphayhub_ay * t_42cgi)
-        - (lhub_alphayhub_az * t_t2nxt - yhub_az * t_3lumm);
-    const real t_i2kbg = bob2_r_x * t_zy3y4
+        - bob2_r_x * t_oqk5g
+        - (yhub_alphax * t_whcpr + lhub_alphayhub_alphax * t_igxlc)
+        - (lhub_alphayhub_ax * t_h5aeo - yhub_ax * t_6oizr)
+        - (yhub_ay * t_b3mkq + lhub_alphayhub_ay * t_voap2)
+        - (lhub_alphayhub_az * t_rspvi - yhub_az * t_go2ky);
+    const real t_ott46 = bob2_r_x * t_zy3y4
         - (bob2_r_z * t_d5os3 + bob2_Nyx * bob2_r_y)
         + (lhub_alphayhub_ax * t_d5os3 + hub_K51 * t_6oizr)
-        - (lhub_alphayhub_ay * t_bunjj + khub_alphayhub_ay1 * t_qozvd)
-        + (lhub_alphayhub_az * t_eepmq + khub_alphayhub_az2 * t_3lumm)
-        - (lhub_alphayhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_yupfa);
+        - (lhub_alphayhub_alphax * t_c2qyb + khub_alphayhub_alphax * t_whcpr)
+        - (lhub_alphayhub_ay * t_slahs + khub_alphayhub_ay * t_b3mkq)
+        + (lhub_alphayhub_az * t_ei2bl + khub_alphayhub_az * t_go2ky);
     const real t_oc4wr = t_qlqcu + bob2_S2rz * t_zludf_3 + t_kuduc_2;
     const real t_fytdw = bob2_S2rz * t_zludf_5;
     const real t_bhtma = bob2_r_x * t_xw4iu + t_fytdw + (bob2_r_y * t_wm5zt + t_6j24m);
     const real t_d5os3_2 = bob2_r_x * t_wm5zt + t_4rrc5;
-    const real t_6oizr_2 = t_d5os3_2 * t_6dtnj;
-    const real t_jx5kp = t_bhtma - (t_d5zcj * t_wm5zt + t_lhd4o * t_6oizr_2);
-    const real t_ribfq = t_jx5kp * t_6dtnj_2 - t_bintu_11 * t_6annt;
-    const real t_mm2og = t_oc4wr
-        - (t_lhd4o_2 * t_6oizr_2 - t_d5zcj * t_wm5zt_2)
-        - (lhub_alphazhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ribfq);
-    const real t_5k7jt = t_mm2og * t_6dtnj_3 - t_bintu_12 * t_oh4nk;
-    const real t_nkjie = bob2_r_y * t_oc4wr
+    const real t_zpq53 = t_bhtma - (t_skn5h * t_d5os3_2 + t_bjkdc * t_suyzo);
+    const real t_736ao = t_oc4wr
+        - (t_skn5h_2 * t_d5os3_2 - t_bjkdc * t_suyzo_2)
+        - (lhub_azhub_ay * t_zpq53 + khub_alphazhub_ay * t_ysnri);
+    const real t_x2z5w = bob2_r_y * t_oc4wr
         + bob2_Nzz * bob2_r_z
         - bob2_r_x * t_3rc6e
         + t_te2vp
         - (bob2_r_z * t_bhtma - bob2_Nzy * bob2_r_y)
-        + (t_d5zcj * t_nbmlu + hub_K41 * t_6oizr_2)
-        - (lhub_alphazhub_ay * t_uflje + khub_alphaxhub_ay1 * t_ribfq)
-        - (lhub_alphazhub_az * t_pdvac + khub_alphaxhub_az2 * t_5k7jt);
-    const real t_nh5wn = t_nkjie * t_6dtnj_4 - t_bintu_13 * t_cgkeu;
-    const real t_tmojn = hub_K51 * t_6oizr_2
-        - t_d5zcj * t_d5os3
+        + (lhub_alphaxhub_ax * t_d5os3_2 + t_bjkdc * t_ox35p_2)
+        - (lhub_alphaxhub_ay * t_zpq53 + khub_alphazhub_ay * t_m2nxp)
+        - (lhub_alphaxhub_az * t_736ao + khub_alphazhub_az * t_xo5wh);
+    const real t_gihih = t_x2z5w * t_6dtnj_4 - t_bintu_11 * t_pt74s;
+    const real t_seo4t = lhub_alphayhub_ax * t_d5os3_2
+        - t_bjkdc * t_6oizr
         - (bob2_r_z * t_d5os3_2 - t_dejsd + bob2_r_x * t_oc4wr)
-        - (lhub_alphazhub_ay * t_bunjj + khub_alphayhub_ay1 * t_ribfq)
-        - (khub_alphayhub_az2 * t_5k7jt - lhub_alphazhub_az * t_eepmq)
-        - (lhub_alphazhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_nh5wn);
-    const real t_7qtyr = t_tmojn * t_6dtnj_5 - t_bintu_14 * t_i2kbg;
-    const real t_r6nfg = bob2_r_x * t_uawwz
-        - bob2_S2rz * t_me6ue
-        - (bob2_r_y * t_no3qu + t_leuxo_2)
-        - (yhub_alphax * t_nh5wn + lhub_alphazhub_alphax * t_bfi6o)
-        - (yhub_alphay * t_7qtyr + lhub_alphazhub_alphay * t_ckjz6)
-        + (yhub_ax * t_6oizr_2 + t_d5zcj * t_no3qu)
-        - (yhub_ay * t_ribfq + lhub_alphazhub_ay * t_42cgi)
-        - (yhub_az * t_5k7jt + lhub_alphazhub_az * t_t2nxt);
-    const real t_n23cm = bob2_r_x * t_fytdw
+        - (lhub_alphayhub_alphax * t_x2z5w + khub_alphazhub_alphax * t_whcpr)
+        - (lhub_alphayhub_ay * t_zpq53 + khub_alphazhub_ay * t_b3mkq)
+        - (lhub_alphayhub_az * t_736ao - khub_alphazhub_az * t_go2ky);
+    const real t_6v4mq = t_seo4t * t_6dtnj_5 - t_bintu_12 * t_ott46;
+    const real t_6oizr_2 = t_d5os3_2 * t_6dtnj;
+    const real t_ecz26 = t_zpq53 * t_6dtnj_2 - t_bintu_13 * t_6annt;
+    const real t_tttgx = t_736ao * t_6dtnj_3 - t_bintu_14 * t_oh4nk;
+    const real t_d2dc4 = bob2_r_x * t_7w2d4
+        - bob2_S2rz * t_ns6zv
+        - (bob2_r_y * t_h5aeo + t_leuxo_2)
+        - (yhub_alphax * t_gihih + lhub_alphazhub_alphax * t_igxlc)
+        - (yhub_alphay * t_6v4mq + lhub_alphazhub_alphay * t_bnflc)
+        + (yhub_ax * t_6oizr_2 + t_d5zcj * t_h5aeo)
+        - (yhub_ay * t_ecz26 + lhub_alphazhub_ay * t_voap2)
+        - (yhub_az * t_tttgx + lhub_alphazhub_az * t_rspvi);
+    const real t_dxuqv = bob2_r_x * t_fytdw
         + bob2_r_x * t_bhtma
         + (bob2_r_y * t_d5os3_2 + t_dejsd_2)
         - (t_d5zcj * t_d5os3_2 + t_bjkdc * t_6oizr_2)
-        - (lhub_alphazhub_ay * t_jx5kp + khub_alphazhub_ay1 * t_ribfq)
-        - (lhub_alphazhub_az * t_mm2og + khub_alphazhub_az2 * t_5k7jt)
-        - (lhub_alphazhub_alphax * t_nkjie + khub_alphazhub_alphax3 * t_nh5wn)
-        - (lhub_alphazhub_alphay * t_tmojn + khub_alphazhub_alphay4 * t_7qtyr);
-    const real t_hxpub = t_r6nfg * t_6dtnj_6 - t_bintu_15 * t_n23cm;
-    const real t_bbymk = t_ckjz6 * t_6dtnj_5 - t_6gzii * t_i2kbg - (lhub_alphazhub_alphay * t_hxpub + hub_alphaz * t_7qtyr);
-    const real t_3jbe5 = t_bfi6o * t_6dtnj_4
-        - t_qkbrl * t_cgkeu
-        - (lhub_alphayhub_alphax * t_bbymk + hub_alphay * t_yupfa)
-        - (lhub_alphazhub_alphax * t_hxpub + hub_alphaz * t_nh5wn);
-    const real t_ugkgx = t_t2nxt * t_6dtnj_3
+        - (lhub_alphazhub_alphax * t_x2z5w + khub_alphazhub_alphax * t_gihih)
+        - (lhub_alphazhub_alphay * t_seo4t + khub_alphazhub_alphay * t_6v4mq)
+        - (lhub_alphazhub_ay * t_zpq53 + khub_alphazhub_ay * t_ecz26)
+        - (lhub_alphazhub_az * t_736ao + khub_alphazhub_az * t_tttgx);
+    const real t_jq6np = t_d2dc4 * t_6dtnj_6 - t_bintu_15 * t_dxuqv;
+    const real t_3gomw = t_bnflc * t_6dtnj_5 - t_6gzii * t_ott46 - (lhub_alphazhub_alphay * t_jq6np + hub_alphaz * t_6v4mq);
+    const real t_ybhc7 = t_igxlc * t_6dtnj_4
+        - t_qkbrl * t_pt74s
+        - (lhub_alphayhub_alphax * t_3gomw + hub_alphay * t_whcpr)
+        - (lhub_alphazhub_alphax * t_jq6np + hub_alphaz * t_gihih);
+    const real t_hzpjq = t_rspvi * t_6dtnj_3
         - t_qkxsr * t_oh4nk
-        - (lhub_alphaxhub_az * t_3jbe5 + hub_alphax * t_nafop)
-        - (lhub_alphayhub_az * t_bbymk - hub_alphay * t_3lumm)
-        - (lhub_alphazhub_az * t_hxpub + hub_alphaz * t_5k7jt);
-    const real t_xjwts = t_42cgi * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_ybhc7 + hub_alphax * t_xo5wh)
+        - (lhub_alphayhub_az * t_3gomw - hub_alphay * t_go2ky)
+        - (lhub_alphazhub_az * t_jq6np + hub_alphaz * t_tttgx);
+    const real t_hpf75 = t_voap2 * t_6dtnj_2
         - t_temm3_2 * t_6annt
-        - (lhub_alphaxhub_ay * t_3jbe5 + hub_alphax * t_qfexh)
-        - (lhub_alphayhub_ay * t_bbymk + hub_alphay * t_qozvd)
-        - (lhub_alphazhub_ay * t_hxpub + hub_alphaz * t_ribfq)
-        - (lhub_azhub_ay * t_ugkgx + hub_az * t_ysnri);
-    const real t_qekvt = t_no3qu * t_6dtnj
-        - (lhub_alphaxhub_ax * t_3jbe5 + hub_alphax * t_ox35p_2)
-        - (lhub_alphayhub_ax * t_bbymk - hub_alphay * t_6oizr)
-        + (t_d5zcj * t_hxpub + hub_alphaz * t_6oizr_2)
-        + (t_skn5h * t_xjwts + hub_ay * t_suyzo)
-        + (t_skn5h_2 * t_ugkgx - hub_az * t_suyzo_2);
+        - (lhub_alphaxhub_ay * t_ybhc7 + hub_alphax * t_m2nxp)
+        - (lhub_alphayhub_ay * t_3gomw + hub_alphay * t_b3mkq)
+        - (lhub_alphazhub_ay * t_jq6np + hub_alphaz * t_ecz26)
+        - (lhub_azhub_ay * t_hzpjq + hub_az * t_ysnri);
+    const real t_qekvt = t_h5aeo * t_6dtnj
+        - (lhub_alphaxhub_ax * t_ybhc7 + hub_alphax * t_ox35p_2)
+        - (lhub_alphayhub_ax * t_3gomw - hub_alphay * t_6oizr)
+        + (t_d5zcj * t_jq6np + hub_alphaz * t_6oizr_2)
+        + (t_skn5h * t_hpf75 + hub_ay * t_suyzo)
+        + (t_skn5h_2 * t_hzpjq - hub_az * t_suyzo_2);
     const real t_2qjkk = bob1_r1_z + bob1_r1_z;
     const real t_2qjkk_2 = bob1_r1_y + bob1_r1_y;
     const real t_ca3ps = p[m1] * (bob1_r11_x * bob1_twice1 + x[wy] * t_2qjkk - x[wz] * t_2qjkk_2);
     const real t_zc3wv = bob1_r1_x + bob1_r1_x;
-    const real t_yclr4 = p[m1] * (bob1_r1_z * bob1_twice2 + x[wz] * t_zc3wv - bob1_r_y * bob1_twice1 - x[wx] * t_2qjkk);
-    const real t_7q7m7 = p[m1] * (x[wx] * t_2qjkk_2 - bob1_r1_y * bob1_twice2 - bob1_r_z * bob1_twice1 - x[wy] * t_zc3wv);
+    const real t_yclr4 = p[m1] * (bob1_r1_z * bob1_twice2 - bob1_r_y * bob1_twice1 + x[wz] * t_zc3wv - x[wx] * t_2qjkk);
+    const real t_7q7m7 = p[m1] * (x[wx] * t_2qjkk_2 - bob1_r_z * bob1_twice1 - bob1_r1_y * bob1_twice2 - x[wy] * t_zc3wv);
     const real t_h5vih = p[eps1] + bob1_r1_x * t_ca3ps + bob1_r1_y * t_yclr4 + bob1_r1_z * t_7q7m7;
     const real t_eba7b = bob1_S1tx * t_h5vih - t_ca3ps;
     const real t_lb4of = bob1_r_y * t_7q7m7 - bob1_r_z * t_yclr4;
@@ -1470,7 +1409,7 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_we4rl = p[m1] * (t_x2cfd_2 - t_thr2m_2 + x[wx] * t_2qjkk_3);
     const real t_2qjkk_4 = bob1_r_z + bob1_r_z;
     const real t_yez77_2 = p[m1] * (x[wy] * t_2qjkk_3 + x[wz] * t_2qjkk_4);
-    const real t_we4rl_2 = p[m1] * (x[wx] * t_2qjkk_4 - t_x2cfd - t_thr2m);
+    const real t_we4rl_2 = p[m1] * (x[wx] * t_2qjkk_4 - t_thr2m - t_x2cfd);
     const real t_5krsz = bob1_r1_y * t_we4rl - bob1_r1_x * t_yez77_2 + bob1_r1_z * t_we4rl_2;
     const real t_jms6v = bob1_S1tx * t_5krsz + t_yez77_2;
     const real t_ewtmc = bob1_r_y * t_we4rl_2 - p[eps1] - bob1_r_z * t_we4rl;
@@ -1519,8 +1458,8 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_2qjkk_6 = bob2_r1_y + bob2_r1_y;
     const real t_cz2ns = p[m2] * (bob2_r11_x * bob2_twice1 + x[wy] * t_2qjkk_5 - x[wz] * t_2qjkk_6);
     const real t_ilp7k = bob2_r1_x + bob2_r1_x;
-    const real t_sfl3v = p[m2] * (bob2_r1_z * bob2_twice2 + x[wz] * t_ilp7k - bob2_r_y * bob2_twice1 - x[wx] * t_2qjkk_5);
-    const real t_kzwh3 = p[m2] * (x[wx] * t_2qjkk_6 - bob2_r1_y * bob2_twice2 - bob2_r_z * bob2_twice1 - x[wy] * t_ilp7k);
+    const real t_sfl3v = p[m2] * (bob2_r1_z * bob2_twice2 - bob2_r_y * bob2_twice1 + x[wz] * t_ilp7k - x[wx] * t_2qjkk_5);
+    const real t_kzwh3 = p[m2] * (x[wx] * t_2qjkk_6 - bob2_r_z * bob2_twice1 - bob2_r1_y * bob2_twice2 - x[wy] * t_ilp7k);
     const real t_kvxhz = p[eps2] + bob2_r1_x * t_cz2ns + bob2_r1_y * t_sfl3v + bob2_r1_z * t_kzwh3;
     const real t_3j2ql = bob2_S1tx * t_kvxhz - t_cz2ns;
     const real t_cg6ow = bob2_r_y * t_kzwh3 - bob2_r_z * t_sfl3v;
@@ -1570,7 +1509,7 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     const real t_iyv7p = p[m2] * (t_vagdy_2 - t_bhjcf_2 + x[wx] * t_2qjkk_7);
     const real t_2qjkk_8 = bob2_r_z + bob2_r_z;
     const real t_rcik7_2 = p[m2] * (x[wy] * t_2qjkk_7 + x[wz] * t_2qjkk_8);
-    const real t_iyv7p_2 = p[m2] * (x[wx] * t_2qjkk_8 - t_vagdy - t_bhjcf);
+    const real t_iyv7p_2 = p[m2] * (x[wx] * t_2qjkk_8 - t_bhjcf - t_vagdy);
     const real t_g5gof = bob2_r1_y * t_iyv7p - bob2_r1_x * t_rcik7_2 + bob2_r1_z * t_iyv7p_2;
     const real t_rv5gh = bob2_S1tx * t_g5gof + t_rcik7_2;
     const real t_qqql3 = bob2_r_y * t_iyv7p_2 - p[eps2] - bob2_r_z * t_iyv7p;
@@ -1637,39 +1576,39 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         + bob1_S1ty * t_bz6c5
         + bob1_S1tz * t_6a3aj;
     const real t_ldgjs = t_b76kz
-        + (hub_alphay * t_jzt2o_4 + bob1_r_z * t_xp72g)
-        - (hub_alphaz * t_jzt2o + bob1_r_y * t_6kskn);
-    const real t_6iur6 = t_muxjm
-        + (hub_alphaz * t_rcy73_2 + bob1_r_x * t_6kskn)
-        - (hub_alphax * t_jzt2o_4 + bob1_r_z * t_7zlmt);
-    const real t_lpxns = t_ozc77
-        + (hub_alphax * t_jzt2o + bob1_r_y * t_7zlmt)
-        - (hub_alphay * t_rcy73_2 + bob1_r_x * t_xp72g);
-    const real t_b5qej = t_4tdlf * t_vpzmf
-        + bob1_S1rx * t_7zlmt
+        + (hub_alphay * t_jzt2o_4 + bob1_r_z * t_o7w4g)
+        - (hub_alphaz * t_jzt2o + bob1_r_y * t_jtnvc);
+    const real t_6iur6 = t_meteo
+        + (hub_alphaz * t_rcy73_2 + bob1_r_x * t_jtnvc)
+        - (hub_alphax * t_jzt2o_4 + bob1_r_z * t_6pq3s);
+    const real t_lpxns = t_tnqi6
+        + (hub_alphax * t_jzt2o + bob1_r_y * t_6pq3s)
+        - (hub_alphay * t_rcy73_2 + bob1_r_x * t_o7w4g);
+    const real t_45ocx = t_5fck6 * t_vpzmf
+        + bob1_S1rx * t_6pq3s
         + (bob1_aPx * t_2zlbn + bob1_S1tx * t_ldgjs)
         + (bob1_S1ty * t_6iur6 - bob1_aPy * t_2xpmm_2)
         + (bob1_S1tz * t_lpxns - bob1_aPz * t_2xpmm);
     const real t_svheu = t_d6ktk
-        + (bob1_r_z * t_korrf - hub_alphay * bob1_r_y)
-        - (hub_alphaz * bob1_r_z + bob1_r_y * t_pzrhg);
-    const real t_q7g6v = t_kwtwg + bob1_r_x * t_pzrhg - (bob1_r_z * t_zo4a3 - hub_alphax * bob1_r_y);
-    const real t_5eed5 = t_nyj2p + (hub_alphax * bob1_r_z + bob1_r_y * t_zo4a3) - bob1_r_x * t_korrf;
-    const real t_5umn4 = t_5dj2j * t_vpzmf
-        + bob1_S1rx * t_zo4a3
+        + (bob1_r_z * t_xmb53 - hub_alphay * bob1_r_y)
+        - (hub_alphaz * bob1_r_z + bob1_r_y * t_hgt64);
+    const real t_q7g6v = t_mknss + bob1_r_x * t_hgt64 - (bob1_r_z * t_kxx6n - hub_alphax * bob1_r_y);
+    const real t_5eed5 = t_j3akg + (hub_alphax * bob1_r_z + bob1_r_y * t_kxx6n) - bob1_r_x * t_xmb53;
+    const real t_o3wjt = t_n3bpa * t_vpzmf
+        + bob1_S1rx * t_kxx6n
         + bob1_S1tx * t_svheu
         + (bob1_aPy * t_rnu2p_2 + bob1_S1ty * t_q7g6v)
         + (bob1_S1tz * t_5eed5 - bob1_aPz * t_rnu2p);
-    const real t_mfvx4 = t_skros + bob1_r_x * t_cvrqz - bob1_r_z * t_xo7bi;
-    const real t_hlrza = t_gxvie + bob1_r_y * t_xo7bi - bob1_r_x * t_3zjrh;
-    const real t_2m3t2 = bob1_S1rx * t_xo7bi
-        + bob1_S1tx * (t_2h54h + bob1_r_z * t_3zjrh - bob1_r_y * t_cvrqz)
+    const real t_mfvx4 = t_hjpd3 + bob1_r_x * t_5nrbs - bob1_r_z * t_sir27;
+    const real t_hlrza = t_lbnnt + bob1_r_y * t_sir27 - bob1_r_x * t_r55rs;
+    const real t_2m3t2 = bob1_S1rx * t_sir27
+        + bob1_S1tx * (t_2h54h + bob1_r_z * t_r55rs - bob1_r_y * t_5nrbs)
         + bob1_S1ty * t_mfvx4
         + bob1_S1tz * t_hlrza;
-    const real t_dmawg = t_xjwts + bob1_r_x * t_hxpub - bob1_r_z * t_3jbe5;
-    const real t_r5srj = t_ugkgx + bob1_r_y * t_3jbe5 - bob1_r_x * t_bbymk;
-    const real t_76x7n = bob1_S1rx * t_3jbe5
-        + bob1_S1tx * (t_qekvt + bob1_r_z * t_bbymk - bob1_r_y * t_hxpub)
+    const real t_dmawg = t_hpf75 + bob1_r_x * t_jq6np - bob1_r_z * t_ybhc7;
+    const real t_r5srj = t_hzpjq + bob1_r_y * t_ybhc7 - bob1_r_x * t_3gomw;
+    const real t_76x7n = bob1_S1rx * t_ybhc7
+        + bob1_S1tx * (t_qekvt + bob1_r_z * t_3gomw - bob1_r_y * t_jq6np)
         + bob1_S1ty * t_dmawg
         + bob1_S1tz * t_r5srj;
     const real t_4a7in = t_vtb7o + bob1_r_x * t_7xbwo - bob1_r_z * t_4hani;
@@ -1719,39 +1658,39 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
         + bob2_S1tx * (t_zjdzu + bob2_r_z * t_jljck - bob2_r_y * t_bl3qo)
         + bob2_S1ty * t_qa7gz
         + bob2_S1tz * t_dulj6;
-    const real t_6lq7j = t_muxjm + bob2_r_x * t_6kskn - bob2_r_z * t_7zlmt;
-    const real t_amdo7 = t_ozc77 + bob2_r_y * t_7zlmt - bob2_r_x * t_xp72g;
-    const real t_3rm6y = bob2_S1rx * t_7zlmt
-        + bob2_S1tx * (t_b76kz + bob2_r_z * t_xp72g - bob2_r_y * t_6kskn)
+    const real t_6lq7j = t_meteo + bob2_r_x * t_jtnvc - bob2_r_z * t_6pq3s;
+    const real t_amdo7 = t_tnqi6 + bob2_r_y * t_6pq3s - bob2_r_x * t_o7w4g;
+    const real t_3rm6y = bob2_S1rx * t_6pq3s
+        + bob2_S1tx * (t_b76kz + bob2_r_z * t_o7w4g - bob2_r_y * t_jtnvc)
         + bob2_S1ty * t_6lq7j
         + bob2_S1tz * t_amdo7;
-    const real t_siqwh = t_kwtwg + bob2_r_x * t_pzrhg - bob2_r_z * t_zo4a3;
-    const real t_7awfv = t_nyj2p + bob2_r_y * t_zo4a3 - bob2_r_x * t_korrf;
-    const real t_r2lhi = bob2_S1rx * t_zo4a3
-        + bob2_S1tx * (t_d6ktk + bob2_r_z * t_korrf - bob2_r_y * t_pzrhg)
+    const real t_siqwh = t_mknss + bob2_r_x * t_hgt64 - bob2_r_z * t_kxx6n;
+    const real t_7awfv = t_j3akg + bob2_r_y * t_kxx6n - bob2_r_x * t_xmb53;
+    const real t_r2lhi = bob2_S1rx * t_kxx6n
+        + bob2_S1tx * (t_d6ktk + bob2_r_z * t_xmb53 - bob2_r_y * t_hgt64)
         + bob2_S1ty * t_siqwh
         + bob2_S1tz * t_7awfv;
     const real t_7lgle = t_2h54h
-        + (hub_alphay * t_hakeo_4 + bob2_r_z * t_3zjrh)
-        - (hub_alphaz * t_hakeo + bob2_r_y * t_cvrqz);
-    const real t_jeqhj = t_skros
-        + (hub_alphaz * t_uvqau_2 + bob2_r_x * t_cvrqz)
-        - (hub_alphax * t_hakeo_4 + bob2_r_z * t_xo7bi);
-    const real t_sos6g = t_gxvie
-        + (hub_alphax * t_hakeo + bob2_r_y * t_xo7bi)
-        - (hub_alphay * t_uvqau_2 + bob2_r_x * t_3zjrh);
-    const real t_rxl36 = t_fgvn2 * t_mxpm2
-        + bob2_S1rx * t_xo7bi
+        + (hub_alphay * t_hakeo_4 + bob2_r_z * t_r55rs)
+        - (hub_alphaz * t_hakeo + bob2_r_y * t_5nrbs);
+    const real t_jeqhj = t_hjpd3
+        + (hub_alphaz * t_uvqau_2 + bob2_r_x * t_5nrbs)
+        - (hub_alphax * t_hakeo_4 + bob2_r_z * t_sir27);
+    const real t_sos6g = t_lbnnt
+        + (hub_alphax * t_hakeo + bob2_r_y * t_sir27)
+        - (hub_alphay * t_uvqau_2 + bob2_r_x * t_r55rs);
+    const real t_6kxxh = t_g3cav * t_mxpm2
+        + bob2_S1rx * t_sir27
         + (bob2_aPx * t_x2ffi + bob2_S1tx * t_7lgle)
         + (bob2_S1ty * t_jeqhj - bob2_aPy * t_tpqyi_2)
         + (bob2_S1tz * t_sos6g - bob2_aPz * t_tpqyi);
     const real t_fa6mz = t_qekvt
-        + (bob2_r_z * t_bbymk - hub_alphay * bob2_r_y)
-        - (hub_alphaz * bob2_r_z + bob2_r_y * t_hxpub);
-    const real t_piom5 = t_xjwts + bob2_r_x * t_hxpub - (bob2_r_z * t_3jbe5 - hub_alphax * bob2_r_y);
-    const real t_kdrwm = t_ugkgx + (hub_alphax * bob2_r_z + bob2_r_y * t_3jbe5) - bob2_r_x * t_bbymk;
-    const real t_4wvsx = t_tfrtk * t_mxpm2
-        + bob2_S1rx * t_3jbe5
+        + (bob2_r_z * t_3gomw - hub_alphay * bob2_r_y)
+        - (hub_alphaz * bob2_r_z + bob2_r_y * t_jq6np);
+    const real t_piom5 = t_hpf75 + bob2_r_x * t_jq6np - (bob2_r_z * t_ybhc7 - hub_alphax * bob2_r_y);
+    const real t_kdrwm = t_hzpjq + (hub_alphax * bob2_r_z + bob2_r_y * t_ybhc7) - bob2_r_x * t_3gomw;
+    const real t_ayz5a = t_saw6e * t_mxpm2
+        + bob2_S1rx * t_ybhc7
         + bob2_S1tx * t_fa6mz
         + (bob2_aPy * t_uxdew_2 + bob2_S1ty * t_piom5)
         + (bob2_S1tz * t_kdrwm - bob2_aPz * t_uxdew);
@@ -1807,10 +1746,10 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[23] = SPLAT(K(0.0));
     J[24] = SPLAT(K(0.0));
     J[25] = SPLAT(K(0.0));
-    J[26] = t_muxjm;
-    J[27] = t_kwtwg;
-    J[28] = t_skros;
-    J[29] = t_xjwts;
+    J[26] = t_meteo;
+    J[27] = t_mknss;
+    J[28] = t_hjpd3;
+    J[29] = t_hpf75;
     J[30] = t_vtb7o;
     J[31] = t_zaapr;
     J[32] = t_vzv6w;
@@ -1824,10 +1763,10 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[40] = SPLAT(K(0.0));
     J[41] = SPLAT(K(0.0));
     J[42] = SPLAT(K(0.0));
-    J[43] = t_ozc77;
-    J[44] = t_nyj2p;
-    J[45] = t_gxvie;
-    J[46] = t_ugkgx;
+    J[43] = t_tnqi6;
+    J[44] = t_j3akg;
+    J[45] = t_lbnnt;
+    J[46] = t_hzpjq;
     J[47] = t_hhqs2;
     J[48] = t_yyypk;
     J[49] = t_hzazv;
@@ -1841,10 +1780,10 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[57] = SPLAT(K(0.0));
     J[58] = SPLAT(K(0.0));
     J[59] = SPLAT(K(0.0));
-    J[60] = t_7zlmt;
-    J[61] = t_zo4a3;
-    J[62] = t_xo7bi;
-    J[63] = t_3jbe5;
+    J[60] = t_6pq3s;
+    J[61] = t_kxx6n;
+    J[62] = t_sir27;
+    J[63] = t_ybhc7;
     J[64] = t_4hani;
     J[65] = t_avng3;
     J[66] = t_cm44d;
@@ -1858,10 +1797,10 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[74] = SPLAT(K(0.0));
     J[75] = SPLAT(K(0.0));
     J[76] = SPLAT(K(0.0));
-    J[77] = t_xp72g;
-    J[78] = t_korrf;
-    J[79] = t_3zjrh;
-    J[80] = t_bbymk;
+    J[77] = t_o7w4g;
+    J[78] = t_xmb53;
+    J[79] = t_r55rs;
+    J[80] = t_3gomw;
     J[81] = t_jt35a;
     J[82] = t_s65ff;
     J[83] = t_h24ac;
@@ -1875,10 +1814,10 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[91] = SPLAT(K(0.0));
     J[92] = SPLAT(K(0.0));
     J[93] = SPLAT(K(0.0));
-    J[94] = t_6kskn;
-    J[95] = t_pzrhg;
-    J[96] = t_cvrqz;
-    J[97] = t_hxpub;
+    J[94] = t_jtnvc;
+    J[95] = t_hgt64;
+    J[96] = t_5nrbs;
+    J[97] = t_jq6np;
     J[98] = t_7xbwo;
     J[99] = t_gog4o;
     J[100] = t_wcxp7;
@@ -2011,8 +1950,8 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[227] = SPLAT(K(0.0));
     J[228] = SPLAT(K(0.0));
     J[229] = SPLAT(K(0.0));
-    J[230] = -t_b5qej;
-    J[231] = -t_5umn4;
+    J[230] = -t_45ocx;
+    J[231] = -t_o3wjt;
     J[232] = -t_2m3t2;
     J[233] = -t_76x7n;
     J[234] = -t_j7v2d;
@@ -2028,17 +1967,17 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[244] = SPLAT(K(0.0));
     J[245] = SPLAT(K(0.0));
     J[246] = SPLAT(K(0.0));
-    J[247] = t_vqvd7 * t_sjrjg
+    J[247] = t_txnlk * t_sjrjg
         - bob1_q2 * t_sjrjg * t_5mzug
-        - (bob1_S2rz * t_6kskn - hub_alphaz * t_ymd76)
+        - (bob1_S2rz * t_jtnvc - hub_alphaz * t_ymd76)
         - (bob1_aPy * t_6f3nu + bob1_S2ty * t_6iur6)
         + (bob1_aPz * t_gkayr + t_rlquh * t_lpxns);
-    J[248] = t_psumj * t_sjrjg
-        - bob1_S2rz * t_pzrhg
+    J[248] = t_6i6vz * t_sjrjg
+        - bob1_S2rz * t_hgt64
         - (bob1_S2ty * t_q7g6v - bob1_aPy * t_rlquh_3)
         + (bob1_aPz * t_rlquh_2 + t_rlquh * t_5eed5);
-    J[249] = t_rlquh * t_hlrza - (bob1_S2rz * t_cvrqz + bob1_S2ty * t_mfvx4);
-    J[250] = t_rlquh * t_r5srj - (bob1_S2rz * t_hxpub + bob1_S2ty * t_dmawg);
+    J[249] = t_rlquh * t_hlrza - (bob1_S2rz * t_5nrbs + bob1_S2ty * t_mfvx4);
+    J[250] = t_rlquh * t_r5srj - (bob1_S2rz * t_jq6np + bob1_S2ty * t_dmawg);
     J[251] = t_lb4of * t_sjrjg - bob1_S2rz * t_7xbwo - bob1_S2ty * t_4a7in + t_rlquh * t_osoip;
     J[252] = t_ewtmc * t_sjrjg - bob1_S2rz * t_gog4o - bob1_S2ty * t_qxiom + t_rlquh * t_l5tfu;
     J[253] = t_rlquh * t_r2cam - (bob1_S2rz * t_wcxp7 + bob1_S2ty * t_q32kk);
@@ -2054,8 +1993,8 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[263] = SPLAT(K(0.0));
     J[264] = -t_3rm6y;
     J[265] = -t_r2lhi;
-    J[266] = -t_rxl36;
-    J[267] = -t_4wvsx;
+    J[266] = -t_6kxxh;
+    J[267] = -t_ayz5a;
     J[268] = -t_and7e;
     J[269] = -t_i65lx;
     J[270] = -t_nar7h;
@@ -2069,15 +2008,15 @@ void slosh_jac_x(const real *x, const real *u, const real *p, real *J)
     J[278] = SPLAT(K(0.0));
     J[279] = SPLAT(K(0.0));
     J[280] = SPLAT(K(0.0));
-    J[281] = t_i7psf * t_amdo7 - (bob2_S2rz * t_6kskn + bob2_S2ty * t_6lq7j);
-    J[282] = t_i7psf * t_7awfv - (bob2_S2rz * t_pzrhg + bob2_S2ty * t_siqwh);
-    J[283] = t_hcc3k * t_ymfue
+    J[281] = t_i7psf * t_amdo7 - (bob2_S2rz * t_jtnvc + bob2_S2ty * t_6lq7j);
+    J[282] = t_i7psf * t_7awfv - (bob2_S2rz * t_hgt64 + bob2_S2ty * t_siqwh);
+    J[283] = t_5l6xi * t_ymfue
         - bob2_q2 * t_ymfue * t_pjhy4
-        - (bob2_S2rz * t_cvrqz - hub_alphaz * t_f7x2s)
+        - (bob2_S2rz * t_5nrbs - hub_alphaz * t_f7x2s)
         - (bob2_aPy * t_u2fmg + bob2_S2ty * t_jeqhj)
         + (bob2_aPz * t_otfml + t_i7psf * t_sos6g);
-    J[284] = t_me6ue * t_ymfue
-        - bob2_S2rz * t_hxpub
+    J[284] = t_ns6zv * t_ymfue
+        - bob2_S2rz * t_jq6np
         - (bob2_S2ty * t_piom5 - bob2_aPy * t_i7psf_3)
         + (bob2_aPz * t_i7psf_2 + t_i7psf * t_kdrwm);
     J[285] = t_i7psf * t_myqg5 - (bob2_S2rz * t_7xbwo + bob2_S2ty * t_cwec6);
@@ -2258,61 +2197,53 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
-    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2);
     const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real ihub_alphax = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * ihub_alphax;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * ihub_alphax;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real ihub_alphay = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * ihub_alphay;
     const real t_ak5u5 = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
-        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real ihub_alphax = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * ihub_alphax;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * ihub_alphax;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real ihub_alphay = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * ihub_alphay;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
-    const real ihub_alphaz = K(1.0) / khub_alphazhub_alphaz5;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
+    const real ihub_alphaz = K(1.0) / khub_alphazhub_alphaz;
     const real t_ffo2b = (lhub_alphazhub_alphay * lhub_alphayhub_alphax - lhub_alphazhub_alphax) * ihub_alphaz;
     const real t_7nzpm = lhub_alphayhub_alphax * ihub_alphay + lhub_alphazhub_alphay * t_ffo2b;
     const real t_gxsyp = ihub_alphax + lhub_alphayhub_alphax * t_7nzpm - lhub_alphazhub_alphax * t_ffo2b;
@@ -2543,7 +2474,7 @@ void slosh_jac_u(const real *x, const real *u, const real *p, real *J)
     J[84] = bob2_S2rz * t_wu57a - bob2_S2ty * t_u5lxx + t_i7psf * t_cv4od;
 }
 
-/* change of rhs along a change of x and u; 2025 operations. */
+/* change of rhs along a change of x and u; 2005 operations. */
 void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x, const real *along_u, real *change)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -2594,18 +2525,9 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -2628,18 +2550,9 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -2816,60 +2729,52 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
-    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2);
     const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
     const real t_ak5u5 = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
-        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -2891,7 +2796,7 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real t_6dtnj_6 = K(1.0) / khub_alphazhub_alphaz5;
+    const real t_6dtnj_6 = K(1.0) / khub_alphazhub_alphaz;
     const real hub_alphaz = yhub_alphaz * t_6dtnj_6;
     const real t_ysosa = yhub_alphay * t_6dtnj_5;
     const real hub_alphay = t_ysosa - hub_alphaz * lhub_alphazhub_alphay;
@@ -2946,32 +2851,30 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - (x[wz] * t_qd7t6 + bob1_u_y * along_x[along_wz]);
     const real t_52zfs = p[m1] * t_vy5nt;
     const real t_6ady4 = x[theta1_dot] * t_jootr + bob1_twice1 * along_x[along_theta1_dot];
+    const real t_qlowu = t_ogtkl + bob1_twice2 * along_x[along_theta1_dot];
     const real t_ipzeu = bob1_twice1 * t_lf5wu
         + bob1_r1_x * t_jootr
         + (x[wy] * t_wm5sz_2 + bob1_r_z * along_x[along_wy])
         - (x[wz] * t_wm5sz + bob1_r_y * along_x[along_wz]);
-    const real t_sci43 = bob1_twice2 * along_x[along_theta1_dot];
-    const real t_bnysc = bob1_r1_z * t_6ady4
+    const real t_urfye = bob1_r1_z * t_6ady4
         - bob1_v21 * t_a7v2b
+        - (bob1_r_y * t_qlowu + t_ijfms * t_wm5sz)
         + (x[wz] * t_ipzeu + bob1_u_x * along_x[along_wz])
-        - (bob1_v11 * t_wm5sz + bob1_r_y * t_ogtkl)
-        - (bob1_v22 * t_wm5sz + bob1_r_y * t_sci43)
         - (x[wx] * t_fkqs4 + bob1_u_z * along_x[along_wx]);
-    const real t_pnfl3 = p[m1] * t_bnysc;
-    const real t_fkkcv = x[wx] * t_qd7t6
+    const real t_mwiyg = p[m1] * t_urfye;
+    const real t_54adf = x[wx] * t_qd7t6
         + bob1_u_y * along_x[along_wx]
+        - (bob1_r_z * t_qlowu + t_ijfms * t_wm5sz_2)
         - (bob1_v21 * t_a7v2b_2 + bob1_r1_y * t_6ady4)
-        - (bob1_v11 * t_wm5sz_2 + bob1_r_z * t_ogtkl)
-        - (bob1_v22 * t_wm5sz_2 + bob1_r_z * t_sci43)
         - (x[wy] * t_ipzeu + bob1_u_x * along_x[along_wy]);
-    const real t_ke5eu = p[m1] * t_fkkcv;
-    const real t_pcrga = p[eps1] * along_x[along_phi1_dot]
+    const real t_y2pem = p[m1] * t_54adf;
+    const real t_nwtz2 = p[eps1] * along_x[along_phi1_dot]
         + (bob1_r1_x * t_52zfs + bob1_Fx * t_lf5wu)
-        + (bob1_r1_y * t_pnfl3 + bob1_Fy * t_a7v2b_2)
-        + (bob1_r1_z * t_ke5eu - bob1_Fz * t_a7v2b);
+        + (bob1_r1_y * t_mwiyg + bob1_Fy * t_a7v2b_2)
+        + (bob1_r1_z * t_y2pem - bob1_Fz * t_a7v2b);
     const real t_thg73 = p[m1] * t_lf5wu;
     const real t_lm24u = t_thg73 * t_vpzmf;
-    const real t_uvcul = bob1_S1tx * t_pcrga + t_txuch * t_lm24u - t_52zfs;
+    const real t_uvcul = bob1_S1tx * t_nwtz2 + t_txuch * t_lm24u - t_52zfs;
     const real t_axwcv = bob2_twice1 * along_x[along_phi2_dot];
     const real t_fwubq = p[l2] * (sin_phi2 * along_x[along_phi2]);
     const real t_r7fvk = along_x[along_phi2_dot] + along_x[along_phi2_dot];
@@ -3000,32 +2903,30 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - (x[wz] * t_womoz + bob2_u_y * along_x[along_wz]);
     const real t_yjgjz = p[m2] * t_hofqj;
     const real t_u6ri6 = x[theta2_dot] * t_r7fvk + bob2_twice1 * along_x[along_theta2_dot];
+    const real t_ri4fs = t_axwcv + bob2_twice2 * along_x[along_theta2_dot];
     const real t_jieuz = bob2_twice1 * t_kfqtb
         + bob2_r1_x * t_r7fvk
         + (x[wy] * t_cvwjt_2 + bob2_r_z * along_x[along_wy])
         - (x[wz] * t_cvwjt + bob2_r_y * along_x[along_wz]);
-    const real t_gppvt = bob2_twice2 * along_x[along_theta2_dot];
-    const real t_zsz36 = bob2_r1_z * t_u6ri6
+    const real t_4dlrg = bob2_r1_z * t_u6ri6
         - bob2_v21 * t_g34i2
+        - (bob2_r_y * t_ri4fs + t_h4psf * t_cvwjt)
         + (x[wz] * t_jieuz + bob2_u_x * along_x[along_wz])
-        - (bob2_v11 * t_cvwjt + bob2_r_y * t_axwcv)
-        - (bob2_v22 * t_cvwjt + bob2_r_y * t_gppvt)
         - (x[wx] * t_ijb4z + bob2_u_z * along_x[along_wx]);
-    const real t_shjvh = p[m2] * t_zsz36;
-    const real t_ls5di = x[wx] * t_womoz
+    const real t_uoml7 = p[m2] * t_4dlrg;
+    const real t_f7igo = x[wx] * t_womoz
         + bob2_u_y * along_x[along_wx]
+        - (bob2_r_z * t_ri4fs + t_h4psf * t_cvwjt_2)
         - (bob2_v21 * t_g34i2_2 + bob2_r1_y * t_u6ri6)
-        - (bob2_v11 * t_cvwjt_2 + bob2_r_z * t_axwcv)
-        - (bob2_v22 * t_cvwjt_2 + bob2_r_z * t_gppvt)
         - (x[wy] * t_jieuz + bob2_u_x * along_x[along_wy]);
-    const real t_c6qdh = p[m2] * t_ls5di;
-    const real t_jlsk2 = p[eps2] * along_x[along_phi2_dot]
+    const real t_lklm4 = p[m2] * t_f7igo;
+    const real t_wqrsl = p[eps2] * along_x[along_phi2_dot]
         + (bob2_r1_x * t_yjgjz + bob2_Fx * t_kfqtb)
-        + (bob2_r1_y * t_shjvh + bob2_Fy * t_g34i2_2)
-        + (bob2_r1_z * t_c6qdh - bob2_Fz * t_g34i2);
+        + (bob2_r1_y * t_uoml7 + bob2_Fy * t_g34i2_2)
+        + (bob2_r1_z * t_lklm4 - bob2_Fz * t_g34i2);
     const real t_5o25s = p[m2] * t_kfqtb;
     const real t_a4u3e = t_5o25s * t_mxpm2;
-    const real t_fwht4 = bob2_S1tx * t_jlsk2 + t_xyjt2 * t_a4u3e - t_yjgjz;
+    const real t_fwht4 = bob2_S1tx * t_wqrsl + t_xyjt2 * t_a4u3e - t_yjgjz;
     const real t_imenb = t_cub74 * along_x[along_wz];
     const real t_4cv4o = t_cub74 * along_x[along_wy];
     const real t_wybx3 = p[F] * (sin_delta2 * along_u[along_delta2]);
@@ -3039,56 +2940,56 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_en4ai = t_k5pnk + t_rkefu;
     const real t_wbmja = p[m1] * t_a7v2b;
     const real t_m7cyo = t_wbmja * t_vpzmf;
-    const real t_ofb4i = bob1_r_y * t_ke5eu
+    const real t_ii74c = bob1_r_y * t_y2pem
         + bob1_Fz * t_wm5sz
         - p[eps1] * along_x[along_theta1_dot]
-        - (bob1_r_z * t_pnfl3 + bob1_Fy * t_wm5sz_2);
+        - (bob1_r_z * t_mwiyg + bob1_Fy * t_wm5sz_2);
     const real t_u5dbt = p[m1] * t_wm5sz;
     const real t_lo4s7 = t_wbepk * ((sin_phi1 + sin_phi1) * t_caymt);
     const real t_2gm53 = t_u5dbt * t_sjrjg - t_rlquh * t_sjrjg * t_lo4s7;
-    const real t_dxta4 = bob1_S1tz * t_pcrga
+    const real t_ptkzp = bob1_S1tz * t_nwtz2
         - t_txuch * t_m7cyo
-        - t_ke5eu
-        + (t_rlquh * t_ofb4i + bob1_Q2 * t_2gm53);
+        - t_y2pem
+        + (t_rlquh * t_ii74c + bob1_Q2 * t_2gm53);
     const real t_3zmby = p[m2] * t_g34i2;
     const real t_5bvgr = t_3zmby * t_mxpm2;
-    const real t_tbamz = bob2_r_y * t_c6qdh
+    const real t_jq6yf = bob2_r_y * t_lklm4
         + bob2_Fz * t_cvwjt
         - p[eps2] * along_x[along_theta2_dot]
-        - (bob2_r_z * t_shjvh + bob2_Fy * t_cvwjt_2);
+        - (bob2_r_z * t_uoml7 + bob2_Fy * t_cvwjt_2);
     const real t_gf427 = p[m2] * t_cvwjt;
     const real t_pgbia = t_nww6q * ((sin_phi2 + sin_phi2) * t_acpzf);
     const real t_kjus3 = t_gf427 * t_ymfue - t_i7psf * t_ymfue * t_pgbia;
-    const real t_4cux5 = bob2_S1tz * t_jlsk2
+    const real t_qdpjr = bob2_S1tz * t_wqrsl
         - t_xyjt2 * t_5bvgr
-        - t_c6qdh
-        + (t_i7psf * t_tbamz + bob2_Q2 * t_kjus3);
+        - t_lklm4
+        + (t_i7psf * t_jq6yf + bob2_Q2 * t_kjus3);
     const real t_lr567 = total_Jyy * along_x[along_wy];
     const real t_wbmja_2 = p[m1] * t_a7v2b_2;
     const real t_m7cyo_2 = t_wbmja_2 * t_vpzmf;
     const real t_u5dbt_2 = p[m1] * t_wm5sz_2;
     const real t_2zjfz = t_u5dbt_2 * t_sjrjg - bob1_S2ty * t_sjrjg * t_lo4s7;
-    const real t_yotdm = bob1_S1ty * t_pcrga
+    const real t_4qc4m = bob1_S1ty * t_nwtz2
         + t_txuch * t_m7cyo_2
-        - t_pnfl3
-        - (bob1_S2ty * t_ofb4i + bob1_Q2 * t_2zjfz);
+        - t_mwiyg
+        - (bob1_S2ty * t_ii74c + bob1_Q2 * t_2zjfz);
     const real t_3zmby_2 = p[m2] * t_g34i2_2;
     const real t_5bvgr_2 = t_3zmby_2 * t_mxpm2;
     const real t_gf427_2 = p[m2] * t_cvwjt_2;
     const real t_zbw3a = t_gf427_2 * t_ymfue - bob2_S2ty * t_ymfue * t_pgbia;
-    const real t_ozpqp = bob2_S1ty * t_jlsk2
+    const real t_c6ksv = bob2_S1ty * t_wqrsl
         + t_xyjt2 * t_5bvgr_2
-        - t_shjvh
-        - (bob2_S2ty * t_tbamz + bob2_Q2 * t_zbw3a);
+        - t_uoml7
+        - (bob2_S2ty * t_jq6yf + bob2_Q2 * t_zbw3a);
     const real t_vzxvc = p[I1] * along_x[along_theta1_dot] + p[I2] * along_x[along_theta2_dot] + total_Jzz * along_x[along_wz];
-    const real t_jbcsd = bob1_r_y * t_dxta4
+    const real t_jbcsd = bob1_r_y * t_ptkzp
         + bob1_fz * t_wm5sz
-        + (bob2_r_y * t_4cux5 + bob2_fz * t_cvwjt)
+        + (bob2_r_y * t_qdpjr + bob2_fz * t_cvwjt)
         + (x[wz] * t_lr567 + total_Hy * along_x[along_wz])
-        + bob1_S1rx * t_pcrga
-        - (bob1_r_z * t_yotdm + bob1_fy * t_wm5sz_2)
-        + bob2_S1rx * t_jlsk2
-        - (bob2_r_z * t_ozpqp + bob2_fy * t_cvwjt_2)
+        + bob1_S1rx * t_nwtz2
+        - (bob1_r_z * t_4qc4m + bob1_fy * t_wm5sz_2)
+        + bob2_S1rx * t_wqrsl
+        - (bob2_r_z * t_c6ksv + bob2_fy * t_cvwjt_2)
         - (x[wy] * t_vzxvc + total_Hz * along_x[along_wy]);
     const real t_xhrku = bob1_g1_x * t_m7cyo_2 + bob1_S1ty * t_thg73;
     const real t_hc2k6 = bob1_r_z * t_xhrku + t_dugie * t_wm5sz_2;
@@ -3117,13 +3018,13 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - t_47xr3
         - (bob2_Myy * t_cvwjt_2 - bob2_r_z * t_q4jmm);
     const real t_en4ai_2 = t_xhrku + t_6nc4f;
-    const real t_x53rd = t_tyqf6 + t_u65ou + (lhub_alphaxhub_ax * t_en4ai_2 + t_lhd4o * t_q2wxs);
     const real t_pgqbx = t_en4ai_2 * t_6dtnj + t_skn5h * t_6dtnj * t_en4ai;
+    const real t_qkyvf = t_tyqf6 + t_u65ou + (t_skn5h * t_rxdee + hub_K41 * t_pgqbx);
     const real t_2o6cx = t_vvg2u + t_q4jmm + (t_skn5h * t_en4ai_2 + t_lhd4o * t_pgqbx);
-    const real t_7sprh = t_x53rd * t_6dtnj_2 + lhub_alphaxhub_ay * t_6dtnj_2 * t_2o6cx;
+    const real t_wkpvq = t_qkyvf * t_6dtnj_2 + lhub_alphaxhub_ay * t_6dtnj_2 * t_2o6cx;
     const real t_byxim = p[F] * (cos_delta2 * along_u[along_delta2]);
     const real t_t7kzy = t_byxim
-        + (t_yotdm + t_ozpqp + (x[wx] * t_4cv4o + stream_z * along_x[along_wx]))
+        + (t_4qc4m + t_c6ksv + (x[wx] * t_4cv4o + stream_z * along_x[along_wx]))
         + (yhub_ax * t_pgqbx + t_skn5h * t_2y5yi);
     const real t_y65lr = bob1_g1_z * t_m7cyo + bob1_S1tz * t_wbmja - (t_pj4i3 * t_2gm53 + t_rlquh * t_u5dbt);
     const real t_jhjzk_2 = bob1_S1rx * t_wbmja;
@@ -3139,30 +3040,30 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - (bob2_r_z * t_eu3mw + bob2_Myz * t_cvwjt_2);
     const real t_en4ai_3 = t_xhrku_2 + t_6nc4f_2;
     const real t_pgqbx_2 = t_en4ai_3 * t_6dtnj + t_skn5h_2 * t_6dtnj * t_en4ai;
-    const real t_3xjot = t_5fwcx + t_eu3mw - (t_skn5h_2 * t_en4ai_2 + t_lhd4o * t_pgqbx_2);
-    const real t_unesb = t_fpdd2
-        + t_zy2pp
-        + (lhub_alphaxhub_ax * t_en4ai_3 + t_lhd4o_2 * t_q2wxs)
-        - (lhub_alphaxhub_ay * t_3xjot + khub_azhub_ay1 * t_7sprh);
+    const real t_3xjot = t_5fwcx + t_eu3mw - (t_skn5h * t_en4ai_3 + t_lhd4o_2 * t_pgqbx);
     const real t_b3pw2 = t_3xjot * t_6dtnj_2 + lhub_azhub_ay * t_6dtnj_2 * t_2o6cx;
+    const real t_7ga2d = t_fpdd2
+        + t_zy2pp
+        + (t_skn5h_2 * t_rxdee + hub_K41 * t_pgqbx_2)
+        - (lhub_azhub_ay * t_qkyvf + khub_alphaxhub_ay * t_b3pw2);
     const real t_qajmf = t_y65lr
         + t_if5h3
         - (t_skn5h_2 * t_en4ai_3 + t_lhd4o_2 * t_pgqbx_2)
-        - (lhub_azhub_ay * t_3xjot + khub_azhub_ay1 * t_b3pw2);
-    const real t_i2qww = t_unesb * t_6dtnj_3 - lhub_alphaxhub_az * t_6dtnj_3 * t_qajmf;
+        - (lhub_azhub_ay * t_3xjot + khub_azhub_ay * t_b3pw2);
+    const real t_okhvs = t_7ga2d * t_6dtnj_3 - lhub_alphaxhub_az * t_6dtnj_3 * t_qajmf;
     const real t_qmyd7 = t_ruxs4 * (cos_delta1 * along_u[along_delta1]) - sin_delta1 * t_wybx3;
-    const real t_zuu5h = t_dxta4
-        + t_4cux5
+    const real t_zuu5h = t_ptkzp
+        + t_qdpjr
         + (x[wx] * t_imenb + t_uw5f5 * along_x[along_wx])
         - t_qmyd7
         + (yhub_ax * t_pgqbx_2 + t_skn5h_2 * t_2y5yi)
         - (yhub_ay * t_b3pw2 + lhub_azhub_ay * t_t7kzy);
-    const real t_hxshn = along_u[along_Mx]
+    const real t_xiqct = along_u[along_Mx]
         + t_jbcsd
         - (yhub_ax * t_q2wxs + lhub_alphaxhub_ax * t_2y5yi)
-        - (yhub_ay * t_7sprh + lhub_alphaxhub_ay * t_t7kzy)
-        - (yhub_az * t_i2qww + lhub_alphaxhub_az * t_zuu5h);
-    const real t_ggwdq = bob1_r_y * t_fpdd2
+        - (yhub_ay * t_wkpvq + lhub_alphaxhub_ay * t_t7kzy)
+        - (yhub_az * t_okhvs + lhub_alphaxhub_az * t_zuu5h);
+    const real t_mzy5y = bob1_r_y * t_fpdd2
         + bob1_Nxz * t_wm5sz
         - (t_mwmzd_3 * t_wm5sz - bob1_r_y * t_jhjzk_2)
         - (t_gxq2p_3 * t_cvwjt - bob2_r_y * t_47xr3_2)
@@ -3172,15 +3073,15 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         + (bob2_r_z * t_47xr3 + t_gxq2p_2 * t_cvwjt_2)
         - (bob2_r_z * t_u65ou + bob2_Nxy * t_cvwjt_2)
         - (lhub_alphaxhub_ax * t_rxdee + hub_K41 * t_q2wxs)
-        - (lhub_alphaxhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7sprh)
-        - (lhub_alphaxhub_az * t_unesb + khub_alphaxhub_az2 * t_i2qww);
+        - (lhub_alphaxhub_ay * t_qkyvf + khub_alphaxhub_ay * t_wkpvq)
+        - (lhub_alphaxhub_az * t_7ga2d + khub_alphaxhub_az * t_okhvs);
     const real t_akgwv = p[I1] * along_x[along_phi1_dot] + p[I2] * along_x[along_phi2_dot] + total_Jxx * along_x[along_wx];
     const real t_ntex4 = bob1_r_z * t_uvcul
         + bob1_fx * t_wm5sz_2
         + (bob2_r_z * t_fwht4 + bob2_fx * t_cvwjt_2)
         + (x[wx] * t_vzxvc + total_Hz * along_x[along_wx])
-        - (bob1_r_x * t_dxta4 + bob1_fz * t_ifbin)
-        - (bob2_r_x * t_4cux5 + bob2_fz * t_fwubq)
+        - (bob1_r_x * t_ptkzp + bob1_fz * t_ifbin)
+        - (bob2_r_x * t_qdpjr + bob2_fz * t_fwubq)
         - (x[wz] * t_akgwv + total_Hx * along_x[along_wz]);
     const real t_2tq7k = bob1_r_z * t_xhrku_2 + t_dugie_2 * t_wm5sz_2 + (bob1_r_x * t_y65lr + bob1_Mzz * t_ifbin);
     const real t_aenrk = bob2_r_z * t_6nc4f_2 + t_s4byp_2 * t_cvwjt_2 + (bob2_r_x * t_if5h3 + bob2_Mzz * t_fwubq);
@@ -3196,49 +3097,49 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_g6iu4 = bob1_Mxx * t_wm5sz_2 - bob1_r_z * t_k5pnk + (bob1_r_x * t_xhrku_2 + t_dugie_2 * t_ifbin);
     const real t_w7t3t = bob2_Mxx * t_cvwjt_2 - bob2_r_z * t_rkefu + (bob2_r_x * t_6nc4f_2 + t_s4byp_2 * t_fwubq);
     const real t_uxc6c = t_g6iu4 + t_w7t3t;
-    const real t_335ow = t_uxc6c * t_6dtnj + lhub_alphayhub_ax * t_6dtnj * t_en4ai;
-    const real t_uhbvm = lhub_alphayhub_ax * t_en4ai_2 + t_lhd4o * t_335ow - (t_c5cgq + t_2qpxk);
-    const real t_xm4ox = t_uhbvm * t_6dtnj_2 + lhub_alphayhub_ay * t_6dtnj_2 * t_2o6cx;
-    const real t_2l5tz = lhub_alphayhub_ax * t_en4ai_3
-        + t_lhd4o_2 * t_335ow
+    const real t_qu32c = t_skn5h * t_uxc6c + hub_K51 * t_pgqbx - (t_c5cgq + t_2qpxk);
+    const real t_hqfik = t_skn5h_2 * t_uxc6c
+        + hub_K51 * t_pgqbx_2
         - (t_2tq7k + t_aenrk)
-        - (lhub_alphayhub_ay * t_3xjot + khub_azhub_ay1 * t_xm4ox);
-    const real t_c6ofl = t_2l5tz * t_6dtnj_3 - lhub_alphayhub_az * t_6dtnj_3 * t_qajmf;
-    const real t_xck5s = t_mwmzd_3 * t_ifbin
+        - (lhub_azhub_ay * t_qu32c + khub_alphayhub_ay * t_b3pw2);
+    const real t_okwoo = t_mwmzd_3 * t_ifbin
         - bob1_r_x * t_jhjzk_2
         - t_vsarx
         + (bob1_r_z * t_c5cgq + t_vh7r5_2 * t_wm5sz_2)
         + (t_gxq2p_3 * t_fwubq - bob2_r_x * t_47xr3_2)
         + (bob2_r_z * t_2qpxk + t_wudhu_2 * t_cvwjt_2)
-        - (lhub_alphayhub_ax * t_rxdee + hub_K41 * t_335ow)
-        - (lhub_alphayhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_xm4ox)
-        - (lhub_alphayhub_az * t_unesb + khub_alphaxhub_az2 * t_c6ofl);
-    const real t_df6uy = t_xck5s * t_6dtnj_4 - lhub_alphayhub_alphax * t_6dtnj_4 * t_ggwdq;
-    const real t_edgbp = along_u[along_My]
+        - (lhub_alphaxhub_ax * t_uxc6c + hub_K51 * t_q2wxs)
+        - (lhub_alphaxhub_ay * t_qu32c + khub_alphayhub_ay * t_wkpvq)
+        - (lhub_alphaxhub_az * t_hqfik + khub_alphayhub_az * t_okhvs);
+    const real t_4xstl = t_okwoo * t_6dtnj_4 - lhub_alphayhub_alphax * t_6dtnj_4 * t_mzy5y;
+    const real t_335ow = t_uxc6c * t_6dtnj + lhub_alphayhub_ax * t_6dtnj * t_en4ai;
+    const real t_xzyje = t_qu32c * t_6dtnj_2 + lhub_alphayhub_ay * t_6dtnj_2 * t_2o6cx;
+    const real t_qck55 = t_hqfik * t_6dtnj_3 - lhub_alphayhub_az * t_6dtnj_3 * t_qajmf;
+    const real t_odk5w = along_u[along_My]
         + t_ntex4
         - t_yxxpc * t_qmyd7
-        - (yhub_alphax * t_df6uy + lhub_alphayhub_alphax * t_hxshn)
+        - (yhub_alphax * t_4xstl + lhub_alphayhub_alphax * t_xiqct)
         - (yhub_ax * t_335ow + lhub_alphayhub_ax * t_2y5yi)
-        - (yhub_ay * t_xm4ox + lhub_alphayhub_ay * t_t7kzy)
-        - (yhub_az * t_c6ofl + lhub_alphayhub_az * t_zuu5h);
-    const real t_2iixb = bob1_r_z * t_g6iu4
+        - (yhub_ay * t_xzyje + lhub_alphayhub_ay * t_t7kzy)
+        - (yhub_az * t_qck55 + lhub_alphayhub_az * t_zuu5h);
+    const real t_wvzgl = bob1_r_z * t_g6iu4
         + bob1_Nyx * t_wm5sz_2
         + (bob2_r_z * t_w7t3t + bob2_Nyx * t_cvwjt_2)
         + (bob1_r_x * t_2tq7k + t_vh7r5 * t_ifbin)
         + (bob2_r_x * t_aenrk + t_wudhu * t_fwubq)
         - (lhub_alphayhub_ax * t_uxc6c + hub_K51 * t_335ow)
-        - (lhub_alphayhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_xm4ox)
-        - (lhub_alphayhub_az * t_2l5tz + khub_alphayhub_az2 * t_c6ofl)
-        - (lhub_alphayhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_df6uy);
+        - (lhub_alphayhub_alphax * t_okwoo + khub_alphayhub_alphax * t_4xstl)
+        - (lhub_alphayhub_ay * t_qu32c + khub_alphayhub_ay * t_xzyje)
+        - (lhub_alphayhub_az * t_hqfik + khub_alphayhub_az * t_qck55);
     const real t_3bbfd = bob1_S2rz * t_sjrjg * t_lo4s7;
     const real t_77444 = bob2_S2rz * t_ymfue * t_pgbia;
-    const real t_mhtnl = bob1_r_x * t_yotdm
+    const real t_mhtnl = bob1_r_x * t_4qc4m
         + bob1_fy * t_ifbin
-        + (bob2_r_x * t_ozpqp + bob2_fy * t_fwubq)
+        + (bob2_r_x * t_c6ksv + bob2_fy * t_fwubq)
         + (x[wy] * t_akgwv + total_Hx * along_x[along_wy])
-        - (bob1_S2rz * t_ofb4i - bob1_Q2 * t_3bbfd)
+        - (bob1_S2rz * t_ii74c - bob1_Q2 * t_3bbfd)
         - (bob1_r_y * t_uvcul + bob1_fx * t_wm5sz)
-        - (bob2_S2rz * t_tbamz - bob2_Q2 * t_77444)
+        - (bob2_S2rz * t_jq6yf - bob2_Q2 * t_77444)
         - (bob2_r_y * t_fwht4 + bob2_fx * t_cvwjt)
         - (x[wx] * t_lr567 + total_Hy * along_x[along_wx]);
     const real t_te5fp = t_tmn3p + (bob1_S2rz * t_u5dbt - t_pj4i3 * t_3bbfd) + t_hc2k6_2;
@@ -3256,15 +3157,12 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     const real t_g6iu4_2 = bob1_r_x * t_xhrku + t_dugie * t_ifbin + (bob1_Mxx * t_wm5sz - bob1_r_y * t_k5pnk);
     const real t_w7t3t_2 = bob2_r_x * t_6nc4f + t_s4byp * t_fwubq + (bob2_Mxx * t_cvwjt - bob2_r_y * t_rkefu);
     const real t_uxc6c_2 = t_g6iu4_2 + t_w7t3t_2;
-    const real t_6adcs = t_uxc6c_2 * t_6dtnj + t_ak5u5 * t_6dtnj * t_en4ai;
-    const real t_4rqic = t_wqtxt + t_kkik2 - (t_ak5u5 * t_en4ai_2 + t_lhd4o * t_6adcs);
-    const real t_7tral = t_4rqic * t_6dtnj_2 + lhub_alphazhub_ay * t_6dtnj_2 * t_2o6cx;
-    const real t_r32ka = t_te5fp
+    const real t_vykil = t_wqtxt + t_kkik2 - (t_skn5h * t_uxc6c_2 + t_bjkdc * t_pgqbx);
+    const real t_l7wme = t_te5fp
         + t_qegh2
-        - (t_ak5u5 * t_en4ai_3 + t_lhd4o_2 * t_6adcs)
-        - (lhub_alphazhub_ay * t_3xjot + khub_azhub_ay1 * t_7tral);
-    const real t_cj63t = t_r32ka * t_6dtnj_3 - lhub_alphazhub_az * t_6dtnj_3 * t_qajmf;
-    const real t_ikffs = bob1_r_y * t_te5fp
+        - (t_skn5h_2 * t_uxc6c_2 + t_bjkdc * t_pgqbx_2)
+        - (lhub_azhub_ay * t_vykil + khub_alphazhub_ay * t_b3pw2);
+    const real t_3m3k6 = bob1_r_y * t_te5fp
         + bob1_Nzz * t_wm5sz
         - (bob1_r_x * t_jhjzk + t_mwmzd_2 * t_ifbin)
         - (bob2_r_x * t_47xr3 + t_gxq2p_2 * t_fwubq)
@@ -3273,31 +3171,34 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         - (bob1_r_z * t_wqtxt + bob1_Nzy * t_wm5sz_2)
         + (bob2_r_y * t_kvttc + t_gxq2p * t_cvwjt)
         - (bob2_r_z * t_kkik2 + bob2_Nzy * t_cvwjt_2)
-        + (t_ak5u5 * t_rxdee + hub_K41 * t_6adcs)
-        - (lhub_alphazhub_ay * t_x53rd + khub_alphaxhub_ay1 * t_7tral)
-        - (lhub_alphazhub_az * t_unesb + khub_alphaxhub_az2 * t_cj63t);
-    const real t_mbsz7 = t_ikffs * t_6dtnj_4 - lhub_alphazhub_alphax * t_6dtnj_4 * t_ggwdq;
+        + (lhub_alphaxhub_ax * t_uxc6c_2 + t_bjkdc * t_q2wxs)
+        - (lhub_alphaxhub_ay * t_vykil + khub_alphazhub_ay * t_wkpvq)
+        - (lhub_alphaxhub_az * t_l7wme + khub_alphazhub_az * t_okhvs);
+    const real t_enwaw = t_3m3k6 * t_6dtnj_4 - lhub_alphazhub_alphax * t_6dtnj_4 * t_mzy5y;
     const real t_lbqfv = bob1_r_z * t_g6iu4_2
         + t_ezb77 * t_wm5sz_2
         + (bob2_r_z * t_w7t3t_2 + t_ykkjc * t_cvwjt_2)
         + (bob1_r_x * t_te5fp + bob1_Nzz * t_ifbin)
         + (bob2_r_x * t_qegh2 + bob2_Nzz * t_fwubq);
-    const real t_thfrm = t_ak5u5 * t_uxc6c
-        + hub_K51 * t_6adcs
+    const real t_glpn5 = lhub_alphayhub_ax * t_uxc6c_2
+        + t_bjkdc * t_335ow
         - t_lbqfv
-        - (lhub_alphazhub_ay * t_uhbvm + khub_alphayhub_ay1 * t_7tral)
-        - (lhub_alphazhub_az * t_2l5tz + khub_alphayhub_az2 * t_cj63t)
-        - (lhub_alphazhub_alphax * t_xck5s + khub_alphayhub_alphax3 * t_mbsz7);
-    const real t_p4kxq = t_thfrm * t_6dtnj_5 - lhub_alphazhub_alphay * t_6dtnj_5 * t_2iixb;
-    const real t_5ibkd = along_u[along_Mz]
+        - (lhub_alphayhub_alphax * t_3m3k6 + khub_alphazhub_alphax * t_4xstl)
+        - (lhub_alphayhub_ay * t_vykil + khub_alphazhub_ay * t_xzyje)
+        - (lhub_alphayhub_az * t_l7wme + khub_alphazhub_az * t_qck55);
+    const real t_eorqs = t_glpn5 * t_6dtnj_5 - lhub_alphazhub_alphay * t_6dtnj_5 * t_wvzgl;
+    const real t_6adcs = t_uxc6c_2 * t_6dtnj + t_ak5u5 * t_6dtnj * t_en4ai;
+    const real t_c7kyr = t_vykil * t_6dtnj_2 + lhub_alphazhub_ay * t_6dtnj_2 * t_2o6cx;
+    const real t_g6rzc = t_l7wme * t_6dtnj_3 - lhub_alphazhub_az * t_6dtnj_3 * t_qajmf;
+    const real t_w3sev = along_u[along_Mz]
         + t_mhtnl
         - t_yxxpc * t_byxim
-        - (yhub_alphax * t_mbsz7 + lhub_alphazhub_alphax * t_hxshn)
-        - (yhub_alphay * t_p4kxq + lhub_alphazhub_alphay * t_edgbp)
+        - (yhub_alphax * t_enwaw + lhub_alphazhub_alphax * t_xiqct)
+        - (yhub_alphay * t_eorqs + lhub_alphazhub_alphay * t_odk5w)
         + (yhub_ax * t_6adcs + t_ak5u5 * t_2y5yi)
-        - (yhub_ay * t_7tral + lhub_alphazhub_ay * t_t7kzy)
-        - (yhub_az * t_cj63t + lhub_alphazhub_az * t_zuu5h);
-    const real t_munvm = bob1_r_x * t_wqtxt
+        - (yhub_ay * t_c7kyr + lhub_alphazhub_ay * t_t7kzy)
+        - (yhub_az * t_g6rzc + lhub_alphazhub_az * t_zuu5h);
+    const real t_artkw = bob1_r_x * t_wqtxt
         + bob1_Nzy * t_ifbin
         - (bob1_r_x * t_lesup + t_dugie_3 * t_ifbin)
         - (bob2_r_x * t_lj4ib + t_s4byp_3 * t_fwubq)
@@ -3307,61 +3208,61 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
         + (bob2_r_y * t_w7t3t_2 + t_ykkjc * t_cvwjt)
         + p[I2] * t_77444
         - (t_ak5u5 * t_uxc6c_2 + t_bjkdc * t_6adcs)
-        - (lhub_alphazhub_ay * t_4rqic + khub_alphazhub_ay1 * t_7tral)
-        - (lhub_alphazhub_az * t_r32ka + khub_alphazhub_az2 * t_cj63t)
-        - (lhub_alphazhub_alphax * t_ikffs + khub_alphazhub_alphax3 * t_mbsz7)
-        - (lhub_alphazhub_alphay * t_thfrm + khub_alphazhub_alphay4 * t_p4kxq);
-    const real t_f5qqq = t_5ibkd * t_6dtnj_6 - hub_alphaz * t_6dtnj_6 * t_munvm;
-    const real t_wlcum = t_edgbp * t_6dtnj_5
-        - t_ysosa * t_6dtnj_5 * t_2iixb
-        - (lhub_alphazhub_alphay * t_f5qqq + hub_alphaz * t_p4kxq);
-    const real t_klmfv = t_hxshn * t_6dtnj_4
-        - t_gjjfk * t_6dtnj_4 * t_ggwdq
-        - (lhub_alphayhub_alphax * t_wlcum + hub_alphay * t_df6uy)
-        - (lhub_alphazhub_alphax * t_f5qqq + hub_alphaz * t_mbsz7);
-    const real t_pi5ob = t_zuu5h * t_6dtnj_3
+        - (lhub_alphazhub_alphax * t_3m3k6 + khub_alphazhub_alphax * t_enwaw)
+        - (lhub_alphazhub_alphay * t_glpn5 + khub_alphazhub_alphay * t_eorqs)
+        - (lhub_alphazhub_ay * t_vykil + khub_alphazhub_ay * t_c7kyr)
+        - (lhub_alphazhub_az * t_l7wme + khub_alphazhub_az * t_g6rzc);
+    const real t_2gnbg = t_w3sev * t_6dtnj_6 - hub_alphaz * t_6dtnj_6 * t_artkw;
+    const real t_e6htv = t_odk5w * t_6dtnj_5
+        - t_ysosa * t_6dtnj_5 * t_wvzgl
+        - (lhub_alphazhub_alphay * t_2gnbg + hub_alphaz * t_eorqs);
+    const real t_w54u7 = t_xiqct * t_6dtnj_4
+        - t_gjjfk * t_6dtnj_4 * t_mzy5y
+        - (lhub_alphayhub_alphax * t_e6htv + hub_alphay * t_4xstl)
+        - (lhub_alphazhub_alphax * t_2gnbg + hub_alphaz * t_enwaw);
+    const real t_hgcf6 = t_zuu5h * t_6dtnj_3
         - t_ztwwp * t_6dtnj_3 * t_qajmf
-        - (lhub_alphaxhub_az * t_klmfv + hub_alphax * t_i2qww)
-        - (lhub_alphayhub_az * t_wlcum + hub_alphay * t_c6ofl)
-        - (lhub_alphazhub_az * t_f5qqq + hub_alphaz * t_cj63t);
-    const real t_6udd7 = t_t7kzy * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_w54u7 + hub_alphax * t_okhvs)
+        - (lhub_alphayhub_az * t_e6htv + hub_alphay * t_qck55)
+        - (lhub_alphazhub_az * t_2gnbg + hub_alphaz * t_g6rzc);
+    const real t_be3q7 = t_t7kzy * t_6dtnj_2
         + t_bintu * t_6dtnj_2 * t_2o6cx
-        - (lhub_alphaxhub_ay * t_klmfv + hub_alphax * t_7sprh)
-        - (lhub_alphayhub_ay * t_wlcum + hub_alphay * t_xm4ox)
-        - (lhub_alphazhub_ay * t_f5qqq + hub_alphaz * t_7tral)
-        - (lhub_azhub_ay * t_pi5ob + hub_az * t_b3pw2);
+        - (lhub_alphaxhub_ay * t_w54u7 + hub_alphax * t_wkpvq)
+        - (lhub_alphayhub_ay * t_e6htv + hub_alphay * t_xzyje)
+        - (lhub_alphazhub_ay * t_2gnbg + hub_alphaz * t_c7kyr)
+        - (lhub_azhub_ay * t_hgcf6 + hub_az * t_b3pw2);
     const real t_exgoa = t_2y5yi * t_6dtnj
         + t_bintu_2 * t_6dtnj * t_en4ai
-        - (lhub_alphaxhub_ax * t_klmfv + hub_alphax * t_q2wxs)
-        - (lhub_alphayhub_ax * t_wlcum + hub_alphay * t_335ow)
-        + (t_ak5u5 * t_f5qqq + hub_alphaz * t_6adcs)
-        + (t_skn5h * t_6udd7 + hub_ay * t_pgqbx)
-        + (t_skn5h_2 * t_pi5ob + hub_az * t_pgqbx_2);
+        - (lhub_alphaxhub_ax * t_w54u7 + hub_alphax * t_q2wxs)
+        - (lhub_alphayhub_ax * t_e6htv + hub_alphay * t_335ow)
+        + (t_ak5u5 * t_2gnbg + hub_alphaz * t_6adcs)
+        + (t_skn5h * t_be3q7 + hub_ay * t_pgqbx)
+        + (t_skn5h_2 * t_hgcf6 + hub_az * t_pgqbx_2);
     const real t_abqde = t_exgoa
-        + (hub_alphay * t_wm5sz_2 + bob1_r_z * t_wlcum)
-        - (hub_alphaz * t_wm5sz + bob1_r_y * t_f5qqq);
-    const real t_2lpqc = t_6udd7
-        + (hub_alphaz * t_ifbin + bob1_r_x * t_f5qqq)
-        - (hub_alphax * t_wm5sz_2 + bob1_r_z * t_klmfv);
-    const real t_cbjjs = t_pi5ob
-        + (hub_alphax * t_wm5sz + bob1_r_y * t_klmfv)
-        - (hub_alphay * t_ifbin + bob1_r_x * t_wlcum);
-    const real t_g2h53 = t_pcrga * t_vpzmf
-        + bob1_S1rx * t_klmfv
+        + (hub_alphay * t_wm5sz_2 + bob1_r_z * t_e6htv)
+        - (hub_alphaz * t_wm5sz + bob1_r_y * t_2gnbg);
+    const real t_2lpqc = t_be3q7
+        + (hub_alphaz * t_ifbin + bob1_r_x * t_2gnbg)
+        - (hub_alphax * t_wm5sz_2 + bob1_r_z * t_w54u7);
+    const real t_cbjjs = t_hgcf6
+        + (hub_alphax * t_wm5sz + bob1_r_y * t_w54u7)
+        - (hub_alphay * t_ifbin + bob1_r_x * t_e6htv);
+    const real t_g2h53 = t_nwtz2 * t_vpzmf
+        + bob1_S1rx * t_w54u7
         + (bob1_aPx * t_lm24u + bob1_S1tx * t_abqde)
         + (bob1_aPy * t_m7cyo_2 + bob1_S1ty * t_2lpqc)
         + (bob1_S1tz * t_cbjjs - bob1_aPz * t_m7cyo);
     const real t_grf62 = t_exgoa
-        + (hub_alphay * t_cvwjt_2 + bob2_r_z * t_wlcum)
-        - (hub_alphaz * t_cvwjt + bob2_r_y * t_f5qqq);
-    const real t_7xxj3 = t_6udd7
-        + (hub_alphaz * t_fwubq + bob2_r_x * t_f5qqq)
-        - (hub_alphax * t_cvwjt_2 + bob2_r_z * t_klmfv);
-    const real t_sxhgf = t_pi5ob
-        + (hub_alphax * t_cvwjt + bob2_r_y * t_klmfv)
-        - (hub_alphay * t_fwubq + bob2_r_x * t_wlcum);
-    const real t_542de = t_jlsk2 * t_mxpm2
-        + bob2_S1rx * t_klmfv
+        + (hub_alphay * t_cvwjt_2 + bob2_r_z * t_e6htv)
+        - (hub_alphaz * t_cvwjt + bob2_r_y * t_2gnbg);
+    const real t_7xxj3 = t_be3q7
+        + (hub_alphaz * t_fwubq + bob2_r_x * t_2gnbg)
+        - (hub_alphax * t_cvwjt_2 + bob2_r_z * t_w54u7);
+    const real t_sxhgf = t_hgcf6
+        + (hub_alphax * t_cvwjt + bob2_r_y * t_w54u7)
+        - (hub_alphay * t_fwubq + bob2_r_x * t_e6htv);
+    const real t_542de = t_wqrsl * t_mxpm2
+        + bob2_S1rx * t_w54u7
         + (bob2_aPx * t_a4u3e + bob2_S1tx * t_grf62)
         + (bob2_aPy * t_5bvgr_2 + bob2_S1ty * t_7xxj3)
         + (bob2_S1tz * t_sxhgf - bob2_aPz * t_5bvgr);
@@ -3372,14 +3273,14 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     change[1] = x[wx] * along_x[along_vz]
         + x[vz] * along_x[along_wx]
         - (x[wz] * along_x[along_vx] + x[vx] * along_x[along_wz])
-        + t_6udd7;
+        + t_be3q7;
     change[2] = x[wy] * along_x[along_vx]
         + x[vx] * along_x[along_wy]
         - (x[wx] * along_x[along_vy] + x[vy] * along_x[along_wx])
-        + t_pi5ob;
-    change[3] = t_klmfv;
-    change[4] = t_wlcum;
-    change[5] = t_f5qqq;
+        + t_hgcf6;
+    change[3] = t_w54u7;
+    change[4] = t_e6htv;
+    change[5] = t_2gnbg;
     change[6] = along_x[along_wx];
     change[7] = along_x[along_wy];
     change[8] = along_x[along_wz];
@@ -3388,15 +3289,15 @@ void slosh_jvp(const real *x, const real *u, const real *p, const real *along_x,
     change[11] = along_x[along_phi2_dot];
     change[12] = along_x[along_theta2_dot];
     change[13] = -t_g2h53;
-    change[14] = t_ofb4i * t_sjrjg
+    change[14] = t_ii74c * t_sjrjg
         - bob1_q2 * t_sjrjg * t_lo4s7
-        - (bob1_S2rz * t_f5qqq - hub_alphaz * t_3bbfd)
+        - (bob1_S2rz * t_2gnbg - hub_alphaz * t_3bbfd)
         - (bob1_aPy * t_2zjfz + bob1_S2ty * t_2lpqc)
         + (bob1_aPz * t_2gm53 + t_rlquh * t_cbjjs);
     change[15] = -t_542de;
-    change[16] = t_tbamz * t_ymfue
+    change[16] = t_jq6yf * t_ymfue
         - bob2_q2 * t_ymfue * t_pgbia
-        - (bob2_S2rz * t_f5qqq - hub_alphaz * t_77444)
+        - (bob2_S2rz * t_2gnbg - hub_alphaz * t_77444)
         - (bob2_aPy * t_zbw3a + bob2_S2ty * t_7xxj3)
         + (bob2_aPz * t_kjus3 + t_i7psf * t_sxhgf);
 }

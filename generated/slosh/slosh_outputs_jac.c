@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* Jacobian of outputs with respect to x and u, row by row; 4173 operations. */
+/* Jacobian of outputs with respect to x and u, row by row; 4147 operations. */
 void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *p, real *J_x, real *J_u)
 {
     (void)r;
@@ -55,18 +55,11 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real t_dwwzs = t_ijfms * bob1_r_y;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_dwwzs + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real t_dwwzs_2 = t_ijfms * bob1_r_z;
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_dwwzs_2 - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -93,18 +86,11 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real t_ch6c5 = t_h4psf * bob2_r_y;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_ch6c5 + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real t_ch6c5_2 = t_h4psf * bob2_r_z;
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_ch6c5_2 - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -301,62 +287,55 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
-    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2);
     const real t_bjkdc = t_ezb77 + t_ykkjc;
-    const real t_d5zcj = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_d5zcj;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_d5zcj;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_d5zcj;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real ihub_alphax = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * ihub_alphax;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * ihub_alphax;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_ohf57_2 = t_ezb77 * bob1_r_z;
     const real t_dejsd_2 = t_ykkjc * bob2_r_z;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_d5zcj - (t_ohf57_2 + t_dejsd_2 + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_d5zcj;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real ihub_alphax = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * ihub_alphax;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * ihub_alphax;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real ihub_alphay = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * ihub_alphay;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
-    const real ihub_alphaz = K(1.0) / khub_alphazhub_alphaz5;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - (t_ohf57_2 + t_dejsd_2 + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real ihub_alphay = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * ihub_alphay;
+    const real t_d5zcj = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_d5zcj
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
+    const real ihub_alphaz = K(1.0) / khub_alphazhub_alphaz;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -596,40 +575,30 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_kvkqq = x[wz] * t_rcy73_2 - bob1_twice1 * t_jzt2o_3 + bob1_twice2 * t_jzt2o_4 - x[wx] * t_jzt2o_4;
     const real t_tfz6r = p[m1] * (x[wy] * t_dvtkw - bob1_v11 * t_rcy73_2 - x[wz] * t_kvkqq);
     const real t_yuto7 = bob1_twice1 * t_rcy73 + x[wy] * t_jzt2o_4 - x[wz] * t_jzt2o;
-    const real t_l5hze = x[wz] * t_yuto7
-        - bob1_v21 * t_jzt2o_2
-        - bob1_v11 * t_jzt2o
-        - bob1_v22 * t_jzt2o
-        - x[wx] * t_dvtkw;
-    const real t_vjdwl = p[m1] * t_l5hze;
-    const real t_7mjmr = x[wx] * t_kvkqq
-        + bob1_v21 * t_jzt2o_3
-        - bob1_v11 * t_jzt2o_4
-        - bob1_v22 * t_jzt2o_4
-        - x[wy] * t_yuto7;
-    const real t_habfj = p[m1] * t_7mjmr;
-    const real t_4tdlf = bob1_r1_x * t_tfz6r
+    const real t_35dqr = p[m1] * (x[wz] * t_yuto7 - (bob1_v21 * t_jzt2o_2 + t_ijfms * t_jzt2o) - x[wx] * t_dvtkw);
+    const real t_2mgtg = p[m1] * (x[wx] * t_kvkqq - t_ijfms * t_jzt2o_4 + bob1_v21 * t_jzt2o_3 - x[wy] * t_yuto7);
+    const real t_5fck6 = bob1_r1_x * t_tfz6r
         + bob1_Fx * t_rcy73
-        + (bob1_r1_y * t_vjdwl - bob1_Fy * t_jzt2o_3)
-        + (bob1_r1_z * t_habfj - bob1_Fz * t_jzt2o_2);
+        + (bob1_r1_y * t_35dqr - bob1_Fy * t_jzt2o_3)
+        + (bob1_r1_z * t_2mgtg - bob1_Fz * t_jzt2o_2);
     const real t_gh5ah = p[m1] * t_jzt2o_3;
     const real t_2xpmm = t_gh5ah * t_vpzmf;
-    const real t_vqvd7 = bob1_r_y * t_habfj + bob1_Fz * t_jzt2o - (bob1_r_z * t_vjdwl + bob1_Fy * t_jzt2o_4);
+    const real t_txnlk = bob1_r_y * t_2mgtg + bob1_Fz * t_jzt2o - (bob1_r_z * t_35dqr + bob1_Fy * t_jzt2o_4);
     const real t_gh5ah_2 = p[m1] * t_jzt2o_4;
     const real t_5mzug = t_wbepk * ((sin_phi1 + sin_phi1) * cos_phi1);
     const real t_6f3nu = t_gh5ah_2 * t_sjrjg - bob1_S2ty * t_sjrjg * t_5mzug;
-    const real t_wm6bk = bob1_S1ty * t_4tdlf
+    const real t_x4mjz = bob1_S1ty * t_5fck6
         - t_txuch * t_2xpmm
-        - t_vjdwl
-        - (bob1_S2ty * t_vqvd7 + bob1_Q2 * t_6f3nu);
+        - t_35dqr
+        - (bob1_S2ty * t_txnlk + bob1_Q2 * t_6f3nu);
     const real t_4jgtu = p[m1] * t_rcy73;
     const real t_ct5c5 = bob1_S1ty * t_4jgtu - bob1_g1_x * t_2xpmm;
     const real t_jza4m = t_skn5h * t_6dtnj;
     const real t_2zlbn = t_4jgtu * t_vpzmf;
     const real t_ct5c5_2 = bob1_g1_x * t_2zlbn + bob1_S1tx * t_4jgtu;
     const real t_37sne = t_ct5c5 * t_6dtnj + t_jza4m * t_ct5c5_2;
-    const real t_svqlx = bob1_S1tx * t_4tdlf + t_txuch * t_2zlbn - t_tfz6r;
-    const real t_nu4qx = t_wm6bk + (yhub_ax * t_37sne + t_skn5h * t_svqlx);
+    const real t_axt6q = bob1_S1tx * t_5fck6 + t_txuch * t_2zlbn - t_tfz6r;
+    const real t_2o53a = t_x4mjz + (yhub_ax * t_37sne + t_skn5h * t_axt6q);
     const real t_temm3 = t_bintu * t_6dtnj_2;
     const real t_e4jj4 = bob1_g1_y * t_2xpmm + bob1_S1ty * t_gh5ah - (bob1_g2_y * t_6f3nu + bob1_S2ty * t_gh5ah_2);
     const real t_ews4u = t_e4jj4 - (t_skn5h * t_ct5c5 + t_lhd4o * t_37sne);
@@ -637,10 +606,10 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_2xpmm_2 = t_gh5ah_3 * t_vpzmf;
     const real t_gh5ah_4 = p[m1] * t_jzt2o;
     const real t_gkayr = t_gh5ah_4 * t_sjrjg - t_rlquh * t_sjrjg * t_5mzug;
-    const real t_u3oye = bob1_S1tz * t_4tdlf
+    const real t_l7wvq = bob1_S1tz * t_5fck6
         - t_txuch * t_2xpmm_2
-        - t_habfj
-        + (t_rlquh * t_vqvd7 + bob1_Q2 * t_gkayr);
+        - t_2mgtg
+        + (t_rlquh * t_txnlk + bob1_Q2 * t_gkayr);
     const real t_ju6zk = bob1_r_z * t_ct5c5 + t_dugie * t_jzt2o_4;
     const real t_ct5c5_3 = bob1_S1tz * t_4jgtu - bob1_g1_x * t_2xpmm_2;
     const real t_ju6zk_2 = bob1_r_y * t_ct5c5_3 + t_dugie_2 * t_jzt2o;
@@ -654,9 +623,9 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         + bob1_Myz * t_jzt2o
         + t_oy64o
         - (bob1_r_z * t_e4jj4 + bob1_Myy * t_jzt2o_4);
-    const real t_axh5r = t_5qex4 + (lhub_alphaxhub_ax * t_ct5c5 + t_lhd4o * t_yn7jp);
+    const real t_3peu2 = t_5qex4 + (t_skn5h * t_7utpr + hub_K41 * t_37sne);
     const real t_bintu_3 = lhub_alphaxhub_ay * t_6dtnj_2;
-    const real t_wflm5 = t_axh5r * t_6dtnj_2 - t_bintu_3 * t_ews4u;
+    const real t_tbbgs = t_3peu2 * t_6dtnj_2 - t_bintu_3 * t_ews4u;
     const real t_btcnr = bob1_g1_z * t_2xpmm_2 + bob1_S1tz * t_gh5ah_3 - (t_pj4i3 * t_gkayr + t_rlquh * t_gh5ah_4);
     const real t_oy64o_2 = bob1_S1rx * t_gh5ah_3;
     const real t_zyzw7 = bob1_r_y * t_btcnr
@@ -665,75 +634,75 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         - (bob1_r_z * t_6bm7p + bob1_Myz * t_jzt2o_4);
     const real t_jza4m_2 = t_skn5h_2 * t_6dtnj;
     const real t_37sne_2 = t_ct5c5_3 * t_6dtnj + t_jza4m_2 * t_ct5c5_2;
-    const real t_zgz62 = t_6bm7p - (t_skn5h_2 * t_ct5c5 + t_lhd4o * t_37sne_2);
-    const real t_guweu = t_zyzw7
-        + (lhub_alphaxhub_ax * t_ct5c5_3 + t_lhd4o_2 * t_yn7jp)
-        - (lhub_alphaxhub_ay * t_zgz62 + khub_azhub_ay1 * t_wflm5);
-    const real t_bintu_4 = lhub_alphaxhub_az * t_6dtnj_3;
-    const real t_bintu_5 = lhub_azhub_ay * t_6dtnj_2;
-    const real t_4nmjr = t_zgz62 * t_6dtnj_2 - t_bintu_5 * t_ews4u;
+    const real t_zgz62 = t_6bm7p - (t_skn5h * t_ct5c5_3 + t_lhd4o_2 * t_37sne);
+    const real t_bintu_4 = lhub_azhub_ay * t_6dtnj_2;
+    const real t_4nmjr = t_zgz62 * t_6dtnj_2 - t_bintu_4 * t_ews4u;
+    const real t_qghca = t_zyzw7
+        + (t_skn5h_2 * t_7utpr + hub_K41 * t_37sne_2)
+        - (lhub_azhub_ay * t_3peu2 + khub_alphaxhub_ay * t_4nmjr);
+    const real t_bintu_5 = lhub_alphaxhub_az * t_6dtnj_3;
     const real t_ncc7u = t_btcnr
         - (t_skn5h_2 * t_ct5c5_3 + t_lhd4o_2 * t_37sne_2)
-        - (lhub_azhub_ay * t_zgz62 + khub_azhub_ay1 * t_4nmjr);
-    const real t_jrarn = t_guweu * t_6dtnj_3 - t_bintu_4 * t_ncc7u;
-    const real t_wcdvv = t_u3oye
-        + (yhub_ax * t_37sne_2 + t_skn5h_2 * t_svqlx)
-        - (yhub_ay * t_4nmjr + lhub_azhub_ay * t_nu4qx);
-    const real t_74kdh = bob1_r_y * t_u3oye
+        - (lhub_azhub_ay * t_zgz62 + khub_azhub_ay * t_4nmjr);
+    const real t_elsua = t_qghca * t_6dtnj_3 - t_bintu_5 * t_ncc7u;
+    const real t_7rm3c = t_l7wvq
+        + (yhub_ax * t_37sne_2 + t_skn5h_2 * t_axt6q)
+        - (yhub_ay * t_4nmjr + lhub_azhub_ay * t_2o53a);
+    const real t_agkc4 = bob1_r_y * t_l7wvq
         + bob1_fz * t_jzt2o
-        + bob1_S1rx * t_4tdlf
-        - (bob1_r_z * t_wm6bk + bob1_fy * t_jzt2o_4)
-        - (yhub_ax * t_yn7jp + lhub_alphaxhub_ax * t_svqlx)
-        - (yhub_ay * t_wflm5 + lhub_alphaxhub_ay * t_nu4qx)
-        - (yhub_az * t_jrarn + lhub_alphaxhub_az * t_wcdvv);
+        + bob1_S1rx * t_5fck6
+        - (bob1_r_z * t_x4mjz + bob1_fy * t_jzt2o_4)
+        - (yhub_ax * t_yn7jp + lhub_alphaxhub_ax * t_axt6q)
+        - (yhub_ay * t_tbbgs + lhub_alphaxhub_ay * t_2o53a)
+        - (yhub_az * t_elsua + lhub_alphaxhub_az * t_7rm3c);
     const real t_mk4ri = t_kdzxs * ihub_alphax;
-    const real t_vqj4c = bob1_r_y * t_zyzw7
+    const real t_bfsse = bob1_r_y * t_zyzw7
         + bob1_Nxz * t_jzt2o
         - (t_mwmzd_3 * t_jzt2o - bob1_r_y * t_oy64o_2)
         + (t_mwmzd_2 * t_jzt2o_4 - bob1_r_z * t_oy64o)
         - (bob1_r_z * t_5qex4 + bob1_Nxy * t_jzt2o_4)
         - (lhub_alphaxhub_ax * t_7utpr + hub_K41 * t_yn7jp)
-        - (lhub_alphaxhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_wflm5)
-        - (lhub_alphaxhub_az * t_guweu + khub_alphaxhub_az2 * t_jrarn);
+        - (lhub_alphaxhub_ay * t_3peu2 + khub_alphaxhub_ay * t_tbbgs)
+        - (lhub_alphaxhub_az * t_qghca + khub_alphaxhub_az * t_elsua);
     const real t_7w4rx = bob1_r_z * t_ct5c5_3 + t_dugie_2 * t_jzt2o_4 + (bob1_r_x * t_btcnr + bob1_Mzz * t_rcy73_2);
     const real t_qoatj = bob1_r_x * t_6bm7p + bob1_Myz * t_rcy73_2;
     const real t_nfyrp = t_ju6zk + t_qoatj;
     const real t_gu7mo = bob1_Mxx * t_jzt2o_4 - bob1_r_z * t_ct5c5_2 + (bob1_r_x * t_ct5c5_3 + t_dugie_2 * t_rcy73_2);
-    const real t_bintu_6 = lhub_alphayhub_ax * t_6dtnj;
-    const real t_qnmp3 = t_gu7mo * t_6dtnj + t_bintu_6 * t_ct5c5_2;
-    const real t_4csns = lhub_alphayhub_ax * t_ct5c5 + t_lhd4o * t_qnmp3 - t_nfyrp;
-    const real t_bintu_7 = lhub_alphayhub_ay * t_6dtnj_2;
-    const real t_3gzic = t_4csns * t_6dtnj_2 - t_bintu_7 * t_ews4u;
-    const real t_wbvlz = lhub_alphayhub_ax * t_ct5c5_3
-        + t_lhd4o_2 * t_qnmp3
+    const real t_hsyme = t_skn5h * t_gu7mo + hub_K51 * t_37sne - t_nfyrp;
+    const real t_edksy = t_skn5h_2 * t_gu7mo
+        + hub_K51 * t_37sne_2
         - t_7w4rx
-        - (lhub_alphayhub_ay * t_zgz62 + khub_azhub_ay1 * t_3gzic);
-    const real t_bintu_8 = lhub_alphayhub_az * t_6dtnj_3;
-    const real t_wyz3w = t_wbvlz * t_6dtnj_3 - t_bintu_8 * t_ncc7u;
-    const real t_ddbp5 = t_mwmzd_3 * t_rcy73_2
+        - (lhub_azhub_ay * t_hsyme + khub_alphayhub_ay * t_4nmjr);
+    const real t_e6wca = t_mwmzd_3 * t_rcy73_2
         - bob1_r_x * t_oy64o_2
         - (bob1_r_z * t_vcqt6 + t_mwmzd * t_jzt2o_4 + (bob1_r_y * t_7w4rx + t_vh7r5 * t_jzt2o))
         + (bob1_r_z * t_nfyrp + t_vh7r5_2 * t_jzt2o_4)
-        - (lhub_alphayhub_ax * t_7utpr + hub_K41 * t_qnmp3)
-        - (lhub_alphayhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_3gzic)
-        - (lhub_alphayhub_az * t_guweu + khub_alphaxhub_az2 * t_wyz3w);
+        - (lhub_alphaxhub_ax * t_gu7mo + hub_K51 * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_hsyme + khub_alphayhub_ay * t_tbbgs)
+        - (lhub_alphaxhub_az * t_edksy + khub_alphayhub_az * t_elsua);
     const real t_leuxo_5 = lhub_alphayhub_alphax * ihub_alphax;
-    const real t_a3uyz = t_ddbp5 * ihub_alphax - t_leuxo_5 * t_vqj4c;
-    const real t_xwn2e = bob1_r_z * t_svqlx
+    const real t_jaxvd = t_e6wca * ihub_alphax - t_leuxo_5 * t_bfsse;
+    const real t_bintu_6 = lhub_alphayhub_ax * t_6dtnj;
+    const real t_qnmp3 = t_gu7mo * t_6dtnj + t_bintu_6 * t_ct5c5_2;
+    const real t_bintu_7 = lhub_alphayhub_ay * t_6dtnj_2;
+    const real t_3y3e6 = t_hsyme * t_6dtnj_2 - t_bintu_7 * t_ews4u;
+    const real t_bintu_8 = lhub_alphayhub_az * t_6dtnj_3;
+    const real t_633xb = t_edksy * t_6dtnj_3 - t_bintu_8 * t_ncc7u;
+    const real t_j2qyv = bob1_r_z * t_axt6q
         + bob1_fx * t_jzt2o_4
-        - (bob1_r_x * t_u3oye + bob1_fz * t_rcy73_2)
-        - (yhub_alphax * t_a3uyz + lhub_alphayhub_alphax * t_74kdh)
-        - (yhub_ax * t_qnmp3 + lhub_alphayhub_ax * t_svqlx)
-        - (yhub_ay * t_3gzic + lhub_alphayhub_ay * t_nu4qx)
-        - (yhub_az * t_wyz3w + lhub_alphayhub_az * t_wcdvv);
+        - (bob1_r_x * t_l7wvq + bob1_fz * t_rcy73_2)
+        - (yhub_alphax * t_jaxvd + lhub_alphayhub_alphax * t_agkc4)
+        - (yhub_ax * t_qnmp3 + lhub_alphayhub_ax * t_axt6q)
+        - (yhub_ay * t_3y3e6 + lhub_alphayhub_ay * t_2o53a)
+        - (yhub_az * t_633xb + lhub_alphayhub_az * t_7rm3c);
     const real t_taqqh = t_xoozi * ihub_alphay;
-    const real t_wrkmn = bob1_r_z * t_gu7mo
+    const real t_bsktq = bob1_r_z * t_gu7mo
         + bob1_Nyx * t_jzt2o_4
         + (bob1_r_x * t_7w4rx + t_vh7r5 * t_rcy73_2)
         - (lhub_alphayhub_ax * t_gu7mo + hub_K51 * t_qnmp3)
-        - (lhub_alphayhub_ay * t_4csns + khub_alphayhub_ay1 * t_3gzic)
-        - (lhub_alphayhub_az * t_wbvlz + khub_alphayhub_az2 * t_wyz3w)
-        - (lhub_alphayhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_a3uyz);
+        - (lhub_alphayhub_alphax * t_e6wca + khub_alphayhub_alphax * t_jaxvd)
+        - (lhub_alphayhub_ay * t_hsyme + khub_alphayhub_ay * t_3y3e6)
+        - (lhub_alphayhub_az * t_edksy + khub_alphayhub_az * t_633xb);
     const real t_ymd76 = bob1_S2rz * t_sjrjg * t_5mzug;
     const real t_6rn4c = t_qoatj + (bob1_S2rz * t_gh5ah_4 - t_pj4i3 * t_ymd76) + t_ju6zk_2;
     const real t_6laq7 = bob1_S2rz * t_gh5ah_2 - bob1_g2_y * t_ymd76;
@@ -742,113 +711,103 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         - t_6laq7
         + (bob1_r_y * t_ct5c5 + t_dugie * t_jzt2o);
     const real t_gu7mo_2 = bob1_r_x * t_ct5c5 + t_dugie * t_rcy73_2 + (bob1_Mxx * t_jzt2o - bob1_r_y * t_ct5c5_2);
-    const real t_aphi5 = t_d5zcj * t_6dtnj;
-    const real t_xqryn = t_gu7mo_2 * t_6dtnj + t_aphi5 * t_ct5c5_2;
-    const real t_qegaw = t_ecefc - (t_d5zcj * t_ct5c5 + t_lhd4o * t_xqryn);
-    const real t_bintu_9 = lhub_alphazhub_ay * t_6dtnj_2;
-    const real t_t3kmi = t_qegaw * t_6dtnj_2 - t_bintu_9 * t_ews4u;
-    const real t_puni4 = t_6rn4c
-        - (t_d5zcj * t_ct5c5_3 + t_lhd4o_2 * t_xqryn)
-        - (lhub_alphazhub_ay * t_zgz62 + khub_azhub_ay1 * t_t3kmi);
-    const real t_bintu_10 = lhub_alphazhub_az * t_6dtnj_3;
-    const real t_x55d4 = t_puni4 * t_6dtnj_3 - t_bintu_10 * t_ncc7u;
-    const real t_ibbbc = bob1_r_y * t_6rn4c
+    const real t_xawvq = t_ecefc - (t_skn5h * t_gu7mo_2 + t_bjkdc * t_37sne);
+    const real t_p5xvz = t_6rn4c
+        - (t_skn5h_2 * t_gu7mo_2 + t_bjkdc * t_37sne_2)
+        - (lhub_azhub_ay * t_xawvq + khub_alphazhub_ay * t_4nmjr);
+    const real t_wvhim = bob1_r_y * t_6rn4c
         + bob1_Nzz * t_jzt2o
         - (t_mwmzd_2 * t_rcy73_2 - bob1_r_x * t_oy64o)
         + (bob1_r_y * t_vcqt6 + t_mwmzd * t_jzt2o)
         - (bob1_r_z * t_ecefc + bob1_Nzy * t_jzt2o_4)
-        + (t_d5zcj * t_7utpr + hub_K41 * t_xqryn)
-        - (lhub_alphazhub_ay * t_axh5r + khub_alphaxhub_ay1 * t_t3kmi)
-        - (lhub_alphazhub_az * t_guweu + khub_alphaxhub_az2 * t_x55d4);
+        + (lhub_alphaxhub_ax * t_gu7mo_2 + t_bjkdc * t_yn7jp)
+        - (lhub_alphaxhub_ay * t_xawvq + khub_alphazhub_ay * t_tbbgs)
+        - (lhub_alphaxhub_az * t_p5xvz + khub_alphazhub_az * t_elsua);
     const real t_leuxo_6 = lhub_alphazhub_alphax * ihub_alphax;
-    const real t_twyqp = t_ibbbc * ihub_alphax - t_leuxo_6 * t_vqj4c;
-    const real t_4bep7 = t_d5zcj * t_gu7mo
-        + hub_K51 * t_xqryn
+    const real t_a4s62 = t_wvhim * ihub_alphax - t_leuxo_6 * t_bfsse;
+    const real t_rxqcr = lhub_alphayhub_ax * t_gu7mo_2
+        + t_bjkdc * t_qnmp3
         - (bob1_r_z * t_gu7mo_2 + t_ezb77 * t_jzt2o_4 + (bob1_r_x * t_6rn4c + bob1_Nzz * t_rcy73_2))
-        - (lhub_alphazhub_ay * t_4csns + khub_alphayhub_ay1 * t_t3kmi)
-        - (lhub_alphazhub_az * t_wbvlz + khub_alphayhub_az2 * t_x55d4)
-        - (lhub_alphazhub_alphax * t_ddbp5 + khub_alphayhub_alphax3 * t_twyqp);
+        - (lhub_alphayhub_alphax * t_wvhim + khub_alphazhub_alphax * t_jaxvd)
+        - (lhub_alphayhub_ay * t_xawvq + khub_alphazhub_ay * t_3y3e6)
+        - (lhub_alphayhub_az * t_p5xvz + khub_alphazhub_az * t_633xb);
     const real t_leuxo_7 = lhub_alphazhub_alphay * ihub_alphay;
-    const real t_pbwpy = t_4bep7 * ihub_alphay - t_leuxo_7 * t_wrkmn;
-    const real t_wfaye = bob1_r_x * t_wm6bk
+    const real t_scwc4 = t_rxqcr * ihub_alphay - t_leuxo_7 * t_bsktq;
+    const real t_aphi5 = t_d5zcj * t_6dtnj;
+    const real t_xqryn = t_gu7mo_2 * t_6dtnj + t_aphi5 * t_ct5c5_2;
+    const real t_bintu_9 = lhub_alphazhub_ay * t_6dtnj_2;
+    const real t_b2dfa = t_xawvq * t_6dtnj_2 - t_bintu_9 * t_ews4u;
+    const real t_bintu_10 = lhub_alphazhub_az * t_6dtnj_3;
+    const real t_tqalt = t_p5xvz * t_6dtnj_3 - t_bintu_10 * t_ncc7u;
+    const real t_5t63j = bob1_r_x * t_x4mjz
         + bob1_fy * t_rcy73_2
-        - (bob1_S2rz * t_vqvd7 - bob1_Q2 * t_ymd76)
-        - (bob1_r_y * t_svqlx + bob1_fx * t_jzt2o)
-        - (yhub_alphax * t_twyqp + lhub_alphazhub_alphax * t_74kdh)
-        - (yhub_alphay * t_pbwpy + lhub_alphazhub_alphay * t_xwn2e)
-        + (yhub_ax * t_xqryn + t_d5zcj * t_svqlx)
-        - (yhub_ay * t_t3kmi + lhub_alphazhub_ay * t_nu4qx)
-        - (yhub_az * t_x55d4 + lhub_alphazhub_az * t_wcdvv);
+        - (bob1_S2rz * t_txnlk - bob1_Q2 * t_ymd76)
+        - (bob1_r_y * t_axt6q + bob1_fx * t_jzt2o)
+        - (yhub_alphax * t_a4s62 + lhub_alphazhub_alphax * t_agkc4)
+        - (yhub_alphay * t_scwc4 + lhub_alphazhub_alphay * t_j2qyv)
+        + (yhub_ax * t_xqryn + t_d5zcj * t_axt6q)
+        - (yhub_ay * t_b2dfa + lhub_alphazhub_ay * t_2o53a)
+        - (yhub_az * t_tqalt + lhub_alphazhub_az * t_7rm3c);
     const real t_leuxo_8 = hub_alphaz * ihub_alphaz;
-    const real t_bs4hu = bob1_r_x * t_ecefc
+    const real t_mm7va = bob1_r_x * t_ecefc
         + bob1_Nzy * t_rcy73_2
         - (bob1_r_x * t_6laq7 + t_dugie_3 * t_rcy73_2)
         + (bob1_r_y * t_gu7mo_2 + t_ezb77 * t_jzt2o)
         + p[I1] * t_ymd76
         - (t_d5zcj * t_gu7mo_2 + t_bjkdc * t_xqryn)
-        - (lhub_alphazhub_ay * t_qegaw + khub_alphazhub_ay1 * t_t3kmi)
-        - (lhub_alphazhub_az * t_puni4 + khub_alphazhub_az2 * t_x55d4)
-        - (lhub_alphazhub_alphax * t_ibbbc + khub_alphazhub_alphax3 * t_twyqp)
-        - (lhub_alphazhub_alphay * t_4bep7 + khub_alphazhub_alphay4 * t_pbwpy);
-    const real t_3apbh = t_wfaye * ihub_alphaz - t_leuxo_8 * t_bs4hu;
-    const real t_6jmjs = t_xwn2e * ihub_alphay - t_taqqh * t_wrkmn - (lhub_alphazhub_alphay * t_3apbh + hub_alphaz * t_pbwpy);
-    const real t_zqm65 = t_74kdh * ihub_alphax
-        - t_mk4ri * t_vqj4c
-        - (lhub_alphayhub_alphax * t_6jmjs + hub_alphay * t_a3uyz)
-        - (lhub_alphazhub_alphax * t_3apbh + hub_alphaz * t_twyqp);
+        - (lhub_alphazhub_alphax * t_wvhim + khub_alphazhub_alphax * t_a4s62)
+        - (lhub_alphazhub_alphay * t_rxqcr + khub_alphazhub_alphay * t_scwc4)
+        - (lhub_alphazhub_ay * t_xawvq + khub_alphazhub_ay * t_b2dfa)
+        - (lhub_alphazhub_az * t_p5xvz + khub_alphazhub_az * t_tqalt);
+    const real t_enbry = t_5t63j * ihub_alphaz - t_leuxo_8 * t_mm7va;
+    const real t_xzfux = t_j2qyv * ihub_alphay - t_taqqh * t_bsktq - (lhub_alphazhub_alphay * t_enbry + hub_alphaz * t_scwc4);
+    const real t_g3oup = t_agkc4 * ihub_alphax
+        - t_mk4ri * t_bfsse
+        - (lhub_alphayhub_alphax * t_xzfux + hub_alphay * t_jaxvd)
+        - (lhub_alphazhub_alphax * t_enbry + hub_alphaz * t_a4s62);
     const real t_qkxsr = t_ztwwp * t_6dtnj_3;
-    const real t_ny2sw = t_wcdvv * t_6dtnj_3
+    const real t_3bpg4 = t_7rm3c * t_6dtnj_3
         - t_qkxsr * t_ncc7u
-        - (lhub_alphaxhub_az * t_zqm65 + hub_alphax * t_jrarn)
-        - (lhub_alphayhub_az * t_6jmjs + hub_alphay * t_wyz3w)
-        - (lhub_alphazhub_az * t_3apbh + hub_alphaz * t_x55d4);
-    const real t_tdl2j = t_nu4qx * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_g3oup + hub_alphax * t_elsua)
+        - (lhub_alphayhub_az * t_xzfux + hub_alphay * t_633xb)
+        - (lhub_alphazhub_az * t_enbry + hub_alphaz * t_tqalt);
+    const real t_4plxi = t_2o53a * t_6dtnj_2
         - t_temm3 * t_ews4u
-        - (lhub_alphaxhub_ay * t_zqm65 + hub_alphax * t_wflm5)
-        - (lhub_alphayhub_ay * t_6jmjs + hub_alphay * t_3gzic)
-        - (lhub_alphazhub_ay * t_3apbh + hub_alphaz * t_t3kmi)
-        - (lhub_azhub_ay * t_ny2sw + hub_az * t_4nmjr);
+        - (lhub_alphaxhub_ay * t_g3oup + hub_alphax * t_tbbgs)
+        - (lhub_alphayhub_ay * t_xzfux + hub_alphay * t_3y3e6)
+        - (lhub_alphazhub_ay * t_enbry + hub_alphaz * t_b2dfa)
+        - (lhub_azhub_ay * t_3bpg4 + hub_az * t_4nmjr);
     const real t_vvhli = t_j5f44_2 - bob1_twice1 * bob1_r1_y - bob1_twice2 * bob1_r_z;
     const real t_vvhli_2 = bob1_twice1 * bob1_r1_z - bob1_twice2 * bob1_r_y + t_j5f44;
     const real t_ddyjd = p[m1] * (x[wy] * t_vvhli - x[wz] * t_vvhli_2);
-    const real t_iu3ki = bob1_v21 * bob1_r1_y
-        + x[wz] * t_ipz3m
-        + bob1_v11 * bob1_r_z
-        + bob1_v22 * bob1_r_z
-        + x[wx] * t_vvhli;
-    const real t_p3wzj = p[m1] * t_iu3ki;
-    const real t_kzypq = x[wx] * t_vvhli_2
-        - bob1_v21 * bob1_r1_z
-        + bob1_v11 * bob1_r_y
-        + bob1_v22 * bob1_r_y
-        + x[wy] * t_ipz3m;
-    const real t_2i6hr = p[m1] * t_kzypq;
-    const real t_5dj2j = bob1_r1_x * t_ddyjd
-        + (bob1_Fy * bob1_r1_z - bob1_r1_y * t_p3wzj)
-        + (bob1_r1_z * t_2i6hr - bob1_Fz * bob1_r1_y);
+    const real t_ntmfr = p[m1] * (bob1_v21 * bob1_r1_y + t_dwwzs_2 + x[wz] * t_ipz3m + x[wx] * t_vvhli);
+    const real t_fujqj = p[m1] * (x[wx] * t_vvhli_2 + t_dwwzs - bob1_v21 * bob1_r1_z + x[wy] * t_ipz3m);
+    const real t_n3bpa = bob1_r1_x * t_ddyjd
+        + (bob1_Fy * bob1_r1_z - bob1_r1_y * t_ntmfr)
+        + (bob1_r1_z * t_fujqj - bob1_Fz * bob1_r1_y);
     const real t_pj4i3_2 = p[m1] * bob1_r1_z;
     const real t_rnu2p = t_pj4i3_2 * t_vpzmf;
-    const real t_psumj = bob1_r_y * t_2i6hr + bob1_Fz * bob1_r_z + (bob1_r_z * t_p3wzj + bob1_Fy * bob1_r_y);
+    const real t_6i6vz = bob1_r_y * t_fujqj + bob1_Fz * bob1_r_z + (bob1_r_z * t_ntmfr + bob1_Fy * bob1_r_y);
     const real t_pj4i3_3 = p[m1] * bob1_r_y;
     const real t_rlquh_2 = t_pj4i3_3 * t_sjrjg;
-    const real t_bthkv = bob1_S1ty * t_5dj2j
+    const real t_3zjun = bob1_S1ty * t_n3bpa
         + t_txuch * t_rnu2p
-        + t_p3wzj
-        - (bob1_S2ty * t_psumj - bob1_Q2 * t_rlquh_2);
+        + t_ntmfr
+        - (bob1_S2ty * t_6i6vz - bob1_Q2 * t_rlquh_2);
     const real t_sbejl = bob1_g1_x * t_rnu2p;
     const real t_pkgfk = t_sbejl * t_6dtnj;
-    const real t_7tula = bob1_S1tx * t_5dj2j - t_ddyjd;
-    const real t_6ciuu = t_bthkv + (yhub_ax * t_pkgfk + t_skn5h * t_7tula);
+    const real t_mmkn4 = bob1_S1tx * t_n3bpa - t_ddyjd;
+    const real t_hum42 = t_3zjun + (yhub_ax * t_pkgfk + t_skn5h * t_mmkn4);
     const real t_w76ip = bob1_g2_y * t_rlquh_2 + bob1_S2ty * t_pj4i3_3 - (bob1_g1_y * t_rnu2p + bob1_S1ty * t_pj4i3_2);
     const real t_vfnyi = t_w76ip - (t_skn5h * t_sbejl + t_lhd4o * t_pkgfk);
     const real t_pj4i3_4 = p[m1] * bob1_r1_y;
     const real t_rnu2p_2 = t_pj4i3_4 * t_vpzmf;
     const real t_pj4i3_5 = p[m1] * bob1_r_z;
     const real t_rlquh_3 = t_pj4i3_5 * t_sjrjg;
-    const real t_a2aky = bob1_S1tz * t_5dj2j
+    const real t_noceu = bob1_S1tz * t_n3bpa
         - t_txuch * t_rnu2p_2
-        - t_2i6hr
-        + (t_rlquh * t_psumj + bob1_Q2 * t_rlquh_3);
+        - t_fujqj
+        + (t_rlquh * t_6i6vz + bob1_Q2 * t_rlquh_3);
     const real t_m6o6r = bob1_r_z * t_sbejl - t_yiqfo_3;
     const real t_sbejl_2 = bob1_g1_x * t_rnu2p_2;
     const real t_m6o6r_2 = t_yiqfo_4 - bob1_r_y * t_sbejl_2;
@@ -857,130 +816,130 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_g37pd = bob1_g2_y * t_rlquh_3 - t_rlquh * t_pj4i3_3 - (bob1_S1tz * t_pj4i3_2 - bob1_g1_y * t_rnu2p_2);
     const real t_vhoa4 = bob1_S1rx * t_pj4i3_2;
     const real t_bgi5w = bob1_r_y * t_g37pd + t_r37jk_2 - t_vhoa4 - (bob1_r_z * t_w76ip - bob1_Myy * bob1_r_y);
-    const real t_j4hvh = t_bgi5w + (lhub_alphaxhub_ax * t_sbejl + t_lhd4o * t_ox35p);
-    const real t_b3oon = t_j4hvh * t_6dtnj_2 - t_bintu_3 * t_vfnyi;
+    const real t_3gbeq = t_bgi5w + (t_skn5h * t_vpsgh + hub_K41 * t_pkgfk);
+    const real t_wberl = t_3gbeq * t_6dtnj_2 - t_bintu_3 * t_vfnyi;
     const real t_xkekw = bob1_g1_z * t_rnu2p_2 + bob1_S1tz * t_pj4i3_4 - (t_pj4i3 * t_rlquh_3 + t_rlquh * t_pj4i3_5);
     const real t_vhoa4_2 = bob1_S1rx * t_pj4i3_4;
     const real t_wqye4 = bob1_r_y * t_xkekw + bob1_Mzz * bob1_r_z + t_vhoa4_2 - (bob1_r_z * t_g37pd - t_r37jk);
     const real t_pkgfk_2 = t_sbejl_2 * t_6dtnj;
-    const real t_hg336 = t_g37pd - (t_skn5h_2 * t_sbejl - t_lhd4o * t_pkgfk_2);
-    const real t_rkwci = t_wqye4
-        + (t_lhd4o_2 * t_ox35p - lhub_alphaxhub_ax * t_sbejl_2)
-        - (lhub_alphaxhub_ay * t_hg336 + khub_azhub_ay1 * t_b3oon);
-    const real t_yo3xz = t_hg336 * t_6dtnj_2 - t_bintu_5 * t_vfnyi;
+    const real t_hg336 = t_g37pd - (t_lhd4o_2 * t_pkgfk - t_skn5h * t_sbejl_2);
+    const real t_yo3xz = t_hg336 * t_6dtnj_2 - t_bintu_4 * t_vfnyi;
+    const real t_japbg = t_wqye4
+        + (t_skn5h_2 * t_vpsgh - hub_K41 * t_pkgfk_2)
+        - (lhub_azhub_ay * t_3gbeq + khub_alphaxhub_ay * t_yo3xz);
     const real t_fmrgl = t_xkekw
         + (t_skn5h_2 * t_sbejl_2 + t_lhd4o_2 * t_pkgfk_2)
-        - (lhub_azhub_ay * t_hg336 + khub_azhub_ay1 * t_yo3xz);
-    const real t_3gttm = t_rkwci * t_6dtnj_3 - t_bintu_4 * t_fmrgl;
-    const real t_sx63q = t_a2aky
-        + (t_skn5h_2 * t_7tula - yhub_ax * t_pkgfk_2)
-        - (yhub_ay * t_yo3xz + lhub_azhub_ay * t_6ciuu);
-    const real t_nutht = bob1_r_y * t_a2aky
+        - (lhub_azhub_ay * t_hg336 + khub_azhub_ay * t_yo3xz);
+    const real t_aumff = t_japbg * t_6dtnj_3 - t_bintu_5 * t_fmrgl;
+    const real t_qmr25 = t_noceu
+        + (t_skn5h_2 * t_mmkn4 - yhub_ax * t_pkgfk_2)
+        - (yhub_ay * t_yo3xz + lhub_azhub_ay * t_hum42);
+    const real t_qx3v4 = bob1_r_y * t_noceu
         + bob1_fz * bob1_r_z
-        + bob1_S1rx * t_5dj2j
-        - (bob1_r_z * t_bthkv - bob1_fy * bob1_r_y)
-        - (yhub_ax * t_ox35p + lhub_alphaxhub_ax * t_7tula)
-        - (yhub_ay * t_b3oon + lhub_alphaxhub_ay * t_6ciuu)
-        - (yhub_az * t_3gttm + lhub_alphaxhub_az * t_sx63q);
-    const real t_z746k = bob1_r_y * t_wqye4
+        + bob1_S1rx * t_n3bpa
+        - (bob1_r_z * t_3zjun - bob1_fy * bob1_r_y)
+        - (yhub_ax * t_ox35p + lhub_alphaxhub_ax * t_mmkn4)
+        - (yhub_ay * t_wberl + lhub_alphaxhub_ay * t_hum42)
+        - (yhub_az * t_aumff + lhub_alphaxhub_az * t_qmr25);
+    const real t_buu7s = bob1_r_y * t_wqye4
         + bob1_Nxz * bob1_r_z
         - (t_mwmzd_3 * bob1_r_z - bob1_r_y * t_vhoa4_2)
         + (bob1_r_z * t_vhoa4 - t_mwmzd_2 * bob1_r_y)
         - (bob1_r_z * t_bgi5w - bob1_Nxy * bob1_r_y)
         - (lhub_alphaxhub_ax * t_vpsgh + hub_K41 * t_ox35p)
-        - (lhub_alphaxhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_b3oon)
-        - (lhub_alphaxhub_az * t_rkwci + khub_alphaxhub_az2 * t_3gttm);
+        - (lhub_alphaxhub_ay * t_3gbeq + khub_alphaxhub_ay * t_wberl)
+        - (lhub_alphaxhub_az * t_japbg + khub_alphaxhub_az * t_aumff);
     const real t_xrg5u = bob1_r_x * t_g37pd;
     const real t_5li76 = t_m6o6r + t_xrg5u;
     const real t_vr5ah = bob1_r_x * t_xkekw - (bob1_r_z * t_sbejl_2 + t_yiqfo_2);
     const real t_jowwr = t_2fozl_2 + bob1_r_x * t_sbejl_2;
-    const real t_3gtuv = t_jowwr * t_6dtnj;
-    const real t_bdklq = lhub_alphayhub_ax * t_sbejl - t_lhd4o * t_3gtuv - t_5li76;
-    const real t_lh46h = t_bdklq * t_6dtnj_2 - t_bintu_7 * t_vfnyi;
-    const real t_fcjc7 = t_vr5ah
-        + (lhub_alphayhub_ax * t_sbejl_2 + t_lhd4o_2 * t_3gtuv)
-        + (lhub_alphayhub_ay * t_hg336 + khub_azhub_ay1 * t_lh46h);
-    const real t_gu63d = t_fcjc7 * t_6dtnj_3 + t_bintu_8 * t_fmrgl;
-    const real t_mhuhh = bob1_r_z * t_5li76
+    const real t_wu3ci = hub_K51 * t_pkgfk - t_skn5h * t_jowwr - t_5li76;
+    const real t_3wqux = t_vr5ah
+        + (t_skn5h_2 * t_jowwr + hub_K51 * t_pkgfk_2)
+        + (lhub_azhub_ay * t_wu3ci + khub_alphayhub_ay * t_yo3xz);
+    const real t_z2qw3 = bob1_r_z * t_5li76
         - t_vh7r5_2 * bob1_r_y
         - (bob1_r_x * t_vhoa4_2 + (bob1_r_y * t_vr5ah + t_vh7r5 * bob1_r_z - t_4jexu_2))
-        - (lhub_alphayhub_ax * t_vpsgh - hub_K41 * t_3gtuv)
-        - (lhub_alphayhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_lh46h)
-        - (lhub_alphayhub_az * t_rkwci - khub_alphaxhub_az2 * t_gu63d);
-    const real t_7dkll = t_mhuhh * ihub_alphax - t_leuxo_5 * t_z746k;
-    const real t_djpmg = bob1_r_z * t_7tula
+        - (hub_K51 * t_ox35p - lhub_alphaxhub_ax * t_jowwr)
+        - (lhub_alphaxhub_ay * t_wu3ci + khub_alphayhub_ay * t_wberl)
+        - (khub_alphayhub_az * t_aumff - lhub_alphaxhub_az * t_3wqux);
+    const real t_7bg36 = t_z2qw3 * ihub_alphax - t_leuxo_5 * t_buu7s;
+    const real t_3gtuv = t_jowwr * t_6dtnj;
+    const real t_nxhdc = t_wu3ci * t_6dtnj_2 - t_bintu_7 * t_vfnyi;
+    const real t_apk4l = t_3wqux * t_6dtnj_3 + t_bintu_8 * t_fmrgl;
+    const real t_uslxv = bob1_r_z * t_mmkn4
         - t_leuxo_3
-        - bob1_r_x * t_a2aky
-        - (yhub_alphax * t_7dkll + lhub_alphayhub_alphax * t_nutht)
-        - (lhub_alphayhub_ax * t_7tula - yhub_ax * t_3gtuv)
-        - (yhub_ay * t_lh46h + lhub_alphayhub_ay * t_6ciuu)
-        - (lhub_alphayhub_az * t_sx63q - yhub_az * t_gu63d);
-    const real t_wyaqo = bob1_r_x * t_vr5ah
+        - bob1_r_x * t_noceu
+        - (yhub_alphax * t_7bg36 + lhub_alphayhub_alphax * t_qx3v4)
+        - (lhub_alphayhub_ax * t_mmkn4 - yhub_ax * t_3gtuv)
+        - (yhub_ay * t_nxhdc + lhub_alphayhub_ay * t_hum42)
+        - (lhub_alphayhub_az * t_qmr25 - yhub_az * t_apk4l);
+    const real t_zspqz = bob1_r_x * t_vr5ah
         - (bob1_r_z * t_jowwr + bob1_Nyx * bob1_r_y)
         + (lhub_alphayhub_ax * t_jowwr + hub_K51 * t_3gtuv)
-        - (lhub_alphayhub_ay * t_bdklq + khub_alphayhub_ay1 * t_lh46h)
-        + (lhub_alphayhub_az * t_fcjc7 + khub_alphayhub_az2 * t_gu63d)
-        - (lhub_alphayhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_7dkll);
+        - (lhub_alphayhub_alphax * t_z2qw3 + khub_alphayhub_alphax * t_7bg36)
+        - (lhub_alphayhub_ay * t_wu3ci + khub_alphayhub_ay * t_nxhdc)
+        + (lhub_alphayhub_az * t_3wqux + khub_alphayhub_az * t_apk4l);
     const real t_a6ylt = t_xrg5u + bob1_S2rz * t_pj4i3_5 + t_m6o6r_2;
     const real t_riizn = bob1_S2rz * t_pj4i3_3;
     const real t_gezs2 = bob1_r_x * t_w76ip + t_riizn + (bob1_r_y * t_sbejl + t_yiqfo);
     const real t_jowwr_2 = bob1_r_x * t_sbejl + t_2fozl;
-    const real t_3gtuv_2 = t_jowwr_2 * t_6dtnj;
-    const real t_6d2n2 = t_gezs2 - (t_d5zcj * t_sbejl + t_lhd4o * t_3gtuv_2);
-    const real t_ctrlp = t_6d2n2 * t_6dtnj_2 - t_bintu_9 * t_vfnyi;
-    const real t_qx7gx = t_a6ylt
-        - (t_lhd4o_2 * t_3gtuv_2 - t_d5zcj * t_sbejl_2)
-        - (lhub_alphazhub_ay * t_hg336 + khub_azhub_ay1 * t_ctrlp);
-    const real t_lwgwh = t_qx7gx * t_6dtnj_3 - t_bintu_10 * t_fmrgl;
-    const real t_lbhmq = bob1_r_y * t_a6ylt
+    const real t_wg25p = t_gezs2 - (t_skn5h * t_jowwr_2 + t_bjkdc * t_pkgfk);
+    const real t_xi2wa = t_a6ylt
+        - (t_skn5h_2 * t_jowwr_2 - t_bjkdc * t_pkgfk_2)
+        - (lhub_azhub_ay * t_wg25p + khub_alphazhub_ay * t_yo3xz);
+    const real t_rmd6j = bob1_r_y * t_a6ylt
         + bob1_Nzz * bob1_r_z
         - bob1_r_x * t_vhoa4
         + t_4jexu
         - (bob1_r_z * t_gezs2 - bob1_Nzy * bob1_r_y)
-        + (t_d5zcj * t_vpsgh + hub_K41 * t_3gtuv_2)
-        - (lhub_alphazhub_ay * t_j4hvh + khub_alphaxhub_ay1 * t_ctrlp)
-        - (lhub_alphazhub_az * t_rkwci + khub_alphaxhub_az2 * t_lwgwh);
-    const real t_4xg2l = t_lbhmq * ihub_alphax - t_leuxo_6 * t_z746k;
-    const real t_s2aes = hub_K51 * t_3gtuv_2
-        - t_d5zcj * t_jowwr
+        + (lhub_alphaxhub_ax * t_jowwr_2 + t_bjkdc * t_ox35p)
+        - (lhub_alphaxhub_ay * t_wg25p + khub_alphazhub_ay * t_wberl)
+        - (lhub_alphaxhub_az * t_xi2wa + khub_alphazhub_az * t_aumff);
+    const real t_xypwh = t_rmd6j * ihub_alphax - t_leuxo_6 * t_buu7s;
+    const real t_a7bdk = lhub_alphayhub_ax * t_jowwr_2
+        - t_bjkdc * t_3gtuv
         - (bob1_r_z * t_jowwr_2 - t_ohf57 + bob1_r_x * t_a6ylt)
-        - (lhub_alphazhub_ay * t_bdklq + khub_alphayhub_ay1 * t_ctrlp)
-        - (khub_alphayhub_az2 * t_lwgwh - lhub_alphazhub_az * t_fcjc7)
-        - (lhub_alphazhub_alphax * t_mhuhh + khub_alphayhub_alphax3 * t_4xg2l);
-    const real t_4mhhi = t_s2aes * ihub_alphay - t_leuxo_7 * t_wyaqo;
-    const real t_yubhg = bob1_r_x * t_bthkv
-        - bob1_S2rz * t_psumj
-        - (bob1_r_y * t_7tula + t_leuxo)
-        - (yhub_alphax * t_4xg2l + lhub_alphazhub_alphax * t_nutht)
-        - (yhub_alphay * t_4mhhi + lhub_alphazhub_alphay * t_djpmg)
-        + (yhub_ax * t_3gtuv_2 + t_d5zcj * t_7tula)
-        - (yhub_ay * t_ctrlp + lhub_alphazhub_ay * t_6ciuu)
-        - (yhub_az * t_lwgwh + lhub_alphazhub_az * t_sx63q);
-    const real t_bns3v = bob1_r_x * t_riizn
+        - (lhub_alphayhub_alphax * t_rmd6j + khub_alphazhub_alphax * t_7bg36)
+        - (lhub_alphayhub_ay * t_wg25p + khub_alphazhub_ay * t_nxhdc)
+        - (lhub_alphayhub_az * t_xi2wa - khub_alphazhub_az * t_apk4l);
+    const real t_55ef4 = t_a7bdk * ihub_alphay - t_leuxo_7 * t_zspqz;
+    const real t_3gtuv_2 = t_jowwr_2 * t_6dtnj;
+    const real t_jc66n = t_wg25p * t_6dtnj_2 - t_bintu_9 * t_vfnyi;
+    const real t_txh7v = t_xi2wa * t_6dtnj_3 - t_bintu_10 * t_fmrgl;
+    const real t_m4mq7 = bob1_r_x * t_3zjun
+        - bob1_S2rz * t_6i6vz
+        - (bob1_r_y * t_mmkn4 + t_leuxo)
+        - (yhub_alphax * t_xypwh + lhub_alphazhub_alphax * t_qx3v4)
+        - (yhub_alphay * t_55ef4 + lhub_alphazhub_alphay * t_uslxv)
+        + (yhub_ax * t_3gtuv_2 + t_d5zcj * t_mmkn4)
+        - (yhub_ay * t_jc66n + lhub_alphazhub_ay * t_hum42)
+        - (yhub_az * t_txh7v + lhub_alphazhub_az * t_qmr25);
+    const real t_zt2r7 = bob1_r_x * t_riizn
         + bob1_r_x * t_gezs2
         + (bob1_r_y * t_jowwr_2 + t_ohf57_2)
         - (t_d5zcj * t_jowwr_2 + t_bjkdc * t_3gtuv_2)
-        - (lhub_alphazhub_ay * t_6d2n2 + khub_alphazhub_ay1 * t_ctrlp)
-        - (lhub_alphazhub_az * t_qx7gx + khub_alphazhub_az2 * t_lwgwh)
-        - (lhub_alphazhub_alphax * t_lbhmq + khub_alphazhub_alphax3 * t_4xg2l)
-        - (lhub_alphazhub_alphay * t_s2aes + khub_alphazhub_alphay4 * t_4mhhi);
-    const real t_b4hi2 = t_yubhg * ihub_alphaz - t_leuxo_8 * t_bns3v;
-    const real t_m2523 = t_djpmg * ihub_alphay - t_taqqh * t_wyaqo - (lhub_alphazhub_alphay * t_b4hi2 + hub_alphaz * t_4mhhi);
-    const real t_ji4if = t_nutht * ihub_alphax
-        - t_mk4ri * t_z746k
-        - (lhub_alphayhub_alphax * t_m2523 + hub_alphay * t_7dkll)
-        - (lhub_alphazhub_alphax * t_b4hi2 + hub_alphaz * t_4xg2l);
-    const real t_miuqz = t_sx63q * t_6dtnj_3
+        - (lhub_alphazhub_alphax * t_rmd6j + khub_alphazhub_alphax * t_xypwh)
+        - (lhub_alphazhub_alphay * t_a7bdk + khub_alphazhub_alphay * t_55ef4)
+        - (lhub_alphazhub_ay * t_wg25p + khub_alphazhub_ay * t_jc66n)
+        - (lhub_alphazhub_az * t_xi2wa + khub_alphazhub_az * t_txh7v);
+    const real t_74tbp = t_m4mq7 * ihub_alphaz - t_leuxo_8 * t_zt2r7;
+    const real t_e6ufj = t_uslxv * ihub_alphay - t_taqqh * t_zspqz - (lhub_alphazhub_alphay * t_74tbp + hub_alphaz * t_55ef4);
+    const real t_dq5kr = t_qx3v4 * ihub_alphax
+        - t_mk4ri * t_buu7s
+        - (lhub_alphayhub_alphax * t_e6ufj + hub_alphay * t_7bg36)
+        - (lhub_alphazhub_alphax * t_74tbp + hub_alphaz * t_xypwh);
+    const real t_6vjqw = t_qmr25 * t_6dtnj_3
         - t_qkxsr * t_fmrgl
-        - (lhub_alphaxhub_az * t_ji4if + hub_alphax * t_3gttm)
-        - (lhub_alphayhub_az * t_m2523 - hub_alphay * t_gu63d)
-        - (lhub_alphazhub_az * t_b4hi2 + hub_alphaz * t_lwgwh);
-    const real t_eonmk = t_6ciuu * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_dq5kr + hub_alphax * t_aumff)
+        - (lhub_alphayhub_az * t_e6ufj - hub_alphay * t_apk4l)
+        - (lhub_alphazhub_az * t_74tbp + hub_alphaz * t_txh7v);
+    const real t_my3js = t_hum42 * t_6dtnj_2
         - t_temm3 * t_vfnyi
-        - (lhub_alphaxhub_ay * t_ji4if + hub_alphax * t_b3oon)
-        - (lhub_alphayhub_ay * t_m2523 + hub_alphay * t_lh46h)
-        - (lhub_alphazhub_ay * t_b4hi2 + hub_alphaz * t_ctrlp)
-        - (lhub_azhub_ay * t_miuqz + hub_az * t_yo3xz);
+        - (lhub_alphaxhub_ay * t_dq5kr + hub_alphax * t_wberl)
+        - (lhub_alphayhub_ay * t_e6ufj + hub_alphay * t_nxhdc)
+        - (lhub_alphazhub_ay * t_74tbp + hub_alphaz * t_jc66n)
+        - (lhub_azhub_ay * t_6vjqw + hub_az * t_yo3xz);
     const real t_uvqau = p[l2] * cos_phi2;
     const real t_hakeo = sin_theta2 * t_uvqau;
     const real t_uvqau_2 = p[l2] * sin_phi2;
@@ -991,49 +950,39 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_tw5as = x[wz] * t_uvqau_2 - bob2_twice1 * t_hakeo_3 + bob2_twice2 * t_hakeo_4 - x[wx] * t_hakeo_4;
     const real t_rtozb = p[m2] * (x[wy] * t_4bmxt - bob2_v11 * t_uvqau_2 - x[wz] * t_tw5as);
     const real t_juc2v = bob2_twice1 * t_uvqau + x[wy] * t_hakeo_4 - x[wz] * t_hakeo;
-    const real t_5n2hp = x[wz] * t_juc2v
-        - bob2_v21 * t_hakeo_2
-        - bob2_v11 * t_hakeo
-        - bob2_v22 * t_hakeo
-        - x[wx] * t_4bmxt;
-    const real t_dx3vx = p[m2] * t_5n2hp;
-    const real t_d5c7e = x[wx] * t_tw5as
-        + bob2_v21 * t_hakeo_3
-        - bob2_v11 * t_hakeo_4
-        - bob2_v22 * t_hakeo_4
-        - x[wy] * t_juc2v;
-    const real t_ilxnt = p[m2] * t_d5c7e;
-    const real t_fgvn2 = bob2_r1_x * t_rtozb
+    const real t_ephnq = p[m2] * (x[wz] * t_juc2v - (bob2_v21 * t_hakeo_2 + t_h4psf * t_hakeo) - x[wx] * t_4bmxt);
+    const real t_fsk3r = p[m2] * (x[wx] * t_tw5as - t_h4psf * t_hakeo_4 + bob2_v21 * t_hakeo_3 - x[wy] * t_juc2v);
+    const real t_g3cav = bob2_r1_x * t_rtozb
         + bob2_Fx * t_uvqau
-        + (bob2_r1_y * t_dx3vx - bob2_Fy * t_hakeo_3)
-        + (bob2_r1_z * t_ilxnt - bob2_Fz * t_hakeo_2);
+        + (bob2_r1_y * t_ephnq - bob2_Fy * t_hakeo_3)
+        + (bob2_r1_z * t_fsk3r - bob2_Fz * t_hakeo_2);
     const real t_tc6cu = p[m2] * t_hakeo_3;
     const real t_tpqyi = t_tc6cu * t_mxpm2;
-    const real t_hcc3k = bob2_r_y * t_ilxnt + bob2_Fz * t_hakeo - (bob2_r_z * t_dx3vx + bob2_Fy * t_hakeo_4);
+    const real t_5l6xi = bob2_r_y * t_fsk3r + bob2_Fz * t_hakeo - (bob2_r_z * t_ephnq + bob2_Fy * t_hakeo_4);
     const real t_tc6cu_2 = p[m2] * t_hakeo_4;
     const real t_pjhy4 = t_nww6q * ((sin_phi2 + sin_phi2) * cos_phi2);
     const real t_u2fmg = t_tc6cu_2 * t_ymfue - bob2_S2ty * t_ymfue * t_pjhy4;
-    const real t_h6hty = bob2_S1ty * t_fgvn2
+    const real t_ksz7v = bob2_S1ty * t_g3cav
         - t_xyjt2 * t_tpqyi
-        - t_dx3vx
-        - (bob2_S2ty * t_hcc3k + bob2_Q2 * t_u2fmg);
+        - t_ephnq
+        - (bob2_S2ty * t_5l6xi + bob2_Q2 * t_u2fmg);
     const real t_xau4q = p[m2] * t_uvqau;
     const real t_gdxxl = bob2_S1ty * t_xau4q - bob2_g1_x * t_tpqyi;
     const real t_x2ffi = t_xau4q * t_mxpm2;
     const real t_gdxxl_2 = bob2_g1_x * t_x2ffi + bob2_S1tx * t_xau4q;
     const real t_gizzd = t_gdxxl * t_6dtnj + t_jza4m * t_gdxxl_2;
-    const real t_6doat = bob2_S1tx * t_fgvn2 + t_xyjt2 * t_x2ffi - t_rtozb;
-    const real t_tkzjt = t_h6hty + (yhub_ax * t_gizzd + t_skn5h * t_6doat);
+    const real t_uknlz = bob2_S1tx * t_g3cav + t_xyjt2 * t_x2ffi - t_rtozb;
+    const real t_vj7vm = t_ksz7v + (yhub_ax * t_gizzd + t_skn5h * t_uknlz);
     const real t_qedpc = bob2_g1_y * t_tpqyi + bob2_S1ty * t_tc6cu - (bob2_g2_y * t_u2fmg + bob2_S2ty * t_tc6cu_2);
     const real t_i5vxj = t_qedpc - (t_skn5h * t_gdxxl + t_lhd4o * t_gizzd);
     const real t_tc6cu_3 = p[m2] * t_hakeo_2;
     const real t_tpqyi_2 = t_tc6cu_3 * t_mxpm2;
     const real t_tc6cu_4 = p[m2] * t_hakeo;
     const real t_otfml = t_tc6cu_4 * t_ymfue - t_i7psf * t_ymfue * t_pjhy4;
-    const real t_whvwg = bob2_S1tz * t_fgvn2
+    const real t_mp222 = bob2_S1tz * t_g3cav
         - t_xyjt2 * t_tpqyi_2
-        - t_ilxnt
-        + (t_i7psf * t_hcc3k + bob2_Q2 * t_otfml);
+        - t_fsk3r
+        + (t_i7psf * t_5l6xi + bob2_Q2 * t_otfml);
     const real t_r6avn = bob2_r_z * t_gdxxl + t_s4byp * t_hakeo_4;
     const real t_gdxxl_3 = bob2_S1tz * t_xau4q - bob2_g1_x * t_tpqyi_2;
     const real t_r6avn_2 = bob2_r_y * t_gdxxl_3 + t_s4byp_2 * t_hakeo;
@@ -1046,8 +995,8 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         + bob2_Myz * t_hakeo
         + t_i77ir
         - (bob2_r_z * t_qedpc + bob2_Myy * t_hakeo_4);
-    const real t_yujux = t_dc7lt + (lhub_alphaxhub_ax * t_gdxxl + t_lhd4o * t_v3yvq);
-    const real t_34xg6 = t_yujux * t_6dtnj_2 - t_bintu_3 * t_i5vxj;
+    const real t_sbn5t = t_dc7lt + (t_skn5h * t_kvglz + hub_K41 * t_gizzd);
+    const real t_iwqal = t_sbn5t * t_6dtnj_2 - t_bintu_3 * t_i5vxj;
     const real t_ck3wm = bob2_g1_z * t_tpqyi_2 + bob2_S1tz * t_tc6cu_3 - (t_zludf * t_otfml + t_i7psf * t_tc6cu_4);
     const real t_i77ir_2 = bob2_S1rx * t_tc6cu_3;
     const real t_zqnrn = bob2_r_y * t_ck3wm
@@ -1055,67 +1004,67 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         + t_i77ir_2
         - (bob2_r_z * t_hkky7 + bob2_Myz * t_hakeo_4);
     const real t_gizzd_2 = t_gdxxl_3 * t_6dtnj + t_jza4m_2 * t_gdxxl_2;
-    const real t_p2vva = t_hkky7 - (t_skn5h_2 * t_gdxxl + t_lhd4o * t_gizzd_2);
-    const real t_saw4t = t_zqnrn
-        + (lhub_alphaxhub_ax * t_gdxxl_3 + t_lhd4o_2 * t_v3yvq)
-        - (lhub_alphaxhub_ay * t_p2vva + khub_azhub_ay1 * t_34xg6);
-    const real t_6xzzo = t_p2vva * t_6dtnj_2 - t_bintu_5 * t_i5vxj;
+    const real t_p2vva = t_hkky7 - (t_skn5h * t_gdxxl_3 + t_lhd4o_2 * t_gizzd);
+    const real t_6xzzo = t_p2vva * t_6dtnj_2 - t_bintu_4 * t_i5vxj;
+    const real t_6irhs = t_zqnrn
+        + (t_skn5h_2 * t_kvglz + hub_K41 * t_gizzd_2)
+        - (lhub_azhub_ay * t_sbn5t + khub_alphaxhub_ay * t_6xzzo);
     const real t_ruy6n = t_ck3wm
         - (t_skn5h_2 * t_gdxxl_3 + t_lhd4o_2 * t_gizzd_2)
-        - (lhub_azhub_ay * t_p2vva + khub_azhub_ay1 * t_6xzzo);
-    const real t_3c5jx = t_saw4t * t_6dtnj_3 - t_bintu_4 * t_ruy6n;
-    const real t_yyiil = t_whvwg
-        + (yhub_ax * t_gizzd_2 + t_skn5h_2 * t_6doat)
-        - (yhub_ay * t_6xzzo + lhub_azhub_ay * t_tkzjt);
-    const real t_apcyr = bob2_r_y * t_whvwg
+        - (lhub_azhub_ay * t_p2vva + khub_azhub_ay * t_6xzzo);
+    const real t_wn7du = t_6irhs * t_6dtnj_3 - t_bintu_5 * t_ruy6n;
+    const real t_d462j = t_mp222
+        + (yhub_ax * t_gizzd_2 + t_skn5h_2 * t_uknlz)
+        - (yhub_ay * t_6xzzo + lhub_azhub_ay * t_vj7vm);
+    const real t_xvmxn = bob2_r_y * t_mp222
         + bob2_fz * t_hakeo
-        + bob2_S1rx * t_fgvn2
-        - (bob2_r_z * t_h6hty + bob2_fy * t_hakeo_4)
-        - (yhub_ax * t_v3yvq + lhub_alphaxhub_ax * t_6doat)
-        - (yhub_ay * t_34xg6 + lhub_alphaxhub_ay * t_tkzjt)
-        - (yhub_az * t_3c5jx + lhub_alphaxhub_az * t_yyiil);
-    const real t_fi7vr = bob2_r_y * t_zqnrn
+        + bob2_S1rx * t_g3cav
+        - (bob2_r_z * t_ksz7v + bob2_fy * t_hakeo_4)
+        - (yhub_ax * t_v3yvq + lhub_alphaxhub_ax * t_uknlz)
+        - (yhub_ay * t_iwqal + lhub_alphaxhub_ay * t_vj7vm)
+        - (yhub_az * t_wn7du + lhub_alphaxhub_az * t_d462j);
+    const real t_blxuv = bob2_r_y * t_zqnrn
         + bob2_Nxz * t_hakeo
         - (t_gxq2p_3 * t_hakeo - bob2_r_y * t_i77ir_2)
         + (t_gxq2p_2 * t_hakeo_4 - bob2_r_z * t_i77ir)
         - (bob2_r_z * t_dc7lt + bob2_Nxy * t_hakeo_4)
         - (lhub_alphaxhub_ax * t_kvglz + hub_K41 * t_v3yvq)
-        - (lhub_alphaxhub_ay * t_yujux + khub_alphaxhub_ay1 * t_34xg6)
-        - (lhub_alphaxhub_az * t_saw4t + khub_alphaxhub_az2 * t_3c5jx);
+        - (lhub_alphaxhub_ay * t_sbn5t + khub_alphaxhub_ay * t_iwqal)
+        - (lhub_alphaxhub_az * t_6irhs + khub_alphaxhub_az * t_wn7du);
     const real t_6csm5 = bob2_r_z * t_gdxxl_3 + t_s4byp_2 * t_hakeo_4 + (bob2_r_x * t_ck3wm + bob2_Mzz * t_uvqau_2);
     const real t_cwpy5 = bob2_r_x * t_hkky7 + bob2_Myz * t_uvqau_2;
     const real t_63aef = t_r6avn + t_cwpy5;
     const real t_abdh5 = bob2_Mxx * t_hakeo_4 - bob2_r_z * t_gdxxl_2 + (bob2_r_x * t_gdxxl_3 + t_s4byp_2 * t_uvqau_2);
-    const real t_6sxhy = t_abdh5 * t_6dtnj + t_bintu_6 * t_gdxxl_2;
-    const real t_4lgjh = lhub_alphayhub_ax * t_gdxxl + t_lhd4o * t_6sxhy - t_63aef;
-    const real t_el2za = t_4lgjh * t_6dtnj_2 - t_bintu_7 * t_i5vxj;
-    const real t_lfgrk = lhub_alphayhub_ax * t_gdxxl_3
-        + t_lhd4o_2 * t_6sxhy
+    const real t_bxsjn = t_skn5h * t_abdh5 + hub_K51 * t_gizzd - t_63aef;
+    const real t_hjb3r = t_skn5h_2 * t_abdh5
+        + hub_K51 * t_gizzd_2
         - t_6csm5
-        - (lhub_alphayhub_ay * t_p2vva + khub_azhub_ay1 * t_el2za);
-    const real t_xkkmh = t_lfgrk * t_6dtnj_3 - t_bintu_8 * t_ruy6n;
-    const real t_3acqu = t_gxq2p_3 * t_uvqau_2
+        - (lhub_azhub_ay * t_bxsjn + khub_alphayhub_ay * t_6xzzo);
+    const real t_vpc4m = t_gxq2p_3 * t_uvqau_2
         - bob2_r_x * t_i77ir_2
         - (bob2_r_z * t_mwxoz + t_gxq2p * t_hakeo_4 + (bob2_r_y * t_6csm5 + t_wudhu * t_hakeo))
         + (bob2_r_z * t_63aef + t_wudhu_2 * t_hakeo_4)
-        - (lhub_alphayhub_ax * t_kvglz + hub_K41 * t_6sxhy)
-        - (lhub_alphayhub_ay * t_yujux + khub_alphaxhub_ay1 * t_el2za)
-        - (lhub_alphayhub_az * t_saw4t + khub_alphaxhub_az2 * t_xkkmh);
-    const real t_3xv4u = t_3acqu * ihub_alphax - t_leuxo_5 * t_fi7vr;
-    const real t_gkrkj = bob2_r_z * t_6doat
+        - (lhub_alphaxhub_ax * t_abdh5 + hub_K51 * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_bxsjn + khub_alphayhub_ay * t_iwqal)
+        - (lhub_alphaxhub_az * t_hjb3r + khub_alphayhub_az * t_wn7du);
+    const real t_ri6xg = t_vpc4m * ihub_alphax - t_leuxo_5 * t_blxuv;
+    const real t_6sxhy = t_abdh5 * t_6dtnj + t_bintu_6 * t_gdxxl_2;
+    const real t_r6hfl = t_bxsjn * t_6dtnj_2 - t_bintu_7 * t_i5vxj;
+    const real t_3toya = t_hjb3r * t_6dtnj_3 - t_bintu_8 * t_ruy6n;
+    const real t_cmurc = bob2_r_z * t_uknlz
         + bob2_fx * t_hakeo_4
-        - (bob2_r_x * t_whvwg + bob2_fz * t_uvqau_2)
-        - (yhub_alphax * t_3xv4u + lhub_alphayhub_alphax * t_apcyr)
-        - (yhub_ax * t_6sxhy + lhub_alphayhub_ax * t_6doat)
-        - (yhub_ay * t_el2za + lhub_alphayhub_ay * t_tkzjt)
-        - (yhub_az * t_xkkmh + lhub_alphayhub_az * t_yyiil);
-    const real t_rao6x = bob2_r_z * t_abdh5
+        - (bob2_r_x * t_mp222 + bob2_fz * t_uvqau_2)
+        - (yhub_alphax * t_ri6xg + lhub_alphayhub_alphax * t_xvmxn)
+        - (yhub_ax * t_6sxhy + lhub_alphayhub_ax * t_uknlz)
+        - (yhub_ay * t_r6hfl + lhub_alphayhub_ay * t_vj7vm)
+        - (yhub_az * t_3toya + lhub_alphayhub_az * t_d462j);
+    const real t_lx3yv = bob2_r_z * t_abdh5
         + bob2_Nyx * t_hakeo_4
         + (bob2_r_x * t_6csm5 + t_wudhu * t_uvqau_2)
         - (lhub_alphayhub_ax * t_abdh5 + hub_K51 * t_6sxhy)
-        - (lhub_alphayhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_el2za)
-        - (lhub_alphayhub_az * t_lfgrk + khub_alphayhub_az2 * t_xkkmh)
-        - (lhub_alphayhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_3xv4u);
+        - (lhub_alphayhub_alphax * t_vpc4m + khub_alphayhub_alphax * t_ri6xg)
+        - (lhub_alphayhub_ay * t_bxsjn + khub_alphayhub_ay * t_r6hfl)
+        - (lhub_alphayhub_az * t_hjb3r + khub_alphayhub_az * t_3toya);
     const real t_f7x2s = bob2_S2rz * t_ymfue * t_pjhy4;
     const real t_absy6 = t_cwpy5 + (bob2_S2rz * t_tc6cu_4 - t_zludf * t_f7x2s) + t_r6avn_2;
     const real t_kivv2 = bob2_S2rz * t_tc6cu_2 - bob2_g2_y * t_f7x2s;
@@ -1124,106 +1073,96 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
         - t_kivv2
         + (bob2_r_y * t_gdxxl + t_s4byp * t_hakeo);
     const real t_abdh5_2 = bob2_r_x * t_gdxxl + t_s4byp * t_uvqau_2 + (bob2_Mxx * t_hakeo - bob2_r_y * t_gdxxl_2);
-    const real t_cfksr = t_abdh5_2 * t_6dtnj + t_aphi5 * t_gdxxl_2;
-    const real t_2u2xo = t_akdyj - (t_d5zcj * t_gdxxl + t_lhd4o * t_cfksr);
-    const real t_u3vw5 = t_2u2xo * t_6dtnj_2 - t_bintu_9 * t_i5vxj;
-    const real t_m447y = t_absy6
-        - (t_d5zcj * t_gdxxl_3 + t_lhd4o_2 * t_cfksr)
-        - (lhub_alphazhub_ay * t_p2vva + khub_azhub_ay1 * t_u3vw5);
-    const real t_e6v3q = t_m447y * t_6dtnj_3 - t_bintu_10 * t_ruy6n;
-    const real t_w44wv = bob2_r_y * t_absy6
+    const real t_z5wfl = t_akdyj - (t_skn5h * t_abdh5_2 + t_bjkdc * t_gizzd);
+    const real t_fbj6v = t_absy6
+        - (t_skn5h_2 * t_abdh5_2 + t_bjkdc * t_gizzd_2)
+        - (lhub_azhub_ay * t_z5wfl + khub_alphazhub_ay * t_6xzzo);
+    const real t_5uij7 = bob2_r_y * t_absy6
         + bob2_Nzz * t_hakeo
         - (t_gxq2p_2 * t_uvqau_2 - bob2_r_x * t_i77ir)
         + (bob2_r_y * t_mwxoz + t_gxq2p * t_hakeo)
         - (bob2_r_z * t_akdyj + bob2_Nzy * t_hakeo_4)
-        + (t_d5zcj * t_kvglz + hub_K41 * t_cfksr)
-        - (lhub_alphazhub_ay * t_yujux + khub_alphaxhub_ay1 * t_u3vw5)
-        - (lhub_alphazhub_az * t_saw4t + khub_alphaxhub_az2 * t_e6v3q);
-    const real t_vdg7r = t_w44wv * ihub_alphax - t_leuxo_6 * t_fi7vr;
-    const real t_jnoos = t_d5zcj * t_abdh5
-        + hub_K51 * t_cfksr
+        + (lhub_alphaxhub_ax * t_abdh5_2 + t_bjkdc * t_v3yvq)
+        - (lhub_alphaxhub_ay * t_z5wfl + khub_alphazhub_ay * t_iwqal)
+        - (lhub_alphaxhub_az * t_fbj6v + khub_alphazhub_az * t_wn7du);
+    const real t_mkiha = t_5uij7 * ihub_alphax - t_leuxo_6 * t_blxuv;
+    const real t_tepxs = lhub_alphayhub_ax * t_abdh5_2
+        + t_bjkdc * t_6sxhy
         - (bob2_r_z * t_abdh5_2 + t_ykkjc * t_hakeo_4 + (bob2_r_x * t_absy6 + bob2_Nzz * t_uvqau_2))
-        - (lhub_alphazhub_ay * t_4lgjh + khub_alphayhub_ay1 * t_u3vw5)
-        - (lhub_alphazhub_az * t_lfgrk + khub_alphayhub_az2 * t_e6v3q)
-        - (lhub_alphazhub_alphax * t_3acqu + khub_alphayhub_alphax3 * t_vdg7r);
-    const real t_vfn4g = t_jnoos * ihub_alphay - t_leuxo_7 * t_rao6x;
-    const real t_glbh4 = bob2_r_x * t_h6hty
+        - (lhub_alphayhub_alphax * t_5uij7 + khub_alphazhub_alphax * t_ri6xg)
+        - (lhub_alphayhub_ay * t_z5wfl + khub_alphazhub_ay * t_r6hfl)
+        - (lhub_alphayhub_az * t_fbj6v + khub_alphazhub_az * t_3toya);
+    const real t_3sfac = t_tepxs * ihub_alphay - t_leuxo_7 * t_lx3yv;
+    const real t_cfksr = t_abdh5_2 * t_6dtnj + t_aphi5 * t_gdxxl_2;
+    const real t_5fq2e = t_z5wfl * t_6dtnj_2 - t_bintu_9 * t_i5vxj;
+    const real t_6zdj6 = t_fbj6v * t_6dtnj_3 - t_bintu_10 * t_ruy6n;
+    const real t_4lkfj = bob2_r_x * t_ksz7v
         + bob2_fy * t_uvqau_2
-        - (bob2_S2rz * t_hcc3k - bob2_Q2 * t_f7x2s)
-        - (bob2_r_y * t_6doat + bob2_fx * t_hakeo)
-        - (yhub_alphax * t_vdg7r + lhub_alphazhub_alphax * t_apcyr)
-        - (yhub_alphay * t_vfn4g + lhub_alphazhub_alphay * t_gkrkj)
-        + (yhub_ax * t_cfksr + t_d5zcj * t_6doat)
-        - (yhub_ay * t_u3vw5 + lhub_alphazhub_ay * t_tkzjt)
-        - (yhub_az * t_e6v3q + lhub_alphazhub_az * t_yyiil);
-    const real t_xhrco = bob2_r_x * t_akdyj
+        - (bob2_S2rz * t_5l6xi - bob2_Q2 * t_f7x2s)
+        - (bob2_r_y * t_uknlz + bob2_fx * t_hakeo)
+        - (yhub_alphax * t_mkiha + lhub_alphazhub_alphax * t_xvmxn)
+        - (yhub_alphay * t_3sfac + lhub_alphazhub_alphay * t_cmurc)
+        + (yhub_ax * t_cfksr + t_d5zcj * t_uknlz)
+        - (yhub_ay * t_5fq2e + lhub_alphazhub_ay * t_vj7vm)
+        - (yhub_az * t_6zdj6 + lhub_alphazhub_az * t_d462j);
+    const real t_jb2ou = bob2_r_x * t_akdyj
         + bob2_Nzy * t_uvqau_2
         - (bob2_r_x * t_kivv2 + t_s4byp_3 * t_uvqau_2)
         + (bob2_r_y * t_abdh5_2 + t_ykkjc * t_hakeo)
         + p[I2] * t_f7x2s
         - (t_d5zcj * t_abdh5_2 + t_bjkdc * t_cfksr)
-        - (lhub_alphazhub_ay * t_2u2xo + khub_alphazhub_ay1 * t_u3vw5)
-        - (lhub_alphazhub_az * t_m447y + khub_alphazhub_az2 * t_e6v3q)
-        - (lhub_alphazhub_alphax * t_w44wv + khub_alphazhub_alphax3 * t_vdg7r)
-        - (lhub_alphazhub_alphay * t_jnoos + khub_alphazhub_alphay4 * t_vfn4g);
-    const real t_4talm = t_glbh4 * ihub_alphaz - t_leuxo_8 * t_xhrco;
-    const real t_velm2 = t_gkrkj * ihub_alphay - t_taqqh * t_rao6x - (lhub_alphazhub_alphay * t_4talm + hub_alphaz * t_vfn4g);
-    const real t_guegs = t_apcyr * ihub_alphax
-        - t_mk4ri * t_fi7vr
-        - (lhub_alphayhub_alphax * t_velm2 + hub_alphay * t_3xv4u)
-        - (lhub_alphazhub_alphax * t_4talm + hub_alphaz * t_vdg7r);
-    const real t_24dmr = t_yyiil * t_6dtnj_3
+        - (lhub_alphazhub_alphax * t_5uij7 + khub_alphazhub_alphax * t_mkiha)
+        - (lhub_alphazhub_alphay * t_tepxs + khub_alphazhub_alphay * t_3sfac)
+        - (lhub_alphazhub_ay * t_z5wfl + khub_alphazhub_ay * t_5fq2e)
+        - (lhub_alphazhub_az * t_fbj6v + khub_alphazhub_az * t_6zdj6);
+    const real t_jltgh = t_4lkfj * ihub_alphaz - t_leuxo_8 * t_jb2ou;
+    const real t_btogw = t_cmurc * ihub_alphay - t_taqqh * t_lx3yv - (lhub_alphazhub_alphay * t_jltgh + hub_alphaz * t_3sfac);
+    const real t_wewae = t_xvmxn * ihub_alphax
+        - t_mk4ri * t_blxuv
+        - (lhub_alphayhub_alphax * t_btogw + hub_alphay * t_ri6xg)
+        - (lhub_alphazhub_alphax * t_jltgh + hub_alphaz * t_mkiha);
+    const real t_jpzsn = t_d462j * t_6dtnj_3
         - t_qkxsr * t_ruy6n
-        - (lhub_alphaxhub_az * t_guegs + hub_alphax * t_3c5jx)
-        - (lhub_alphayhub_az * t_velm2 + hub_alphay * t_xkkmh)
-        - (lhub_alphazhub_az * t_4talm + hub_alphaz * t_e6v3q);
-    const real t_3n2wr = t_tkzjt * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_wewae + hub_alphax * t_wn7du)
+        - (lhub_alphayhub_az * t_btogw + hub_alphay * t_3toya)
+        - (lhub_alphazhub_az * t_jltgh + hub_alphaz * t_6zdj6);
+    const real t_oyshv = t_vj7vm * t_6dtnj_2
         - t_temm3 * t_i5vxj
-        - (lhub_alphaxhub_ay * t_guegs + hub_alphax * t_34xg6)
-        - (lhub_alphayhub_ay * t_velm2 + hub_alphay * t_el2za)
-        - (lhub_alphazhub_ay * t_4talm + hub_alphaz * t_u3vw5)
-        - (lhub_azhub_ay * t_24dmr + hub_az * t_6xzzo);
+        - (lhub_alphaxhub_ay * t_wewae + hub_alphax * t_iwqal)
+        - (lhub_alphayhub_ay * t_btogw + hub_alphay * t_r6hfl)
+        - (lhub_alphazhub_ay * t_jltgh + hub_alphaz * t_5fq2e)
+        - (lhub_azhub_ay * t_jpzsn + hub_az * t_6xzzo);
     const real t_dziuo = t_j5f44_4 - bob2_twice1 * bob2_r1_y - bob2_twice2 * bob2_r_z;
     const real t_dziuo_2 = bob2_twice1 * bob2_r1_z - bob2_twice2 * bob2_r_y + t_j5f44_3;
     const real t_snsd6 = p[m2] * (x[wy] * t_dziuo - x[wz] * t_dziuo_2);
-    const real t_ze7uv = bob2_v21 * bob2_r1_y
-        + x[wz] * t_ipz3m_2
-        + bob2_v11 * bob2_r_z
-        + bob2_v22 * bob2_r_z
-        + x[wx] * t_dziuo;
-    const real t_lfebj = p[m2] * t_ze7uv;
-    const real t_wd4uz = x[wx] * t_dziuo_2
-        - bob2_v21 * bob2_r1_z
-        + bob2_v11 * bob2_r_y
-        + bob2_v22 * bob2_r_y
-        + x[wy] * t_ipz3m_2;
-    const real t_bo4fn = p[m2] * t_wd4uz;
-    const real t_tfrtk = bob2_r1_x * t_snsd6
-        + (bob2_Fy * bob2_r1_z - bob2_r1_y * t_lfebj)
-        + (bob2_r1_z * t_bo4fn - bob2_Fz * bob2_r1_y);
+    const real t_6cydk = p[m2] * (bob2_v21 * bob2_r1_y + t_ch6c5_2 + x[wz] * t_ipz3m_2 + x[wx] * t_dziuo);
+    const real t_pzcrr = p[m2] * (x[wx] * t_dziuo_2 + t_ch6c5 - bob2_v21 * bob2_r1_z + x[wy] * t_ipz3m_2);
+    const real t_saw6e = bob2_r1_x * t_snsd6
+        + (bob2_Fy * bob2_r1_z - bob2_r1_y * t_6cydk)
+        + (bob2_r1_z * t_pzcrr - bob2_Fz * bob2_r1_y);
     const real t_zludf_2 = p[m2] * bob2_r1_z;
     const real t_uxdew = t_zludf_2 * t_mxpm2;
-    const real t_me6ue = bob2_r_y * t_bo4fn + bob2_Fz * bob2_r_z + (bob2_r_z * t_lfebj + bob2_Fy * bob2_r_y);
+    const real t_ns6zv = bob2_r_y * t_pzcrr + bob2_Fz * bob2_r_z + (bob2_r_z * t_6cydk + bob2_Fy * bob2_r_y);
     const real t_zludf_3 = p[m2] * bob2_r_y;
     const real t_i7psf_2 = t_zludf_3 * t_ymfue;
-    const real t_uawwz = bob2_S1ty * t_tfrtk
+    const real t_7w2d4 = bob2_S1ty * t_saw6e
         + t_xyjt2 * t_uxdew
-        + t_lfebj
-        - (bob2_S2ty * t_me6ue - bob2_Q2 * t_i7psf_2);
+        + t_6cydk
+        - (bob2_S2ty * t_ns6zv - bob2_Q2 * t_i7psf_2);
     const real t_wm5zt = bob2_g1_x * t_uxdew;
     const real t_suyzo = t_wm5zt * t_6dtnj;
-    const real t_no3qu = bob2_S1tx * t_tfrtk - t_snsd6;
-    const real t_42cgi = t_uawwz + (yhub_ax * t_suyzo + t_skn5h * t_no3qu);
+    const real t_h5aeo = bob2_S1tx * t_saw6e - t_snsd6;
+    const real t_voap2 = t_7w2d4 + (yhub_ax * t_suyzo + t_skn5h * t_h5aeo);
     const real t_xw4iu = bob2_g2_y * t_i7psf_2 + bob2_S2ty * t_zludf_3 - (bob2_g1_y * t_uxdew + bob2_S1ty * t_zludf_2);
     const real t_6annt = t_xw4iu - (t_skn5h * t_wm5zt + t_lhd4o * t_suyzo);
     const real t_zludf_4 = p[m2] * bob2_r1_y;
     const real t_uxdew_2 = t_zludf_4 * t_mxpm2;
     const real t_zludf_5 = p[m2] * bob2_r_z;
     const real t_i7psf_3 = t_zludf_5 * t_ymfue;
-    const real t_hrjzn = bob2_S1tz * t_tfrtk
+    const real t_oqk5g = bob2_S1tz * t_saw6e
         - t_xyjt2 * t_uxdew_2
-        - t_bo4fn
-        + (t_i7psf * t_me6ue + bob2_Q2 * t_i7psf_3);
+        - t_pzcrr
+        + (t_i7psf * t_ns6zv + bob2_Q2 * t_i7psf_3);
     const real t_kuduc = bob2_r_z * t_wm5zt - t_6j24m_3;
     const real t_wm5zt_2 = bob2_g1_x * t_uxdew_2;
     const real t_kuduc_2 = t_6j24m_4 - bob2_r_y * t_wm5zt_2;
@@ -1232,136 +1171,136 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_saiyb = bob2_g2_y * t_i7psf_3 - t_i7psf * t_zludf_3 - (bob2_S1tz * t_zludf_2 - bob2_g1_y * t_uxdew_2);
     const real t_3rc6e = bob2_S1rx * t_zludf_2;
     const real t_ooavl = bob2_r_y * t_saiyb + t_gvuud_2 - t_3rc6e - (bob2_r_z * t_xw4iu - bob2_Myy * bob2_r_y);
-    const real t_uflje = t_ooavl + (lhub_alphaxhub_ax * t_wm5zt + t_lhd4o * t_ox35p_2);
-    const real t_qfexh = t_uflje * t_6dtnj_2 - t_bintu_3 * t_6annt;
+    const real t_yersp = t_ooavl + (t_skn5h * t_nbmlu + hub_K41 * t_suyzo);
+    const real t_m2nxp = t_yersp * t_6dtnj_2 - t_bintu_3 * t_6annt;
     const real t_whsnm = bob2_g1_z * t_uxdew_2 + bob2_S1tz * t_zludf_4 - (t_zludf * t_i7psf_3 + t_i7psf * t_zludf_5);
     const real t_3rc6e_2 = bob2_S1rx * t_zludf_4;
     const real t_lpm7d = bob2_r_y * t_whsnm + bob2_Mzz * bob2_r_z + t_3rc6e_2 - (bob2_r_z * t_saiyb - t_gvuud);
     const real t_suyzo_2 = t_wm5zt_2 * t_6dtnj;
-    const real t_wxyp5 = t_saiyb - (t_skn5h_2 * t_wm5zt - t_lhd4o * t_suyzo_2);
-    const real t_pdvac = t_lpm7d
-        + (t_lhd4o_2 * t_ox35p_2 - lhub_alphaxhub_ax * t_wm5zt_2)
-        - (lhub_alphaxhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qfexh);
-    const real t_ysnri = t_wxyp5 * t_6dtnj_2 - t_bintu_5 * t_6annt;
+    const real t_wxyp5 = t_saiyb - (t_lhd4o_2 * t_suyzo - t_skn5h * t_wm5zt_2);
+    const real t_ysnri = t_wxyp5 * t_6dtnj_2 - t_bintu_4 * t_6annt;
+    const real t_4lpdf = t_lpm7d
+        + (t_skn5h_2 * t_nbmlu - hub_K41 * t_suyzo_2)
+        - (lhub_azhub_ay * t_yersp + khub_alphaxhub_ay * t_ysnri);
     const real t_oh4nk = t_whsnm
         + (t_skn5h_2 * t_wm5zt_2 + t_lhd4o_2 * t_suyzo_2)
-        - (lhub_azhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ysnri);
-    const real t_nafop = t_pdvac * t_6dtnj_3 - t_bintu_4 * t_oh4nk;
-    const real t_t2nxt = t_hrjzn
-        + (t_skn5h_2 * t_no3qu - yhub_ax * t_suyzo_2)
-        - (yhub_ay * t_ysnri + lhub_azhub_ay * t_42cgi);
-    const real t_bfi6o = bob2_r_y * t_hrjzn
+        - (lhub_azhub_ay * t_wxyp5 + khub_azhub_ay * t_ysnri);
+    const real t_xo5wh = t_4lpdf * t_6dtnj_3 - t_bintu_5 * t_oh4nk;
+    const real t_rspvi = t_oqk5g
+        + (t_skn5h_2 * t_h5aeo - yhub_ax * t_suyzo_2)
+        - (yhub_ay * t_ysnri + lhub_azhub_ay * t_voap2);
+    const real t_igxlc = bob2_r_y * t_oqk5g
         + bob2_fz * bob2_r_z
-        + bob2_S1rx * t_tfrtk
-        - (bob2_r_z * t_uawwz - bob2_fy * bob2_r_y)
-        - (yhub_ax * t_ox35p_2 + lhub_alphaxhub_ax * t_no3qu)
-        - (yhub_ay * t_qfexh + lhub_alphaxhub_ay * t_42cgi)
-        - (yhub_az * t_nafop + lhub_alphaxhub_az * t_t2nxt);
-    const real t_cgkeu = bob2_r_y * t_lpm7d
+        + bob2_S1rx * t_saw6e
+        - (bob2_r_z * t_7w2d4 - bob2_fy * bob2_r_y)
+        - (yhub_ax * t_ox35p_2 + lhub_alphaxhub_ax * t_h5aeo)
+        - (yhub_ay * t_m2nxp + lhub_alphaxhub_ay * t_voap2)
+        - (yhub_az * t_xo5wh + lhub_alphaxhub_az * t_rspvi);
+    const real t_pt74s = bob2_r_y * t_lpm7d
         + bob2_Nxz * bob2_r_z
         - (t_gxq2p_3 * bob2_r_z - bob2_r_y * t_3rc6e_2)
         + (bob2_r_z * t_3rc6e - t_gxq2p_2 * bob2_r_y)
         - (bob2_r_z * t_ooavl - bob2_Nxy * bob2_r_y)
         - (lhub_alphaxhub_ax * t_nbmlu + hub_K41 * t_ox35p_2)
-        - (lhub_alphaxhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qfexh)
-        - (lhub_alphaxhub_az * t_pdvac + khub_alphaxhub_az2 * t_nafop);
+        - (lhub_alphaxhub_ay * t_yersp + khub_alphaxhub_ay * t_m2nxp)
+        - (lhub_alphaxhub_az * t_4lpdf + khub_alphaxhub_az * t_xo5wh);
     const real t_qlqcu = bob2_r_x * t_saiyb;
     const real t_xu6l2 = t_kuduc + t_qlqcu;
     const real t_zy3y4 = bob2_r_x * t_whsnm - (bob2_r_z * t_wm5zt_2 + t_6j24m_2);
     const real t_d5os3 = t_4rrc5_2 + bob2_r_x * t_wm5zt_2;
-    const real t_6oizr = t_d5os3 * t_6dtnj;
-    const real t_bunjj = lhub_alphayhub_ax * t_wm5zt - t_lhd4o * t_6oizr - t_xu6l2;
-    const real t_qozvd = t_bunjj * t_6dtnj_2 - t_bintu_7 * t_6annt;
-    const real t_eepmq = t_zy3y4
-        + (lhub_alphayhub_ax * t_wm5zt_2 + t_lhd4o_2 * t_6oizr)
-        + (lhub_alphayhub_ay * t_wxyp5 + khub_azhub_ay1 * t_qozvd);
-    const real t_3lumm = t_eepmq * t_6dtnj_3 + t_bintu_8 * t_oh4nk;
-    const real t_alpsg = bob2_r_z * t_xu6l2
+    const real t_slahs = hub_K51 * t_suyzo - t_skn5h * t_d5os3 - t_xu6l2;
+    const real t_ei2bl = t_zy3y4
+        + (t_skn5h_2 * t_d5os3 + hub_K51 * t_suyzo_2)
+        + (lhub_azhub_ay * t_slahs + khub_alphayhub_ay * t_ysnri);
+    const real t_c2qyb = bob2_r_z * t_xu6l2
         - t_wudhu_2 * bob2_r_y
         - (bob2_r_y * t_zy3y4 + t_wudhu * bob2_r_z - t_te2vp_2 + bob2_r_x * t_3rc6e_2)
-        - (lhub_alphayhub_ax * t_nbmlu - hub_K41 * t_6oizr)
-        - (lhub_alphayhub_ay * t_uflje + khub_alphaxhub_ay1 * t_qozvd)
-        - (lhub_alphayhub_az * t_pdvac - khub_alphaxhub_az2 * t_3lumm);
-    const real t_fmy7q = t_alpsg * ihub_alphax - t_leuxo_5 * t_cgkeu;
-    const real t_rykp7 = bob2_r_z * t_no3qu
+        - (hub_K51 * t_ox35p_2 - lhub_alphaxhub_ax * t_d5os3)
+        - (lhub_alphaxhub_ay * t_slahs + khub_alphayhub_ay * t_m2nxp)
+        - (khub_alphayhub_az * t_xo5wh - lhub_alphaxhub_az * t_ei2bl);
+    const real t_omafc = t_c2qyb * ihub_alphax - t_leuxo_5 * t_pt74s;
+    const real t_6oizr = t_d5os3 * t_6dtnj;
+    const real t_b3mkq = t_slahs * t_6dtnj_2 - t_bintu_7 * t_6annt;
+    const real t_go2ky = t_ei2bl * t_6dtnj_3 + t_bintu_8 * t_oh4nk;
+    const real t_dg2ia = bob2_r_z * t_h5aeo
         - t_leuxo_4
-        - bob2_r_x * t_hrjzn
-        - (yhub_alphax * t_fmy7q + lhub_alphayhub_alphax * t_bfi6o)
-        - (lhub_alphayhub_ax * t_no3qu - yhub_ax * t_6oizr)
-        - (yhub_ay * t_qozvd + lhub_alphayhub_ay * t_42cgi)
-        - (lhub_alphayhub_az * t_t2nxt - yhub_az * t_3lumm);
-    const real t_gydfe = bob2_r_x * t_zy3y4
+        - bob2_r_x * t_oqk5g
+        - (yhub_alphax * t_omafc + lhub_alphayhub_alphax * t_igxlc)
+        - (lhub_alphayhub_ax * t_h5aeo - yhub_ax * t_6oizr)
+        - (yhub_ay * t_b3mkq + lhub_alphayhub_ay * t_voap2)
+        - (lhub_alphayhub_az * t_rspvi - yhub_az * t_go2ky);
+    const real t_hmdqz = bob2_r_x * t_zy3y4
         - (bob2_r_z * t_d5os3 + bob2_Nyx * bob2_r_y)
         + (lhub_alphayhub_ax * t_d5os3 + hub_K51 * t_6oizr)
-        - (lhub_alphayhub_ay * t_bunjj + khub_alphayhub_ay1 * t_qozvd)
-        + (lhub_alphayhub_az * t_eepmq + khub_alphayhub_az2 * t_3lumm)
-        - (lhub_alphayhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_fmy7q);
+        - (lhub_alphayhub_alphax * t_c2qyb + khub_alphayhub_alphax * t_omafc)
+        - (lhub_alphayhub_ay * t_slahs + khub_alphayhub_ay * t_b3mkq)
+        + (lhub_alphayhub_az * t_ei2bl + khub_alphayhub_az * t_go2ky);
     const real t_oc4wr = t_qlqcu + bob2_S2rz * t_zludf_5 + t_kuduc_2;
     const real t_fytdw = bob2_S2rz * t_zludf_3;
     const real t_bhtma = bob2_r_x * t_xw4iu + t_fytdw + (bob2_r_y * t_wm5zt + t_6j24m);
     const real t_d5os3_2 = bob2_r_x * t_wm5zt + t_4rrc5;
-    const real t_6oizr_2 = t_d5os3_2 * t_6dtnj;
-    const real t_jx5kp = t_bhtma - (t_d5zcj * t_wm5zt + t_lhd4o * t_6oizr_2);
-    const real t_ribfq = t_jx5kp * t_6dtnj_2 - t_bintu_9 * t_6annt;
-    const real t_mm2og = t_oc4wr
-        - (t_lhd4o_2 * t_6oizr_2 - t_d5zcj * t_wm5zt_2)
-        - (lhub_alphazhub_ay * t_wxyp5 + khub_azhub_ay1 * t_ribfq);
-    const real t_5k7jt = t_mm2og * t_6dtnj_3 - t_bintu_10 * t_oh4nk;
-    const real t_nkjie = bob2_r_y * t_oc4wr
+    const real t_zpq53 = t_bhtma - (t_skn5h * t_d5os3_2 + t_bjkdc * t_suyzo);
+    const real t_736ao = t_oc4wr
+        - (t_skn5h_2 * t_d5os3_2 - t_bjkdc * t_suyzo_2)
+        - (lhub_azhub_ay * t_zpq53 + khub_alphazhub_ay * t_ysnri);
+    const real t_x2z5w = bob2_r_y * t_oc4wr
         + bob2_Nzz * bob2_r_z
         - bob2_r_x * t_3rc6e
         + t_te2vp
         - (bob2_r_z * t_bhtma - bob2_Nzy * bob2_r_y)
-        + (t_d5zcj * t_nbmlu + hub_K41 * t_6oizr_2)
-        - (lhub_alphazhub_ay * t_uflje + khub_alphaxhub_ay1 * t_ribfq)
-        - (lhub_alphazhub_az * t_pdvac + khub_alphaxhub_az2 * t_5k7jt);
-    const real t_beucf = t_nkjie * ihub_alphax - t_leuxo_6 * t_cgkeu;
-    const real t_ugujw = hub_K51 * t_6oizr_2
-        - t_d5zcj * t_d5os3
+        + (lhub_alphaxhub_ax * t_d5os3_2 + t_bjkdc * t_ox35p_2)
+        - (lhub_alphaxhub_ay * t_zpq53 + khub_alphazhub_ay * t_m2nxp)
+        - (lhub_alphaxhub_az * t_736ao + khub_alphazhub_az * t_xo5wh);
+    const real t_fhk56 = t_x2z5w * ihub_alphax - t_leuxo_6 * t_pt74s;
+    const real t_qb674 = lhub_alphayhub_ax * t_d5os3_2
+        - t_bjkdc * t_6oizr
         - (bob2_r_z * t_d5os3_2 - t_dejsd + bob2_r_x * t_oc4wr)
-        - (lhub_alphazhub_ay * t_bunjj + khub_alphayhub_ay1 * t_ribfq)
-        - (khub_alphayhub_az2 * t_5k7jt - lhub_alphazhub_az * t_eepmq)
-        - (lhub_alphazhub_alphax * t_alpsg + khub_alphayhub_alphax3 * t_beucf);
-    const real t_gawj6 = t_ugujw * ihub_alphay - t_leuxo_7 * t_gydfe;
-    const real t_e33pm = bob2_r_x * t_uawwz
-        - bob2_S2rz * t_me6ue
-        - (bob2_r_y * t_no3qu + t_leuxo_2)
-        - (yhub_alphax * t_beucf + lhub_alphazhub_alphax * t_bfi6o)
-        - (yhub_alphay * t_gawj6 + lhub_alphazhub_alphay * t_rykp7)
-        + (yhub_ax * t_6oizr_2 + t_d5zcj * t_no3qu)
-        - (yhub_ay * t_ribfq + lhub_alphazhub_ay * t_42cgi)
-        - (yhub_az * t_5k7jt + lhub_alphazhub_az * t_t2nxt);
-    const real t_sbica = bob2_r_x * t_fytdw
+        - (lhub_alphayhub_alphax * t_x2z5w + khub_alphazhub_alphax * t_omafc)
+        - (lhub_alphayhub_ay * t_zpq53 + khub_alphazhub_ay * t_b3mkq)
+        - (lhub_alphayhub_az * t_736ao - khub_alphazhub_az * t_go2ky);
+    const real t_mders = t_qb674 * ihub_alphay - t_leuxo_7 * t_hmdqz;
+    const real t_6oizr_2 = t_d5os3_2 * t_6dtnj;
+    const real t_ecz26 = t_zpq53 * t_6dtnj_2 - t_bintu_9 * t_6annt;
+    const real t_tttgx = t_736ao * t_6dtnj_3 - t_bintu_10 * t_oh4nk;
+    const real t_xl4ui = bob2_r_x * t_7w2d4
+        - bob2_S2rz * t_ns6zv
+        - (bob2_r_y * t_h5aeo + t_leuxo_2)
+        - (yhub_alphax * t_fhk56 + lhub_alphazhub_alphax * t_igxlc)
+        - (yhub_alphay * t_mders + lhub_alphazhub_alphay * t_dg2ia)
+        + (yhub_ax * t_6oizr_2 + t_d5zcj * t_h5aeo)
+        - (yhub_ay * t_ecz26 + lhub_alphazhub_ay * t_voap2)
+        - (yhub_az * t_tttgx + lhub_alphazhub_az * t_rspvi);
+    const real t_gnf5j = bob2_r_x * t_fytdw
         + bob2_r_x * t_bhtma
         + (bob2_r_y * t_d5os3_2 + t_dejsd_2)
         - (t_d5zcj * t_d5os3_2 + t_bjkdc * t_6oizr_2)
-        - (lhub_alphazhub_ay * t_jx5kp + khub_alphazhub_ay1 * t_ribfq)
-        - (lhub_alphazhub_az * t_mm2og + khub_alphazhub_az2 * t_5k7jt)
-        - (lhub_alphazhub_alphax * t_nkjie + khub_alphazhub_alphax3 * t_beucf)
-        - (lhub_alphazhub_alphay * t_ugujw + khub_alphazhub_alphay4 * t_gawj6);
-    const real t_rqbif = t_e33pm * ihub_alphaz - t_leuxo_8 * t_sbica;
-    const real t_erlgo = t_rykp7 * ihub_alphay - t_taqqh * t_gydfe - (lhub_alphazhub_alphay * t_rqbif + hub_alphaz * t_gawj6);
-    const real t_dx7sk = t_bfi6o * ihub_alphax
-        - t_mk4ri * t_cgkeu
-        - (lhub_alphayhub_alphax * t_erlgo + hub_alphay * t_fmy7q)
-        - (lhub_alphazhub_alphax * t_rqbif + hub_alphaz * t_beucf);
-    const real t_656bn = t_t2nxt * t_6dtnj_3
+        - (lhub_alphazhub_alphax * t_x2z5w + khub_alphazhub_alphax * t_fhk56)
+        - (lhub_alphazhub_alphay * t_qb674 + khub_alphazhub_alphay * t_mders)
+        - (lhub_alphazhub_ay * t_zpq53 + khub_alphazhub_ay * t_ecz26)
+        - (lhub_alphazhub_az * t_736ao + khub_alphazhub_az * t_tttgx);
+    const real t_jedu6 = t_xl4ui * ihub_alphaz - t_leuxo_8 * t_gnf5j;
+    const real t_dnash = t_dg2ia * ihub_alphay - t_taqqh * t_hmdqz - (lhub_alphazhub_alphay * t_jedu6 + hub_alphaz * t_mders);
+    const real t_p2i3g = t_igxlc * ihub_alphax
+        - t_mk4ri * t_pt74s
+        - (lhub_alphayhub_alphax * t_dnash + hub_alphay * t_omafc)
+        - (lhub_alphazhub_alphax * t_jedu6 + hub_alphaz * t_fhk56);
+    const real t_5gz36 = t_rspvi * t_6dtnj_3
         - t_qkxsr * t_oh4nk
-        - (lhub_alphaxhub_az * t_dx7sk + hub_alphax * t_nafop)
-        - (lhub_alphayhub_az * t_erlgo - hub_alphay * t_3lumm)
-        - (lhub_alphazhub_az * t_rqbif + hub_alphaz * t_5k7jt);
-    const real t_hrfz5 = t_42cgi * t_6dtnj_2
+        - (lhub_alphaxhub_az * t_p2i3g + hub_alphax * t_xo5wh)
+        - (lhub_alphayhub_az * t_dnash - hub_alphay * t_go2ky)
+        - (lhub_alphazhub_az * t_jedu6 + hub_alphaz * t_tttgx);
+    const real t_eu74t = t_voap2 * t_6dtnj_2
         - t_temm3 * t_6annt
-        - (lhub_alphaxhub_ay * t_dx7sk + hub_alphax * t_qfexh)
-        - (lhub_alphayhub_ay * t_erlgo + hub_alphay * t_qozvd)
-        - (lhub_alphazhub_ay * t_rqbif + hub_alphaz * t_ribfq)
-        - (lhub_azhub_ay * t_656bn + hub_az * t_ysnri);
+        - (lhub_alphaxhub_ay * t_p2i3g + hub_alphax * t_m2nxp)
+        - (lhub_alphayhub_ay * t_dnash + hub_alphay * t_b3mkq)
+        - (lhub_alphazhub_ay * t_jedu6 + hub_alphaz * t_ecz26)
+        - (lhub_azhub_ay * t_5gz36 + hub_az * t_ysnri);
     const real t_2qjkk = bob1_r1_z + bob1_r1_z;
     const real t_2qjkk_2 = bob1_r1_y + bob1_r1_y;
     const real t_ca3ps = p[m1] * (bob1_r11_x * bob1_twice1 + x[wy] * t_2qjkk - x[wz] * t_2qjkk_2);
     const real t_zc3wv = bob1_r1_x + bob1_r1_x;
-    const real t_yclr4 = p[m1] * (bob1_r1_z * bob1_twice2 + x[wz] * t_zc3wv - bob1_r_y * bob1_twice1 - x[wx] * t_2qjkk);
-    const real t_7q7m7 = p[m1] * (x[wx] * t_2qjkk_2 - bob1_r1_y * bob1_twice2 - bob1_r_z * bob1_twice1 - x[wy] * t_zc3wv);
+    const real t_yclr4 = p[m1] * (bob1_r1_z * bob1_twice2 - bob1_r_y * bob1_twice1 + x[wz] * t_zc3wv - x[wx] * t_2qjkk);
+    const real t_7q7m7 = p[m1] * (x[wx] * t_2qjkk_2 - bob1_r_z * bob1_twice1 - bob1_r1_y * bob1_twice2 - x[wy] * t_zc3wv);
     const real t_h5vih = p[eps1] + bob1_r1_x * t_ca3ps + bob1_r1_y * t_yclr4 + bob1_r1_z * t_7q7m7;
     const real t_lb4of = bob1_r_y * t_7q7m7 - bob1_r_z * t_yclr4;
     const real t_w63ch = bob1_S1ty * t_h5vih - t_yclr4 - bob1_S2ty * t_lb4of;
@@ -1405,7 +1344,7 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_we4rl = p[m1] * (t_x2cfd_2 - t_thr2m_2 + x[wx] * t_2qjkk_3);
     const real t_2qjkk_4 = bob1_r_z + bob1_r_z;
     const real t_yez77_2 = p[m1] * (x[wy] * t_2qjkk_3 + x[wz] * t_2qjkk_4);
-    const real t_we4rl_2 = p[m1] * (x[wx] * t_2qjkk_4 - t_x2cfd - t_thr2m);
+    const real t_we4rl_2 = p[m1] * (x[wx] * t_2qjkk_4 - t_thr2m - t_x2cfd);
     const real t_5krsz = bob1_r1_y * t_we4rl - bob1_r1_x * t_yez77_2 + bob1_r1_z * t_we4rl_2;
     const real t_ewtmc = bob1_r_y * t_we4rl_2 - p[eps1] - bob1_r_z * t_we4rl;
     const real t_mrlrk = bob1_S1ty * t_5krsz - t_we4rl - bob1_S2ty * t_ewtmc;
@@ -1448,8 +1387,8 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_2qjkk_6 = bob2_r1_y + bob2_r1_y;
     const real t_cz2ns = p[m2] * (bob2_r11_x * bob2_twice1 + x[wy] * t_2qjkk_5 - x[wz] * t_2qjkk_6);
     const real t_ilp7k = bob2_r1_x + bob2_r1_x;
-    const real t_sfl3v = p[m2] * (bob2_r1_z * bob2_twice2 + x[wz] * t_ilp7k - bob2_r_y * bob2_twice1 - x[wx] * t_2qjkk_5);
-    const real t_kzwh3 = p[m2] * (x[wx] * t_2qjkk_6 - bob2_r1_y * bob2_twice2 - bob2_r_z * bob2_twice1 - x[wy] * t_ilp7k);
+    const real t_sfl3v = p[m2] * (bob2_r1_z * bob2_twice2 - bob2_r_y * bob2_twice1 + x[wz] * t_ilp7k - x[wx] * t_2qjkk_5);
+    const real t_kzwh3 = p[m2] * (x[wx] * t_2qjkk_6 - bob2_r_z * bob2_twice1 - bob2_r1_y * bob2_twice2 - x[wy] * t_ilp7k);
     const real t_kvxhz = p[eps2] + bob2_r1_x * t_cz2ns + bob2_r1_y * t_sfl3v + bob2_r1_z * t_kzwh3;
     const real t_cg6ow = bob2_r_y * t_kzwh3 - bob2_r_z * t_sfl3v;
     const real t_rrlf4 = bob2_S1ty * t_kvxhz - t_sfl3v - bob2_S2ty * t_cg6ow;
@@ -1493,7 +1432,7 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     const real t_iyv7p = p[m2] * (t_vagdy_2 - t_bhjcf_2 + x[wx] * t_2qjkk_7);
     const real t_2qjkk_8 = bob2_r_z + bob2_r_z;
     const real t_rcik7_2 = p[m2] * (x[wy] * t_2qjkk_7 + x[wz] * t_2qjkk_8);
-    const real t_iyv7p_2 = p[m2] * (x[wx] * t_2qjkk_8 - t_vagdy - t_bhjcf);
+    const real t_iyv7p_2 = p[m2] * (x[wx] * t_2qjkk_8 - t_bhjcf - t_vagdy);
     const real t_g5gof = bob2_r1_y * t_iyv7p - bob2_r1_x * t_rcik7_2 + bob2_r1_z * t_iyv7p_2;
     const real t_qqql3 = bob2_r_y * t_iyv7p_2 - p[eps2] - bob2_r_z * t_iyv7p;
     const real t_rdnbg = bob2_S1ty * t_g5gof - t_iyv7p - bob2_S2ty * t_qqql3;
@@ -1606,10 +1545,10 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[6] = SPLAT(K(0.0));
     J_x[7] = SPLAT(K(0.0));
     J_x[8] = SPLAT(K(0.0));
-    J_x[9] = t_tdl2j;
-    J_x[10] = t_eonmk;
-    J_x[11] = t_3n2wr;
-    J_x[12] = t_hrfz5;
+    J_x[9] = t_4plxi;
+    J_x[10] = t_my3js;
+    J_x[11] = t_oyshv;
+    J_x[12] = t_eu74t;
     J_x[13] = t_rogid;
     J_x[14] = t_2ygnr;
     J_x[15] = t_3qd3k;
@@ -1623,10 +1562,10 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[23] = SPLAT(K(0.0));
     J_x[24] = SPLAT(K(0.0));
     J_x[25] = SPLAT(K(0.0));
-    J_x[26] = t_ny2sw;
-    J_x[27] = t_miuqz;
-    J_x[28] = t_24dmr;
-    J_x[29] = t_656bn;
+    J_x[26] = t_3bpg4;
+    J_x[27] = t_6vjqw;
+    J_x[28] = t_jpzsn;
+    J_x[29] = t_5gz36;
     J_x[30] = t_rgusp;
     J_x[31] = t_yqtoe;
     J_x[32] = t_hc553;
@@ -1640,10 +1579,10 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[40] = SPLAT(K(0.0));
     J_x[41] = SPLAT(K(0.0));
     J_x[42] = SPLAT(K(0.0));
-    J_x[43] = t_zqm65;
-    J_x[44] = t_ji4if;
-    J_x[45] = t_guegs;
-    J_x[46] = t_dx7sk;
+    J_x[43] = t_g3oup;
+    J_x[44] = t_dq5kr;
+    J_x[45] = t_wewae;
+    J_x[46] = t_p2i3g;
     J_x[47] = t_bdwhe;
     J_x[48] = t_k6uvg;
     J_x[49] = t_42que;
@@ -1657,10 +1596,10 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[57] = SPLAT(K(0.0));
     J_x[58] = SPLAT(K(0.0));
     J_x[59] = SPLAT(K(0.0));
-    J_x[60] = t_6jmjs;
-    J_x[61] = t_m2523;
-    J_x[62] = t_velm2;
-    J_x[63] = t_erlgo;
+    J_x[60] = t_xzfux;
+    J_x[61] = t_e6ufj;
+    J_x[62] = t_btogw;
+    J_x[63] = t_dnash;
     J_x[64] = t_mm4fs;
     J_x[65] = t_huxel;
     J_x[66] = t_tq3ox;
@@ -1674,10 +1613,10 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[74] = SPLAT(K(0.0));
     J_x[75] = SPLAT(K(0.0));
     J_x[76] = SPLAT(K(0.0));
-    J_x[77] = t_3apbh;
-    J_x[78] = t_b4hi2;
-    J_x[79] = t_4talm;
-    J_x[80] = t_rqbif;
+    J_x[77] = t_enbry;
+    J_x[78] = t_74tbp;
+    J_x[79] = t_jltgh;
+    J_x[80] = t_jedu6;
     J_x[81] = t_c4d2o;
     J_x[82] = t_25oi5;
     J_x[83] = t_tftwt;
@@ -1706,32 +1645,32 @@ void slosh_outputs_jac(const real *x, const real *u, const real *r, const real *
     J_x[91] = SPLAT(K(0.0));
     J_x[92] = SPLAT(K(0.0));
     J_x[93] = SPLAT(K(0.0));
-    J_x[94] = t_svqlx * t_6dtnj
+    J_x[94] = t_axt6q * t_6dtnj
         + t_buw7w * t_ct5c5_2
-        - (lhub_alphaxhub_ax * t_zqm65 + hub_alphax * t_yn7jp)
-        - (lhub_alphayhub_ax * t_6jmjs + hub_alphay * t_qnmp3)
-        + (t_d5zcj * t_3apbh + hub_alphaz * t_xqryn)
-        + (t_skn5h * t_tdl2j + hub_ay * t_37sne)
-        + (t_skn5h_2 * t_ny2sw + hub_az * t_37sne_2);
-    J_x[95] = t_7tula * t_6dtnj
-        - (lhub_alphaxhub_ax * t_ji4if + hub_alphax * t_ox35p)
-        - (lhub_alphayhub_ax * t_m2523 - hub_alphay * t_3gtuv)
-        + (t_d5zcj * t_b4hi2 + hub_alphaz * t_3gtuv_2)
-        + (t_skn5h * t_eonmk + hub_ay * t_pkgfk)
-        + (t_skn5h_2 * t_miuqz - hub_az * t_pkgfk_2);
-    J_x[96] = t_6doat * t_6dtnj
+        - (lhub_alphaxhub_ax * t_g3oup + hub_alphax * t_yn7jp)
+        - (lhub_alphayhub_ax * t_xzfux + hub_alphay * t_qnmp3)
+        + (t_d5zcj * t_enbry + hub_alphaz * t_xqryn)
+        + (t_skn5h * t_4plxi + hub_ay * t_37sne)
+        + (t_skn5h_2 * t_3bpg4 + hub_az * t_37sne_2);
+    J_x[95] = t_mmkn4 * t_6dtnj
+        - (lhub_alphaxhub_ax * t_dq5kr + hub_alphax * t_ox35p)
+        - (lhub_alphayhub_ax * t_e6ufj - hub_alphay * t_3gtuv)
+        + (t_d5zcj * t_74tbp + hub_alphaz * t_3gtuv_2)
+        + (t_skn5h * t_my3js + hub_ay * t_pkgfk)
+        + (t_skn5h_2 * t_6vjqw - hub_az * t_pkgfk_2);
+    J_x[96] = t_uknlz * t_6dtnj
         + t_buw7w * t_gdxxl_2
-        - (lhub_alphaxhub_ax * t_guegs + hub_alphax * t_v3yvq)
-        - (lhub_alphayhub_ax * t_velm2 + hub_alphay * t_6sxhy)
-        + (t_d5zcj * t_4talm + hub_alphaz * t_cfksr)
-        + (t_skn5h * t_3n2wr + hub_ay * t_gizzd)
-        + (t_skn5h_2 * t_24dmr + hub_az * t_gizzd_2);
-    J_x[97] = t_no3qu * t_6dtnj
-        - (lhub_alphaxhub_ax * t_dx7sk + hub_alphax * t_ox35p_2)
-        - (lhub_alphayhub_ax * t_erlgo - hub_alphay * t_6oizr)
-        + (t_d5zcj * t_rqbif + hub_alphaz * t_6oizr_2)
-        + (t_skn5h * t_hrfz5 + hub_ay * t_suyzo)
-        + (t_skn5h_2 * t_656bn - hub_az * t_suyzo_2);
+        - (lhub_alphaxhub_ax * t_wewae + hub_alphax * t_v3yvq)
+        - (lhub_alphayhub_ax * t_btogw + hub_alphay * t_6sxhy)
+        + (t_d5zcj * t_jltgh + hub_alphaz * t_cfksr)
+        + (t_skn5h * t_oyshv + hub_ay * t_gizzd)
+        + (t_skn5h_2 * t_jpzsn + hub_az * t_gizzd_2);
+    J_x[97] = t_h5aeo * t_6dtnj
+        - (lhub_alphaxhub_ax * t_p2i3g + hub_alphax * t_ox35p_2)
+        - (lhub_alphayhub_ax * t_dnash - hub_alphay * t_6oizr)
+        + (t_d5zcj * t_jedu6 + hub_alphaz * t_6oizr_2)
+        + (t_skn5h * t_eu74t + hub_ay * t_suyzo)
+        + (t_skn5h_2 * t_5gz36 - hub_az * t_suyzo_2);
     J_x[98] = t_eba7b * t_6dtnj
         - lhub_alphaxhub_ax * t_bdwhe
         - lhub_alphayhub_ax * t_mm4fs

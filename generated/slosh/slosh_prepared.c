@@ -89,7 +89,7 @@ void slosh_rhs_hold(const real *u, const real *p, const real *h, real *w)
     w[rhs_w_t_vkvws] = f_y * h[t_yxxpc];
 }
 
-/* the rest of rhs; 688 operations. */
+/* the rest of rhs; 682 operations. */
 void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -141,18 +141,9 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -175,18 +166,9 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -349,60 +331,52 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_pb37n = t_oe5we + t_yuijv;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
     const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
-    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - (t_sxauh_2 + t_atyyu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_iafuq;
+    const real khub_alphayhub_ay = hub_K51 * t_iafuq - (t_sxauh_2 + t_atyyu_2);
     const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real khub_alphazhub_ay = hub_K62 - t_mcuq4 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_iafuq_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_iafuq_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_mcuq4 * t_iafuq_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_2;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_mcuq4 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_3;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_mcuq4 * lhub_alphayhub_ax
+        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_4;
     const real t_tvu3r = t_mcuq4 * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r
-        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
-    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_mcuq4 * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = w[f_x] + hub_b1;
     const real yhub_ay = w[f_y] + hub_b2 + t_iafuq * yhub_ax;
     const real yhub_az = hub_b3 - w[t_gcu5g] + t_iafuq_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
@@ -422,7 +396,7 @@ void slosh_rhs_prepared(const real *x, const real *u, const real *p, const real 
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -530,7 +504,7 @@ void slosh_outputs_prepare(const real *p, real *h)
     h[outputs_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of outputs; 636 operations. */
+/* the rest of outputs; 630 operations. */
 void slosh_outputs_prepared(const real *x, const real *u, const real *p, const real *h, real *y)
 {
     enum { wx = SLOSH_X_WX };
@@ -585,18 +559,9 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -619,18 +584,9 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -791,60 +747,52 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_pb37n = t_oe5we + t_yuijv;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
     const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
-    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - (t_sxauh_2 + t_atyyu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_iafuq;
+    const real khub_alphayhub_ay = hub_K51 * t_iafuq - (t_sxauh_2 + t_atyyu_2);
     const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real khub_alphazhub_ay = hub_K62 - t_mcuq4 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_iafuq_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_iafuq_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_mcuq4 * t_iafuq_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_2;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_mcuq4 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_3;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_mcuq4 * lhub_alphayhub_ax
+        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_4;
     const real t_tvu3r = t_mcuq4 * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r
-        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
-    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_mcuq4 * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_iafuq * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -865,7 +813,7 @@ void slosh_outputs_prepared(const real *x, const real *u, const real *p, const r
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -1049,22 +997,21 @@ void slosh_actuate_prepared(const real *x, const real *u_cmd, const real *p, con
     const real t_pb37n = t_oe5we + t_yuijv;
     const real t_l63bo = K(1.0) / hub_K11;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real kK2K21 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
     const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
     const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real kK3K21 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real kK3K31 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real t_6dtnj = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
     const real t_appoi = p[F] * cos_delta2_act;
     const real df1_act = t_appoi * cos_delta1_act - cos_delta2_cmd * p[F] * cos_delta1_cmd;
     const real df2_act = p[F] * sin_delta2_act - p[F] * sin_delta2_cmd;
     const real df3_act = t_dd7v5 * p[F] - t_appoi * sin_delta1_act;
     const real yda_act_y = df2_act + df1_act * t_iafuq;
-    const real yda_act_z = df3_act + df1_act * t_iafuq_2 - lK3K2 * yda_act_y;
-    const real da_act_z = yda_act_z / kK3K32;
-    const real da_act_y = yda_act_y * t_6dtnj - da_act_z * lK3K2;
+    const real yda_act_z = df3_act + df1_act * t_iafuq_2 - lhub_azhub_ay * yda_act_y;
+    const real da_act_z = yda_act_z / khub_azhub_az;
+    const real da_act_y = yda_act_y * t_6dtnj - da_act_z * lhub_azhub_ay;
     const real da_act_x = df1_act * t_l63bo + da_act_y * t_iafuq + da_act_z * t_iafuq_2;
     const real t_rrtda = da_act_x * (t_oe5we * bob1_r_x + bob1_Mxx * bob1_r_y + (t_yuijv * bob2_r_x + bob2_Mxx * bob2_r_y));
     u[0] = u_cmd[Mx_cmd] + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
@@ -1175,7 +1122,7 @@ void slosh_lyapunov_v1_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v1; 1079 operations. */
+/* the rest of lyapunov_v1; 1073 operations. */
 void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, const real *h, real *u)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -1282,9 +1229,9 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real t_l53od = t_yy353 * t_vptxp;
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
     const real t_ogbo3 = t_xs3iz * p[h2];
-    const real t_wywfd = sin_theta2 * h[t_frp3h];
     const real t_pt6a7_2 = cos_phi2 * sin_phi2;
-    const real cy_theta2 = t_ogbo3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_wywfd;  /* (26) */
     const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
     const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
     const real t_f6jle = K(1.0) / f11_v1;
@@ -1390,7 +1337,7 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
     const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_hkdmv * x[theta2_dot] + x[phi2_dot] * (t_tkdjn_3 + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real cdy_theta2 = t_hkdmv * x[theta2_dot] + x[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_wywfd - t_pt6a7_3 * t_wywfd);
     const real g2_v1 = x[att2] * c[r5]
         + h[t_hyv47] * (t_l7f2e * t_eunpd + t_eunpd * k_phi1 + t_tlq7s * cdy_phi1)
         + h[t_pi35k] * (t_nkfmr * t_ikrsv + t_ikrsv * k_phi2 + t_ekjz2 * cdy_phi2)
@@ -1403,8 +1350,8 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
         - h[t_pi35k] * (t_ikrsv * t_ikrsv)
         - t_nkpga * (cy_theta1 * cy_theta1)
         - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
     const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
     const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
     const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
@@ -1412,9 +1359,9 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
         - t_nkpga * cy_theta1 * cz_theta1
         - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
     const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_f6jle;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
     const real t_wij2f = x[vy] * c[r1];
     const real cdz_phi1 = t_eunpd * x[theta1_dot] - t_762ik * x[phi1_dot];
     const real cdz_phi2 = t_ikrsv * x[theta2_dot] - t_ogbo3 * x[phi2_dot];
@@ -1432,28 +1379,18 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
         - h[t_pi35k] * (cz_phi2 * cz_phi2)
         - t_nkpga * (cz_theta1 * cz_theta1)
         - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real bob1_v11 = x[phi1_dot] * x[phi1_dot];
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * x[wx] - bob1_r_x * x[wy] - bob1_r_y * bob1_twice2;
     const real bob1_r1_y = bob1_r11_x * sin_theta1;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_z6fjk;
@@ -1462,19 +1399,10 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real bob2_r1_y = bob2_r11_x * sin_theta2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_34fwg;
@@ -1664,13 +1592,12 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
         - total_Hy * x[wx];
     const real t_l63bo = K(1.0) / hub_K11;
     const real t_seml2 = t_2t2f4 * t_l63bo;
-    const real kK2K21 = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_ayhub_ay = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_azhub_ay = hub_K32 - t_2t2f4_2 * t_seml2;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
     const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
-    const real kK3K21 = hub_K32 - t_2t2f4 * t_seml2_2;
-    const real kK3K31 = hub_K33 - t_2t2f4_2 * t_seml2_2;
-    const real t_6dtnj_2 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_2;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_2t2f4_2 * t_seml2_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
@@ -1678,9 +1605,9 @@ void slosh_lyapunov_v1_prepared(const real *x, const real *p, const real *c, con
     const real df2_v1 = t_jczim - f2_v1;
     const real yda_v1_y = df2_v1 + df1_v1 * t_seml2;
     const real t_gu5fe = t_qh3cx * sin_delta1_v1;
-    const real yda_v1_z = df1_v1 * t_seml2_2 - (t_gu5fe + f3_v1) - lK3K2 * yda_v1_y;
-    const real da_v1_z = yda_v1_z / kK3K32;
-    const real da_v1_y = yda_v1_y * t_6dtnj_2 - da_v1_z * lK3K2;
+    const real yda_v1_z = df1_v1 * t_seml2_2 - (t_gu5fe + f3_v1) - lhub_azhub_ay * yda_v1_y;
+    const real da_v1_z = yda_v1_z / khub_azhub_az;
+    const real da_v1_y = yda_v1_y * t_6dtnj_2 - da_v1_z * lhub_azhub_ay;
     const real da_v1_x = df1_v1 * t_l63bo + da_v1_y * t_seml2 + da_v1_z * t_seml2_2;
     const real Mx_v1 = ax_v1 * hub_K41
         - hub_b4
@@ -1819,7 +1746,7 @@ void slosh_lyapunov_v1_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v1_loop; 1367 operations. */
+/* the rest of lyapunov_v1_loop; 1361 operations. */
 void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -2042,7 +1969,7 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real cy_theta1 = t_762ik - t_tbwda_2 * t_hjphj_2;  /* (26) */
     const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_tbwda - t_hjphj_3 * t_tbwda) - cy_theta1 * q[theta1_dot];
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ogbo3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_wywfd;  /* (26) */
     const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
@@ -2055,20 +1982,20 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
         - t_jdjlg * cy_theta1 * cz_theta1
         - t_4blgr * cy_theta2 * cz_theta2;  /* (29) */
     const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_npbwl * cy_theta1 + t_d27jg * cy_theta2;  /* (29) */
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_ba6ct;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
     const real f22_v1 = c[r6]
         - h[t_hyv47] * (t_eunpd * t_eunpd)
         - h[t_pi35k] * (t_ikrsv * t_ikrsv)
         - t_jdjlg * (cy_theta1 * cy_theta1)
         - t_4blgr * (cy_theta2 * cy_theta2);  /* (29) */
-    const real lu_v1_x4u_v1_x3 = f21_v1 * t_ba6ct;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
     const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
     const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_tbwda_2 * t_hjphj - t_hjphj_3 * t_tbwda_2);
-    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_pt6a7 * t_wywfd - t_pt6a7_3 * t_wywfd);
     const real g2_v1 = q[att2] * c[r5]
         + h[t_hyv47] * (t_l7f2e * t_eunpd + t_eunpd * k_phi1 + t_tlq7s * cdy_phi1)
         + h[t_pi35k] * (t_nkfmr * t_ikrsv + t_ikrsv * k_phi2 + t_ekjz2 * cdy_phi2)
@@ -2082,27 +2009,17 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
         - h[t_pi35k] * (cz_phi2 * cz_phi2)
         - t_jdjlg * (cz_theta1 * cz_theta1)
         - t_4blgr * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
     const real bob1_r1_z = bob1_r11_x * cos_theta1;
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
@@ -2111,19 +2028,10 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
@@ -2323,58 +2231,51 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
     const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_seml2 = t_2t2f4 * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_ayhub_ay = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_azhub_ay = hub_K32 - t_2t2f4_2 * t_seml2;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_seml2;
+    const real khub_alphayhub_ay = hub_K51 * t_seml2 - t_4yjdc;
+    const real khub_alphazhub_ay = hub_K62 - t_au6og * t_seml2;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
     const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_2t2f4 * t_seml2_2;
-    const real khub_azhub_az1 = hub_K33 - t_2t2f4_2 * t_seml2_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_2t2f4 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_2t2f4_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_2t2f4 * lhub_alphayhub_ax - t_4yjdc;
-    const real khub_alphayhub_az1 = hub_K53 + t_2t2f4_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_tvu3r = t_au6og * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_2t2f4 * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_2t2f4_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real khub_azhub_az = hub_K33 - t_2t2f4_2 * t_seml2_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_seml2_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_seml2_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_au6og * t_seml2_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_au6og * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_ypeae = t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r - t_ypeae;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_au6og * t_tvu3r;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_au6og * lhub_alphayhub_ax
+        - t_ypeae
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
+    const real t_tvu3r = t_au6og * t_l63bo;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_au6og * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_seml2 * yhub_ax;
@@ -2457,7 +2358,7 @@ void slosh_lyapunov_v1_loop_prepared(const real *q, const real *p, const real *c
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -2610,7 +2511,7 @@ void slosh_lyapunov_v1_observe_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_observe_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v1_observe; 1143 operations. */
+/* the rest of lyapunov_v1_observe; 1137 operations. */
 void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -2717,9 +2618,9 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real t_l53od = t_yy353 * t_vptxp;
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
     const real t_ogbo3 = t_xs3iz * p[h2];
-    const real t_wywfd = sin_theta2 * h[t_frp3h];
     const real t_pt6a7_2 = cos_phi2 * sin_phi2;
-    const real cy_theta2 = t_ogbo3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real t_wywfd = sin_theta2 * h[t_frp3h];
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_wywfd;  /* (26) */
     const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_gsmye * cy_theta1 + t_l53od * cy_theta2;  /* (29) */
     const real f11_v1 = h[t_wvww5] - t_nkpga * (t_5zi7z * t_5zi7z) - t_yy353 * (t_vptxp * t_vptxp);  /* (29) */
     const real t_f6jle = K(1.0) / f11_v1;
@@ -2825,7 +2726,7 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real t_wywfd_2 = cos_theta2 * h[t_frp3h];
     const real t_hkdmv = t_epql5 - t_pt6a7_2 * t_wywfd_2;
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn_3 + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_wywfd - t_pt6a7_3 * t_wywfd);
     const real g2_v1 = q[att2] * c[r5]
         + h[t_hyv47] * (t_l7f2e * t_eunpd + t_eunpd * k_phi1 + t_tlq7s * cdy_phi1)
         + h[t_pi35k] * (t_nkfmr * t_ikrsv + t_ikrsv * k_phi2 + t_ekjz2 * cdy_phi2)
@@ -2838,8 +2739,8 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         - h[t_pi35k] * (t_ikrsv * t_ikrsv)
         - t_nkpga * (cy_theta1 * cy_theta1)
         - t_yy353 * (cy_theta2 * cy_theta2);  /* (29) */
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
     const real cz_theta1 = t_dfhzf + p[I1];  /* (26) */
     const real cz_theta2 = t_hkdmv + p[I2];  /* (26) */
     const real f32_v1 = h[t_hyv47] * t_eunpd * cz_phi1
@@ -2847,9 +2748,9 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         - t_nkpga * cy_theta1 * cz_theta1
         - t_yy353 * cy_theta2 * cz_theta2;  /* (29) */
     const real f31_v1 = t_gsmye * cz_theta1 - (h[t_if7mv] * cz_phi1 + h[t_tmzpj] * cz_phi2) + t_l53od * cz_theta2;  /* (29) */
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_f6jle;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
     const real t_wij2f = q[vy] * c[r1];
     const real cdz_phi1 = t_eunpd * q[theta1_dot] - t_762ik * q[phi1_dot];
     const real cdz_phi2 = t_ikrsv * q[theta2_dot] - t_ogbo3 * q[phi2_dot];
@@ -2867,28 +2768,18 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         - h[t_pi35k] * (cz_phi2 * cz_phi2)
         - t_nkpga * (cz_theta1 * cz_theta1)
         - t_yy353 * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
     const real bob1_r1_y = bob1_r11_x * sin_theta1;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fz = t_txuch * bob1_S1tz - bob1_Fz + bob1_Q2 * t_z6fjk;
@@ -2897,19 +2788,10 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real bob2_r1_y = bob2_r11_x * sin_theta2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fz = t_xyjt2 * bob2_S1tz - bob2_Fz + bob2_Q2 * t_34fwg;
@@ -3105,13 +2987,12 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
         - total_Hy * q[wx];
     const real t_l63bo = K(1.0) / hub_K11;
     const real t_seml2 = t_2t2f4 * t_l63bo;
-    const real kK2K21 = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_ayhub_ay = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_azhub_ay = hub_K32 - t_2t2f4_2 * t_seml2;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
     const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
-    const real kK3K21 = hub_K32 - t_2t2f4 * t_seml2_2;
-    const real kK3K31 = hub_K33 - t_2t2f4_2 * t_seml2_2;
-    const real t_6dtnj_2 = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj_2;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_2t2f4_2 * t_seml2_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v1 = q1_v1 + ax_v1 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v1;
     const real df1_v1 = t_qh3cx * cos_delta1_v1 - f1_v1;
@@ -3119,10 +3000,10 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real df2_v1 = t_jczim - f2_v1;
     const real yda_v1_y = df2_v1 + df1_v1 * t_seml2;
     const real t_gu5fe = t_qh3cx * sin_delta1_v1;
-    const real yda_v1_z = df1_v1 * t_seml2_2 - (t_gu5fe + f3_v1) - lK3K2 * yda_v1_y;
-    const real t_6dtnj_3 = K(1.0) / kK3K32;
+    const real yda_v1_z = df1_v1 * t_seml2_2 - (t_gu5fe + f3_v1) - lhub_azhub_ay * yda_v1_y;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
     const real da_v1_z = yda_v1_z * t_6dtnj_3;
-    const real da_v1_y = yda_v1_y * t_6dtnj_2 - da_v1_z * lK3K2;
+    const real da_v1_y = yda_v1_y * t_6dtnj_2 - da_v1_z * lhub_azhub_ay;
     const real da_v1_x = df1_v1 * t_l63bo + da_v1_y * t_seml2 + da_v1_z * t_seml2_2;
     const real Mx_v1 = ax_v1 * hub_K41
         - hub_b4
@@ -3160,9 +3041,9 @@ void slosh_lyapunov_v1_observe_prepared(const real *q, const real *p, const real
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_vbwgu * p[F] - t_gbb3a * sin_delta1_act;
     const real yda_act_y = df2_act + df1_act * t_seml2;
-    const real yda_act_z = df3_act + df1_act * t_seml2_2 - lK3K2 * yda_act_y;
+    const real yda_act_z = df3_act + df1_act * t_seml2_2 - lhub_azhub_ay * yda_act_y;
     const real da_act_z = yda_act_z * t_6dtnj_3;
-    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lK3K2;
+    const real da_act_y = yda_act_y * t_6dtnj_2 - da_act_z * lhub_azhub_ay;
     const real da_act_x = df1_act * t_l63bo + da_act_y * t_seml2 + da_act_z * t_seml2_2;
     const real Mx = Mx_v1 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v1
@@ -3270,7 +3151,7 @@ void slosh_lyapunov_v2_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v2; 649 operations. */
+/* the rest of lyapunov_v2; 643 operations. */
 void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, const real *h, real *u)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -3325,20 +3206,11 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * x[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * x[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * x[wy] - bob1_r_y * x[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_g1_z = bob1_r1_z * p[m1];
     const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
@@ -3363,20 +3235,11 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * x[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * x[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * x[wy] - bob2_r_y * x[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_g1_z = bob2_r1_z * p[m2];
     const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
@@ -3574,13 +3437,12 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
         - total_Hy * x[wx];
     const real t_l63bo = K(1.0) / hub_K11;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real kK2K21 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
     const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real kK3K21 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real kK3K31 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real t_6dtnj = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
@@ -3589,9 +3451,9 @@ void slosh_lyapunov_v2_prepared(const real *x, const real *p, const real *c, con
     const real t_ynix5 = t_qh3cx * sin_delta1_v2;
     const real df3_v2 = t_dlc6l - t_ynix5;
     const real yda_v2_y = df2_v2 + df1_v2 * t_iafuq;
-    const real yda_v2_z = df3_v2 + df1_v2 * t_iafuq_2 - lK3K2 * yda_v2_y;
-    const real da_v2_z = yda_v2_z / kK3K32;
-    const real da_v2_y = yda_v2_y * t_6dtnj - da_v2_z * lK3K2;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_iafuq_2 - lhub_azhub_ay * yda_v2_y;
+    const real da_v2_z = yda_v2_z / khub_azhub_az;
+    const real da_v2_y = yda_v2_y * t_6dtnj - da_v2_z * lhub_azhub_ay;
     const real da_v2_x = df1_v2 * t_l63bo + da_v2_y * t_iafuq + da_v2_z * t_iafuq_2;
     const real Mx_v2 = ax_v2 * hub_K41
         - hub_b4
@@ -3699,7 +3561,7 @@ void slosh_lyapunov_v2_loop_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_loop_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v2_loop; 937 operations. */
+/* the rest of lyapunov_v2_loop; 931 operations. */
 void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -3793,20 +3655,11 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
     const real bob1_v21 = bob1_twice1 * q[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
     const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_loss_theta = p[eps1] * q[theta1_dot];
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
@@ -3820,20 +3673,11 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
     const real bob2_v21 = bob2_twice1 * q[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
     const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_loss_theta = p[eps2] * q[theta2_dot];
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
@@ -4016,58 +3860,51 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
     const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_iafuq;
+    const real khub_alphayhub_ay = hub_K51 * t_iafuq - t_ek7rm;
+    const real khub_alphazhub_ay = hub_K62 - t_mcuq4 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj;
     const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - t_ek7rm;
-    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_tvu3r = t_mcuq4 * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_iafuq_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_iafuq_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_mcuq4 * t_iafuq_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_2;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_mcuq4 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_3;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_r2phr = t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r - t_r2phr;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
-    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_mcuq4 * lhub_alphayhub_ax
+        - t_r2phr
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_4;
+    const real t_tvu3r = t_mcuq4 * t_l63bo;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_mcuq4 * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_iafuq * yhub_ax;
@@ -4151,7 +3988,7 @@ void slosh_lyapunov_v2_loop_prepared(const real *q, const real *p, const real *c
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -4273,7 +4110,7 @@ void slosh_lyapunov_v2_observe_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_observe_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v2_observe; 713 operations. */
+/* the rest of lyapunov_v2_observe; 707 operations. */
 void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real *c, const real *h, real *x, real *u, real *u_cmd)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -4328,20 +4165,11 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
     const real bob1_v21 = bob1_twice1 * q[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
     const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_g1_z = bob1_r1_z * p[m1];
     const real bob1_S1tz = bob1_g1_z * h[t_vpzmf];
@@ -4366,20 +4194,11 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
     const real bob2_v21 = bob2_twice1 * q[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
     const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_g1_z = bob2_r1_z * p[m2];
     const real bob2_S1tz = bob2_g1_z * h[t_mxpm2];
@@ -4583,13 +4402,12 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
         - total_Hy * q[wx];
     const real t_l63bo = K(1.0) / hub_K11;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real kK2K21 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
     const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real kK3K21 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real kK3K31 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real t_6dtnj = K(1.0) / kK2K21;
-    const real lK3K2 = kK3K21 * t_6dtnj;
-    const real kK3K32 = kK3K31 - kK3K21 * lK3K2;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
     const real f1_v2 = q1_v2 + ax_v2 * hub_K11;
     const real t_qh3cx = p[F] * cos_delta2_v2;
     const real df1_v2 = t_qh3cx * cos_delta1_v2 - f1_v2;
@@ -4598,10 +4416,10 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real t_ynix5 = t_qh3cx * sin_delta1_v2;
     const real df3_v2 = t_dlc6l - t_ynix5;
     const real yda_v2_y = df2_v2 + df1_v2 * t_iafuq;
-    const real yda_v2_z = df3_v2 + df1_v2 * t_iafuq_2 - lK3K2 * yda_v2_y;
-    const real t_6dtnj_2 = K(1.0) / kK3K32;
+    const real yda_v2_z = df3_v2 + df1_v2 * t_iafuq_2 - lhub_azhub_ay * yda_v2_y;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
     const real da_v2_z = yda_v2_z * t_6dtnj_2;
-    const real da_v2_y = yda_v2_y * t_6dtnj - da_v2_z * lK3K2;
+    const real da_v2_y = yda_v2_y * t_6dtnj - da_v2_z * lhub_azhub_ay;
     const real da_v2_x = df1_v2 * t_l63bo + da_v2_y * t_iafuq + da_v2_z * t_iafuq_2;
     const real Mx_v2 = ax_v2 * hub_K41
         - hub_b4
@@ -4639,9 +4457,9 @@ void slosh_lyapunov_v2_observe_prepared(const real *q, const real *p, const real
     const real df2_act = p[F] * sin_delta2_act - t_jczim;
     const real df3_act = t_q35ss * p[F] - t_gbb3a * sin_delta1_act;
     const real yda_act_y = df2_act + df1_act * t_iafuq;
-    const real yda_act_z = df3_act + df1_act * t_iafuq_2 - lK3K2 * yda_act_y;
+    const real yda_act_z = df3_act + df1_act * t_iafuq_2 - lhub_azhub_ay * yda_act_y;
     const real da_act_z = yda_act_z * t_6dtnj_2;
-    const real da_act_y = yda_act_y * t_6dtnj - da_act_z * lK3K2;
+    const real da_act_y = yda_act_y * t_6dtnj - da_act_z * lhub_azhub_ay;
     const real da_act_x = df1_act * t_l63bo + da_act_y * t_iafuq + da_act_z * t_iafuq_2;
     const real Mx = Mx_v2 + da_act_x * hub_K41 + da_act_y * hub_K42 + da_act_z * hub_K43;
     const real My = My_v2

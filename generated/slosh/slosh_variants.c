@@ -6,7 +6,7 @@
 
 #include "mehvar/private/arithmetic.h"
 
-/* state derivative, full, euler; 747 operations. */
+/* state derivative, full, euler; 741 operations. */
 void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -52,18 +52,9 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -86,18 +77,9 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -274,60 +256,52 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lhd4o = t_dugie + t_s4byp;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
     const real t_lhd4o_2 = t_dugie_2 + t_s4byp_2;
-    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2);
     const real t_bjkdc = t_ezb77 + t_ykkjc;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
     const real t_ak5u5 = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
-        - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -349,7 +323,7 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -406,7 +380,7 @@ void slosh_rhs_euler(const real *x, const real *u, const real *p, real *dx)
     dx[16] = bob2_a2;
 }
 
-/* state derivative, reduced, small; 883 operations. */
+/* state derivative, reduced, small; 877 operations. */
 void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -450,18 +424,9 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -484,18 +449,9 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -679,60 +635,52 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lmznw = t_2fozl + t_4rrc5;
     const real t_rvh36 = t_lmznw * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36;
     const real t_lmznw_2 = t_2fozl_2 + t_4rrc5_2;
-    const real t_rvh36_2 = t_lmznw_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2;
-    const real khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - (t_znu6i_2 + t_nwbhr_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36;
+    const real khub_alphayhub_ay = hub_K51 * t_rvh36 - (t_znu6i_2 + t_nwbhr_2);
     const real t_c7dq3 = t_2qm2u + t_jspy6;
+    const real khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_rvh36_2 = t_lmznw_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_c7dq3 * lhub_alphayhub_ax
+        - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
     const real t_ak5u5 = t_c7dq3 * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
-        - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_c7dq3 * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_rvh36 * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -754,7 +702,7 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -826,7 +774,7 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
         + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
-    const real cy_theta2 = t_xs3iz * p[h2] - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_xs3iz * p[h2] - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7_2 * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real t_go56f = t_doiln_2 * x[wx];
     const real k_theta2 = bob2_loss_theta
@@ -878,7 +826,7 @@ void slosh_rhs_reduced(const real *x, const real *u, const real *p, real *dx)
     dx[16] = t_vwqqe / (t_6pfo6_2 + p[I2]);
 }
 
-/* state derivative, reduced, euler; 900 operations. */
+/* state derivative, reduced, euler; 894 operations. */
 void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -924,18 +872,9 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -958,18 +897,9 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -1153,60 +1083,52 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_lmznw = t_2fozl + t_4rrc5;
     const real t_rvh36 = t_lmznw * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36;
     const real t_lmznw_2 = t_2fozl_2 + t_4rrc5_2;
-    const real t_rvh36_2 = t_lmznw_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2;
-    const real khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - (t_znu6i_2 + t_nwbhr_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36;
+    const real khub_alphayhub_ay = hub_K51 * t_rvh36 - (t_znu6i_2 + t_nwbhr_2);
     const real t_c7dq3 = t_2qm2u + t_jspy6;
+    const real khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
+    const real t_rvh36_2 = t_lmznw_2 * t_6dtnj;
+    const real khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_c7dq3 * lhub_alphayhub_ax
+        - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
     const real t_ak5u5 = t_c7dq3 * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5
-        - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_c7dq3 * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real yhub_ay = f_y + hub_b2 + t_rvh36 * yhub_ax;
     const real t_gcu5g = t_ruxs4 * sin_delta1;
@@ -1228,7 +1150,7 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -1300,7 +1222,7 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
         + (cos_phi2 + cos_phi2) * sin_phi2 * t_nfvux * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
-    const real cy_theta2 = t_xs3iz * p[h2] - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_xs3iz * p[h2] - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7_2 * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real t_go56f = t_doiln_2 * x[wx];
     const real k_theta2 = bob2_loss_theta
@@ -1355,7 +1277,7 @@ void slosh_rhs_reduced_euler(const real *x, const real *u, const real *p, real *
     dx[16] = t_vwqqe / (t_6pfo6_2 + p[I2]);
 }
 
-/* closed loop of lyapunov-v1, full, euler; 1440 operations. */
+/* closed loop of lyapunov-v1, full, euler; 1434 operations. */
 void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
@@ -1577,7 +1499,7 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real cy_theta1 = t_762ik - t_dmccl_2 * t_hjphj_2;  /* (26) */
     const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_dmccl - t_hjphj_3 * t_dmccl) - cy_theta1 * q[theta1_dot];
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx;  /* (26) */
     const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
@@ -1590,20 +1512,20 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
         - t_kzhyn * cy_theta1 * cz_theta1
         - t_7wbsh * cy_theta2 * cz_theta2;  /* (29) */
     const real f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_tqbuz * cy_theta1 + t_i3wq5 * cy_theta2;  /* (29) */
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
     const real f22_v1 = c[r6]
         - t_hyv47 * (t_2ksfs * t_2ksfs)
         - t_pi35k * (t_zshn6 * t_zshn6)
         - t_kzhyn * (cy_theta1 * cy_theta1)
         - t_7wbsh * (cy_theta2 * cy_theta2);  /* (29) */
-    const real lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
     const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
     const real cdy_theta1 = t_scs5l * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_dmccl_2 * t_hjphj - t_hjphj_3 * t_dmccl_2);
-    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3);
+    const real cdy_theta2 = t_rdvkg * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx);
     const real g2_v1 = q[att2] * c[r5]
         + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
         + t_pi35k * (t_q7mge * t_zshn6 + t_zshn6 * k_phi2 + t_lzacu * cdy_phi2)
@@ -1617,27 +1539,17 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
         - t_pi35k * (cz_phi2 * cz_phi2)
         - t_kzhyn * (cz_theta1 * cz_theta1)
         - t_7wbsh * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
     const real bob1_r1_z = bob1_r11_x * cos_theta1;
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
@@ -1646,19 +1558,10 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
@@ -1868,58 +1771,51 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
     const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj_2;
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj_2;
     const real t_rvh36 = t_lmznw * t_6dtnj_2;
-    const real khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36;
+    const real khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36;
+    const real khub_alphayhub_ay = hub_K51 * t_rvh36 - t_4yjdc;
+    const real khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36;
+    const real t_6dtnj_3 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_3;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_3;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_3;
     const real t_rvh36_2 = t_lmznw_2 * t_6dtnj_2;
-    const real khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2;
-    const real khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - t_4yjdc;
-    const real khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_ak5u5 = t_c7dq3 * t_6dtnj_2;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_4 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_4;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_4;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_4;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_5;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_5;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_osa4j;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5;
-    const real t_6dtnj_3 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_3;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_3;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_3;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_3;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_4 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_4;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_4;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_4;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_5 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_5;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_5;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_6 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_6;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_c7dq3 * lhub_alphayhub_ax
+        - t_osa4j
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_6 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_6;
+    const real t_ak5u5 = t_c7dq3 * t_6dtnj_2;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_c7dq3 * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_rvh36 * yhub_ax;
@@ -2003,7 +1899,7 @@ void slosh_lyapunov_v1_loop_euler(const real *q, const real *r, const real *p, c
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_6 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_5 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_4 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -2170,7 +2066,7 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
     const real t_k5wof = t_qo6r6 * p[h2];
-    const real cy_theta2 = t_k5wof - t_hhb7k * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_k5wof - t_qg23f * t_hhb7k;  /* (26) */
     const real t_mne3j = gy_theta2 * p[h2];
     const real t_mlczk = cos_theta2 * t_frp3h;
     const real t_tpbol = t_mne3j - t_qg23f * t_mlczk;
@@ -2202,7 +2098,7 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real cdz_phi2 = t_6qgnx * q[theta2_dot] - t_k5wof * q[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_tpbol * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
+    const real cdy_theta2 = t_tpbol * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_acoue * t_hhb7k - t_oovgz * t_hhb7k);
     const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
     const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
@@ -2279,16 +2175,15 @@ void slosh_lyapunov_v1_loop_reduced(const real *q, const real *r, const real *p,
     const real t_eleav = K(1.0) / f11_v1;
     const real lu_v1_x4u_v1_x3 = f21_v1 * t_eleav;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_eleav;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
     const real t_yf7hh = q[wx] * c[w3] + g1_v1;
     const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_yf7hh - (q[wy] * c[w4] + g2_v1);
     const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_yf7hh - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real t_ofjms = t_yf7hh * t_eleav + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
     const real u_v1_x3 = -t_ofjms;
@@ -2443,7 +2338,7 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
     const real t_k5wof = t_qo6r6 * p[h2];
-    const real cy_theta2 = t_k5wof - t_hhb7k * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_k5wof - t_qg23f * t_hhb7k;  /* (26) */
     const real t_mne3j = gy_theta2 * p[h2];
     const real t_mlczk = cos_theta2 * t_frp3h;
     const real t_tpbol = t_mne3j - t_qg23f * t_mlczk;
@@ -2475,7 +2370,7 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real cdz_phi2 = t_6qgnx * q[theta2_dot] - t_k5wof * q[phi2_dot];
     const real W_theta2 = c[r10] * p[m2];  /* (27) */
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_tpbol * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_hhb7k * t_acoue - t_hhb7k * t_oovgz);
+    const real cdy_theta2 = t_tpbol * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_acoue * t_hhb7k - t_oovgz * t_hhb7k);
     const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
     const real t_hyv47 = W_phi1 / (D_phi1 * D_phi1);
@@ -2552,16 +2447,15 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     const real t_eleav = K(1.0) / f11_v1;
     const real lu_v1_x4u_v1_x3 = f21_v1 * t_eleav;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_eleav;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
     const real t_yf7hh = q[wx] * c[w3] + g1_v1;
     const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_yf7hh - (q[wy] * c[w4] + g2_v1);
     const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_yf7hh - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real t_ofjms = t_yf7hh * t_eleav + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
     const real u_v1_x3 = -t_ofjms;
@@ -2607,7 +2501,7 @@ void slosh_lyapunov_v1_loop_reduced_euler(const real *q, const real *r, const re
     dq[16] = t_xosmh / D_theta2;
 }
 
-/* closed loop of lyapunov-v2, full, euler; 993 operations. */
+/* closed loop of lyapunov-v2, full, euler; 987 operations. */
 void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, const real *c, real *dq)
 {
     (void)r;
@@ -2691,20 +2585,11 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
     const real bob1_v21 = bob1_twice1 * q[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
     const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_loss_theta = p[eps1] * q[theta1_dot];
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
@@ -2718,20 +2603,11 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
     const real bob2_v21 = bob2_twice1 * q[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
     const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_loss_theta = p[eps2] * q[theta2_dot];
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
@@ -2926,58 +2802,51 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
     const real lhub_alphaxhub_ax = hub_K41 * t_6dtnj;
     const real lhub_alphayhub_ax = hub_K51 * t_6dtnj;
     const real t_skn5h = t_lhd4o * t_6dtnj;
-    const real khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h;
+    const real khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h;
+    const real khub_alphayhub_ay = hub_K51 * t_skn5h - t_rsnrr;
+    const real khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
     const real t_skn5h_2 = t_lhd4o_2 * t_6dtnj;
-    const real khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2;
-    const real khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - t_rsnrr;
-    const real khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_ak5u5 = t_bjkdc * t_6dtnj;
-    const real khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5;
-    const real khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5;
+    const real khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_6u6cw;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_bjkdc * lhub_alphayhub_ax
+        - t_6u6cw
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
+    const real t_ak5u5 = t_bjkdc * t_6dtnj;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_bjkdc * t_ak5u5
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_skn5h * yhub_ax;
@@ -3062,7 +2931,7 @@ void slosh_lyapunov_v2_loop_euler(const real *q, const real *r, const real *p, c
         + t_ak5u5 * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -3221,7 +3090,7 @@ void slosh_lyapunov_v2_loop_reduced(const real *q, const real *r, const real *p,
     const real D_theta2 = t_jeevc + p[I2];  /* (26) */
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
-    const real cy_theta2 = t_qo6r6 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_qo6r6 * p[h2] - t_qg23f * t_hhb7k;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
     const real t_mw75j = q[phi2_dot] + q[phi2_dot];
@@ -3391,7 +3260,7 @@ void slosh_lyapunov_v2_loop_reduced_euler(const real *q, const real *r, const re
     const real D_theta2 = t_jeevc + p[I2];  /* (26) */
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
-    const real cy_theta2 = t_qo6r6 * p[h2] - t_hhb7k * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_qo6r6 * p[h2] - t_qg23f * t_hhb7k;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * t_frp3h) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
     const real t_mw75j = q[phi2_dot] + q[phi2_dot];

@@ -7,7 +7,7 @@ Needs numpy alone. Vectors have their elements on the last axis; leading axes br
 
 import numpy as np
 
-HASH = "22d097165af078371d2cddd87ae4365b53a5ecaa1bb098e7b6cab6287e3f92be"
+HASH = "dfe1665a311bca17d29001a905115d616dd4c82b5acd24b5aaee832f6f244ae2"
 STATES = ("vx", "vy", "vz", "wx", "wy", "wz", "att1", "att2", "att3", "phi1", "theta1", "phi2", "theta2", "phi1_dot", "theta1_dot", "phi2_dot", "theta2_dot", )
 INPUTS = ("Mx", "My", "Mz", "delta1", "delta2", )
 REFERENCES = ()
@@ -83,22 +83,9 @@ def rhs_euler(x, u, p):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -121,22 +108,9 @@ def rhs_euler(x, u, p):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -329,62 +303,58 @@ def rhs_euler(x, u, p):
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_lhd4o = t_dugie + t_s4byp
         t_skn5h = t_lhd4o * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
         t_lhd4o_2 = t_dugie_2 + t_s4byp_2
-        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
-        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - (t_vh7r5_2 + t_wudhu_2)
-        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h
+        khub_alphayhub_ay = hub_K51 * t_skn5h - (t_vh7r5_2 + t_wudhu_2)
         t_bjkdc = t_ezb77 + t_ykkjc
-        t_ak5u5 = t_bjkdc * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
-        khub_alphazhub_alphay1 = (
-            hub_K51 * t_ak5u5
-            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
+        t_skn5h_2 = t_lhd4o_2 * t_6dtnj
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
         )
-        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_bjkdc * lhub_alphayhub_ax
+            - (t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_bjkdc * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         yhub_ay = f_y + hub_b2 + t_skn5h * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -410,7 +380,7 @@ def rhs_euler(x, u, p):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -521,22 +491,9 @@ def rhs_reduced(x, u, p):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -559,22 +516,9 @@ def rhs_reduced(x, u, p):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -774,62 +718,58 @@ def rhs_reduced(x, u, p):
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_lmznw = t_2fozl + t_4rrc5
         t_rvh36 = t_lmznw * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36
         t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
-        t_rvh36_2 = t_lmznw_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
-        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - (t_znu6i_2 + t_nwbhr_2)
-        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36
+        khub_alphayhub_ay = hub_K51 * t_rvh36 - (t_znu6i_2 + t_nwbhr_2)
         t_c7dq3 = t_2qm2u + t_jspy6
-        t_ak5u5 = t_c7dq3 * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
-        khub_alphazhub_alphay1 = (
-            hub_K51 * t_ak5u5
-            - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj
+        khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
         )
-        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_c7dq3 * lhub_alphayhub_ax
+            - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_c7dq3 * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_c7dq3 * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         yhub_ay = f_y + hub_b2 + t_rvh36 * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -855,7 +795,7 @@ def rhs_reduced(x, u, p):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -935,7 +875,7 @@ def rhs_reduced(x, u, p):
         )  # (25)
         gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
         t_xs3iz = sin_theta2 * bob2_g1_x
-        cy_theta2 = t_xs3iz * h2 - t_c4pkx * t_pt6a7_2  # (26)
+        cy_theta2 = t_xs3iz * h2 - t_pt6a7_2 * t_c4pkx  # (26)
         cz_theta2 = gy_theta2 * h2 - t_pt6a7_2 * (cos_theta2 * t_frp3h) + I2  # (26)
         t_go56f = t_doiln_2 * wx
         k_theta2 = (
@@ -1045,22 +985,9 @@ def rhs_reduced_euler(x, u, p):
         bob1_v21 = bob1_twice1 * theta1_dot
         bob1_v22 = theta1_dot * theta1_dot
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         bob1_g1_x = bob1_r1_x * m1
         bob1_g1_y = bob1_r1_y * m1
         bob1_g1_z = bob1_r1_z * m1
@@ -1083,22 +1010,9 @@ def rhs_reduced_euler(x, u, p):
         bob2_v21 = bob2_twice1 * theta2_dot
         bob2_v22 = theta2_dot * theta2_dot
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         bob2_g1_x = bob2_r1_x * m2
         bob2_g1_y = bob2_r1_y * m2
         bob2_g1_z = bob2_r1_z * m2
@@ -1298,62 +1212,58 @@ def rhs_reduced_euler(x, u, p):
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_lmznw = t_2fozl + t_4rrc5
         t_rvh36 = t_lmznw * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36
         t_lmznw_2 = t_2fozl_2 + t_4rrc5_2
-        t_rvh36_2 = t_lmznw_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
-        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - (t_znu6i_2 + t_nwbhr_2)
-        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
+        khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36
+        khub_alphayhub_ay = hub_K51 * t_rvh36 - (t_znu6i_2 + t_nwbhr_2)
         t_c7dq3 = t_2qm2u + t_jspy6
-        t_ak5u5 = t_c7dq3 * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
-        khub_alphazhub_alphay1 = (
-            hub_K51 * t_ak5u5
-            - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
+        t_rvh36_2 = t_lmznw_2 * t_6dtnj
+        khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
         )
-        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_c7dq3 * lhub_alphayhub_ax
+            - (t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_c7dq3 * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_c7dq3 * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         yhub_ay = f_y + hub_b2 + t_rvh36 * yhub_ax
         t_gcu5g = t_ruxs4 * sin_delta1
@@ -1379,7 +1289,7 @@ def rhs_reduced_euler(x, u, p):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -1459,7 +1369,7 @@ def rhs_reduced_euler(x, u, p):
         )  # (25)
         gy_theta2 = cos_theta2 * bob2_g1_x  # (26)
         t_xs3iz = sin_theta2 * bob2_g1_x
-        cy_theta2 = t_xs3iz * h2 - t_c4pkx * t_pt6a7_2  # (26)
+        cy_theta2 = t_xs3iz * h2 - t_pt6a7_2 * t_c4pkx  # (26)
         cz_theta2 = gy_theta2 * h2 - t_pt6a7_2 * (cos_theta2 * t_frp3h) + I2  # (26)
         t_go56f = t_doiln_2 * wx
         k_theta2 = (
@@ -1757,7 +1667,7 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         cy_theta1 = t_762ik - t_dmccl_2 * t_hjphj_2  # (26)
         cdz_theta1 = phi1_dot * (t_ik6g5_3 + t_hjphj * t_dmccl - t_hjphj_3 * t_dmccl) - cy_theta1 * theta1_dot
         t_pt6a7_3 = cos_phi2 * cos_phi2
-        cy_theta2 = t_ogbo3 - t_c4pkx * t_pt6a7_2  # (26)
+        cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_c4pkx  # (26)
         cdz_theta2 = phi2_dot * (t_tkdjn_3 + t_pt6a7 * t_c4pkx_2 - t_c4pkx_2 * t_pt6a7_3) - cy_theta2 * theta2_dot
         g3_v1 = (
             att3 * r7
@@ -1774,7 +1684,8 @@ def lyapunov_v1_loop_euler(q, r, p, c):
             - t_7wbsh * cy_theta2 * cz_theta2
         )  # (29)
         f21_v1 = t_if7mv * t_2ksfs + t_tmzpj * t_zshn6 + t_tqbuz * cy_theta1 + t_i3wq5 * cy_theta2  # (29)
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
+        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
         f22_v1 = (
             r6
             - t_hyv47 * (t_2ksfs * t_2ksfs)
@@ -1782,14 +1693,13 @@ def lyapunov_v1_loop_euler(q, r, p, c):
             - t_kzhyn * (cy_theta1 * cy_theta1)
             - t_7wbsh * (cy_theta2 * cy_theta2)
         )  # (29)
-        lu_v1_x4u_v1_x3 = f21_v1 * t_a2lgz
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
         cdy_phi1 = cz_phi1 * theta1_dot + t_n4yir * phi1_dot
         cdy_phi2 = cz_phi2 * theta2_dot + t_epql5 * phi2_dot
         cdy_theta1 = t_scs5l * theta1_dot + phi1_dot * (t_ik6g5 + t_dmccl_2 * t_hjphj - t_hjphj_3 * t_dmccl_2)
-        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_c4pkx * t_pt6a7 - t_c4pkx * t_pt6a7_3)
+        cdy_theta2 = t_rdvkg * theta2_dot + phi2_dot * (t_tkdjn + t_pt6a7 * t_c4pkx - t_pt6a7_3 * t_c4pkx)
         g2_v1 = (
             att2 * r5
             + t_hyv47 * (t_s5cay * t_2ksfs + t_2ksfs * k_phi1 + t_4pqij * cdy_phi1)
@@ -1807,31 +1717,17 @@ def lyapunov_v1_loop_euler(q, r, p, c):
             - t_kzhyn * (cz_theta1 * cz_theta1)
             - t_7wbsh * (cz_theta2 * cz_theta2)
         )  # (29)
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         bob1_v11 = phi1_dot * phi1_dot
         bob1_r1_z = bob1_r11_x * cos_theta1
         bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * wx - bob1_r_x * wy - bob1_r_y * bob1_twice2
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
+        t_ijfms = bob1_v11 + bob1_v22
         bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
         bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty
@@ -1840,23 +1736,10 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * wx - bob2_r_x * wy - bob2_r_y * bob2_twice2
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
+        t_h4psf = bob2_v11 + bob2_v22
         bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
         bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty
@@ -2092,58 +1975,57 @@ def lyapunov_v1_loop_euler(q, r, p, c):
         lhub_alphaxhub_ax = hub_K41 * t_6dtnj_2
         lhub_alphayhub_ax = hub_K51 * t_6dtnj_2
         t_rvh36 = t_lmznw * t_6dtnj_2
-        khub_ayhub_ay1 = hub_K22 - t_lmznw * t_rvh36
+        khub_ayhub_ay = hub_K22 - t_lmznw * t_rvh36
+        khub_azhub_ay = hub_K32 - t_lmznw_2 * t_rvh36
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_rvh36
+        khub_alphayhub_ay = hub_K51 * t_rvh36 - t_4yjdc
+        khub_alphazhub_ay = hub_K62 - t_c7dq3 * t_rvh36
+        t_6dtnj_3 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_3
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_3
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_3
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_3
         t_rvh36_2 = t_lmznw_2 * t_6dtnj_2
-        khub_azhub_ay1 = hub_K32 - t_lmznw * t_rvh36_2
-        khub_azhub_az1 = hub_K33 - t_lmznw_2 * t_rvh36_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lmznw * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lmznw_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lmznw * lhub_alphayhub_ax - t_4yjdc
-        khub_alphayhub_az1 = hub_K53 + t_lmznw_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
-        t_ak5u5 = t_c7dq3 * t_6dtnj_2
-        khub_alphazhub_ay1 = hub_K62 - t_lmznw * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lmznw_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_azhub_az = hub_K33 - t_lmznw_2 * t_rvh36_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_rvh36_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_rvh36_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_c7dq3 * t_rvh36_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_4 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_4
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_4
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_4
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_c7dq3 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_5 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_5
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_5
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
+        )
         t_osa4j = t_2qm2u * bob1_r_z + t_jspy6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
-        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_osa4j
-        khub_alphazhub_alphaz1 = hub_K66 - t_c7dq3 * t_ak5u5
-        t_6dtnj_3 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_3
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_3
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_3
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_3
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_4 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_4
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_4
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_4
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_5 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_5
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_5
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_6 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_6
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_c7dq3 * lhub_alphayhub_ax
+            - t_osa4j
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_6 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_6
+        t_ak5u5 = t_c7dq3 * t_6dtnj_2
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_c7dq3 * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         t_4rwfu = sin_delta2_act * F
         yhub_ay = t_4rwfu + hub_b2 + t_rvh36 * yhub_ax
@@ -2241,7 +2123,7 @@ def lyapunov_v1_loop_euler(q, r, p, c):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_6 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_5 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_4 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -2421,7 +2303,7 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         gy_theta2 = cos_theta2 * gx_phi2  # (26)
         t_qo6r6 = sin_theta2 * gx_phi2
         t_k5wof = t_qo6r6 * h2
-        cy_theta2 = t_k5wof - t_hhb7k * t_qg23f  # (26)
+        cy_theta2 = t_k5wof - t_qg23f * t_hhb7k  # (26)
         t_mne3j = gy_theta2 * h2
         t_mlczk = cos_theta2 * t_frp3h
         t_tpbol = t_mne3j - t_qg23f * t_mlczk
@@ -2455,7 +2337,7 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         cdz_phi2 = t_6qgnx * theta2_dot - t_k5wof * phi2_dot
         W_theta2 = r10 * m2  # (27)
         t_oovgz = cos_phi2 * cos_phi2
-        cdy_theta2 = t_tpbol * theta2_dot + phi2_dot * (t_zlzao + t_hhb7k * t_acoue - t_hhb7k * t_oovgz)
+        cdy_theta2 = t_tpbol * theta2_dot + phi2_dot * (t_zlzao + t_acoue * t_hhb7k - t_oovgz * t_hhb7k)
         cdz_theta2 = phi2_dot * (t_zlzao_2 + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * theta2_dot
         t_wij2f = vy * r1
         t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
@@ -2550,16 +2432,15 @@ def lyapunov_v1_loop_reduced(q, r, p, c):
         t_eleav = 1.0 / f11_v1
         lu_v1_x4u_v1_x3 = f21_v1 * t_eleav
         lu_v1_x5u_v1_x3 = f31_v1 * t_eleav
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
         t_yf7hh = wx * w3 + g1_v1
         yu_v1_x4 = lu_v1_x4u_v1_x3 * t_yf7hh - (wy * w4 + g2_v1)
         yu_v1_x5 = lu_v1_x5u_v1_x3 * t_yf7hh - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
         t_ofjms = t_yf7hh * t_eleav + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
         u_v1_x3 = -t_ofjms
@@ -2727,7 +2608,7 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         gy_theta2 = cos_theta2 * gx_phi2  # (26)
         t_qo6r6 = sin_theta2 * gx_phi2
         t_k5wof = t_qo6r6 * h2
-        cy_theta2 = t_k5wof - t_hhb7k * t_qg23f  # (26)
+        cy_theta2 = t_k5wof - t_qg23f * t_hhb7k  # (26)
         t_mne3j = gy_theta2 * h2
         t_mlczk = cos_theta2 * t_frp3h
         t_tpbol = t_mne3j - t_qg23f * t_mlczk
@@ -2761,7 +2642,7 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         cdz_phi2 = t_6qgnx * theta2_dot - t_k5wof * phi2_dot
         W_theta2 = r10 * m2  # (27)
         t_oovgz = cos_phi2 * cos_phi2
-        cdy_theta2 = t_tpbol * theta2_dot + phi2_dot * (t_zlzao + t_hhb7k * t_acoue - t_hhb7k * t_oovgz)
+        cdy_theta2 = t_tpbol * theta2_dot + phi2_dot * (t_zlzao + t_acoue * t_hhb7k - t_oovgz * t_hhb7k)
         cdz_theta2 = phi2_dot * (t_zlzao_2 + t_acoue * t_mlczk - t_mlczk * t_oovgz) - cy_theta2 * theta2_dot
         t_wij2f = vy * r1
         t_hyv47 = W_phi1 / (D_phi1 * D_phi1)
@@ -2856,16 +2737,15 @@ def lyapunov_v1_loop_reduced_euler(q, r, p, c):
         t_eleav = 1.0 / f11_v1
         lu_v1_x4u_v1_x3 = f21_v1 * t_eleav
         lu_v1_x5u_v1_x3 = f31_v1 * t_eleav
-        ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
-        ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3
-        ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3
-        t_6dtnj = 1.0 / ku_v1_x4u_v1_x41
-        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj
-        ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4
+        ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3
+        ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3
+        t_6dtnj = 1.0 / ku_v1_x4u_v1_x4
+        lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj
+        ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4
         t_yf7hh = wx * w3 + g1_v1
         yu_v1_x4 = lu_v1_x4u_v1_x3 * t_yf7hh - (wy * w4 + g2_v1)
         yu_v1_x5 = lu_v1_x5u_v1_x3 * t_yf7hh - (wz * w5 + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4
-        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52
+        u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5
         u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5
         t_ofjms = t_yf7hh * t_eleav + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5
         u_v1_x3 = -t_ofjms
@@ -3002,24 +2882,11 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * wz + bob1_r_z * bob1_twice2 - bob1_r_z * wx
         bob1_Fx = m1 * (bob1_r11_x * bob1_v11 + bob1_u_z * wy - bob1_u_y * wz)
         bob1_v21 = bob1_twice1 * theta1_dot
-        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
         bob1_v22 = theta1_dot * theta1_dot
-        t_z7xxh = (
-            bob1_r1_z * bob1_v21
-            + bob1_u_x * wz
-            - bob1_r_y * bob1_v11
-            - bob1_r_y * bob1_v22
-            - bob1_u_z * wx
-        )
-        bob1_Fy = m1 * t_z7xxh
-        t_5cfms = (
-            bob1_u_y * wx
-            - bob1_r1_y * bob1_v21
-            - bob1_r_z * bob1_v11
-            - bob1_r_z * bob1_v22
-            - bob1_u_x * wy
-        )
-        bob1_Fz = m1 * t_5cfms
+        t_ijfms = bob1_v11 + bob1_v22
+        bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * wy - bob1_r_y * wz
+        bob1_Fy = m1 * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * wz - bob1_u_z * wx)
+        bob1_Fz = m1 * (bob1_u_y * wx - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * wy)
         t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z
         bob1_loss_theta = eps1 * theta1_dot
         bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z
@@ -3033,24 +2900,11 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * wz + bob2_r_z * bob2_twice2 - bob2_r_z * wx
         bob2_Fx = m2 * (bob2_r11_x * bob2_v11 + bob2_u_z * wy - bob2_u_y * wz)
         bob2_v21 = bob2_twice1 * theta2_dot
-        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
         bob2_v22 = theta2_dot * theta2_dot
-        t_2oe3n = (
-            bob2_r1_z * bob2_v21
-            + bob2_u_x * wz
-            - bob2_r_y * bob2_v11
-            - bob2_r_y * bob2_v22
-            - bob2_u_z * wx
-        )
-        bob2_Fy = m2 * t_2oe3n
-        t_a43ey = (
-            bob2_u_y * wx
-            - bob2_r1_y * bob2_v21
-            - bob2_r_z * bob2_v11
-            - bob2_r_z * bob2_v22
-            - bob2_u_x * wy
-        )
-        bob2_Fz = m2 * t_a43ey
+        t_h4psf = bob2_v11 + bob2_v22
+        bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * wy - bob2_r_y * wz
+        bob2_Fy = m2 * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * wz - bob2_u_z * wx)
+        bob2_Fz = m2 * (bob2_u_y * wx - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * wy)
         t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z
         bob2_loss_theta = eps2 * theta2_dot
         bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z
@@ -3267,58 +3121,57 @@ def lyapunov_v2_loop_euler(q, r, p, c):
         lhub_alphaxhub_ax = hub_K41 * t_6dtnj
         lhub_alphayhub_ax = hub_K51 * t_6dtnj
         t_skn5h = t_lhd4o * t_6dtnj
-        khub_ayhub_ay1 = hub_K22 - t_lhd4o * t_skn5h
+        khub_ayhub_ay = hub_K22 - t_lhd4o * t_skn5h
+        khub_azhub_ay = hub_K32 - t_lhd4o_2 * t_skn5h
+        khub_alphaxhub_ay = hub_K42 + hub_K41 * t_skn5h
+        khub_alphayhub_ay = hub_K51 * t_skn5h - t_rsnrr
+        khub_alphazhub_ay = hub_K62 - t_bjkdc * t_skn5h
+        t_6dtnj_2 = 1.0 / khub_ayhub_ay
+        lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2
+        lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2
+        lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2
+        lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2
         t_skn5h_2 = t_lhd4o_2 * t_6dtnj
-        khub_azhub_ay1 = hub_K32 - t_lhd4o * t_skn5h_2
-        khub_azhub_az1 = hub_K33 - t_lhd4o_2 * t_skn5h_2
-        khub_alphaxhub_ay1 = hub_K42 + t_lhd4o * lhub_alphaxhub_ax
-        khub_alphaxhub_az1 = hub_K43 + t_lhd4o_2 * lhub_alphaxhub_ax
-        khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax
-        khub_alphayhub_ay1 = t_lhd4o * lhub_alphayhub_ax - t_rsnrr
-        khub_alphayhub_az1 = hub_K53 + t_lhd4o_2 * lhub_alphayhub_ax
-        khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax
-        khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax
-        t_ak5u5 = t_bjkdc * t_6dtnj
-        khub_alphazhub_ay1 = hub_K62 - t_lhd4o * t_ak5u5
-        khub_alphazhub_az1 = hub_K63 - t_lhd4o_2 * t_ak5u5
-        khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_ak5u5
+        khub_azhub_az = hub_K33 - t_lhd4o_2 * t_skn5h_2 - khub_azhub_ay * lhub_azhub_ay
+        khub_alphaxhub_az = hub_K43 + hub_K41 * t_skn5h_2 - khub_alphaxhub_ay * lhub_azhub_ay
+        khub_alphayhub_az = hub_K53 + hub_K51 * t_skn5h_2 - khub_alphayhub_ay * lhub_azhub_ay
+        khub_alphazhub_az = hub_K63 - t_bjkdc * t_skn5h_2 - khub_alphazhub_ay * lhub_azhub_ay
+        t_6dtnj_3 = 1.0 / khub_azhub_az
+        lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3
+        lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3
+        lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3
+        khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az
+        khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az
+        khub_alphazhub_alphax = hub_K64 + t_bjkdc * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az
+        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax
+        lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4
+        lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4
+        khub_alphayhub_alphay = (
+            hub_K55
+            - hub_K51 * lhub_alphayhub_ax
+            - khub_alphayhub_alphax * lhub_alphayhub_alphax
+            - khub_alphayhub_ay * lhub_alphayhub_ay
+            - khub_alphayhub_az * lhub_alphayhub_az
+        )
         t_6u6cw = t_ezb77 * bob1_r_z + t_ykkjc * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x
-        khub_alphazhub_alphay1 = hub_K51 * t_ak5u5 - t_6u6cw
-        khub_alphazhub_alphaz1 = hub_K66 - t_bjkdc * t_ak5u5
-        t_6dtnj_2 = 1.0 / khub_ayhub_ay1
-        lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2
-        lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2
-        lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2
-        lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2
-        khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay
-        khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay
-        khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay
-        khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay
-        khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay
-        khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay
-        khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay
-        t_6dtnj_3 = 1.0 / khub_azhub_az2
-        lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3
-        lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3
-        lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3
-        khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az
-        khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az
-        khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az
-        khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az
-        khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az
-        t_6dtnj_4 = 1.0 / khub_alphaxhub_alphax3
-        lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4
-        lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4
-        khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax
-        khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax
-        khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax
-        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay4
-        lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5
-        khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay
+        khub_alphazhub_alphay = (
+            t_bjkdc * lhub_alphayhub_ax
+            - t_6u6cw
+            - khub_alphazhub_alphax * lhub_alphayhub_alphax
+            - khub_alphazhub_ay * lhub_alphayhub_ay
+            - khub_alphazhub_az * lhub_alphayhub_az
+        )
+        t_6dtnj_5 = 1.0 / khub_alphayhub_alphay
+        lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5
+        t_ak5u5 = t_bjkdc * t_6dtnj
+        khub_alphazhub_alphaz = (
+            hub_K66
+            - t_bjkdc * t_ak5u5
+            - khub_alphazhub_alphax * lhub_alphazhub_alphax
+            - khub_alphazhub_alphay * lhub_alphazhub_alphay
+            - khub_alphazhub_ay * lhub_alphazhub_ay
+            - khub_alphazhub_az * lhub_alphazhub_az
+        )
         yhub_ax = f_x + hub_b1
         t_4rwfu = sin_delta2_act * F
         yhub_ay = t_4rwfu + hub_b2 + t_skn5h * yhub_ax
@@ -3417,7 +3270,7 @@ def lyapunov_v2_loop_euler(q, r, p, c):
             - lhub_alphazhub_ay * yhub_ay
             - lhub_alphazhub_az * yhub_az
         )
-        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5
+        hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz
         hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay
         hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax
         hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az
@@ -3589,7 +3442,7 @@ def lyapunov_v2_loop_reduced(q, r, p, c):
         D_theta2 = t_jeevc + I2  # (26)
         gy_theta2 = cos_theta2 * gx_phi2  # (26)
         t_qo6r6 = sin_theta2 * gx_phi2
-        cy_theta2 = t_qo6r6 * h2 - t_hhb7k * t_qg23f  # (26)
+        cy_theta2 = t_qo6r6 * h2 - t_qg23f * t_hhb7k  # (26)
         cz_theta2 = gy_theta2 * h2 - t_qg23f * (cos_theta2 * t_frp3h) + I2  # (26)
         t_dr7rz = t_3cqcq * wx
         t_mw75j = phi2_dot + phi2_dot
@@ -3774,7 +3627,7 @@ def lyapunov_v2_loop_reduced_euler(q, r, p, c):
         D_theta2 = t_jeevc + I2  # (26)
         gy_theta2 = cos_theta2 * gx_phi2  # (26)
         t_qo6r6 = sin_theta2 * gx_phi2
-        cy_theta2 = t_qo6r6 * h2 - t_hhb7k * t_qg23f  # (26)
+        cy_theta2 = t_qo6r6 * h2 - t_qg23f * t_hhb7k  # (26)
         cz_theta2 = gy_theta2 * h2 - t_qg23f * (cos_theta2 * t_frp3h) + I2  # (26)
         t_dr7rz = t_3cqcq * wx
         t_mw75j = phi2_dot + phi2_dot

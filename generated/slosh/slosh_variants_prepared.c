@@ -89,7 +89,7 @@ void slosh_rhs_euler_hold(const real *u, const real *p, const real *h, real *w)
     w[rhs_euler_w_t_vkvws] = f_y * h[t_yxxpc];
 }
 
-/* the rest of rhs_euler; 705 operations. */
+/* the rest of rhs_euler; 699 operations. */
 void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -143,18 +143,9 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -177,18 +168,9 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -351,60 +333,52 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_pb37n = t_oe5we + t_yuijv;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
     const real t_pb37n_2 = t_oe5we_2 + t_yuijv_2;
-    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - (t_sxauh_2 + t_atyyu_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_iafuq;
+    const real khub_alphayhub_ay = hub_K51 * t_iafuq - (t_sxauh_2 + t_atyyu_2);
     const real t_mcuq4 = t_qdbhd + t_55wf6;
+    const real khub_alphazhub_ay = hub_K62 - t_mcuq4 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj;
+    const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_iafuq_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_iafuq_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_mcuq4 * t_iafuq_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_2;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_mcuq4 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_3;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_mcuq4 * lhub_alphayhub_ax
+        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_4;
     const real t_tvu3r = t_mcuq4 * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r
-        - (t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
-    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_mcuq4 * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = w[f_x] + hub_b1;
     const real yhub_ay = w[f_y] + hub_b2 + t_iafuq * yhub_ax;
     const real yhub_az = hub_b3 - w[t_gcu5g] + t_iafuq_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
@@ -424,7 +398,7 @@ void slosh_rhs_euler_prepared(const real *x, const real *u, const real *p, const
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -577,7 +551,7 @@ void slosh_rhs_reduced_hold(const real *u, const real *p, const real *h, real *w
     w[rhs_reduced_w_t_vkvws] = f_y * h[t_yxxpc];
 }
 
-/* the rest of rhs_reduced; 837 operations. */
+/* the rest of rhs_reduced; 831 operations. */
 void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -633,18 +607,9 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -667,18 +632,9 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -844,60 +800,52 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_2t2f4 = t_257e4 + t_ewsjo;
     const real t_seml2 = t_2t2f4 * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_ayhub_ay = hub_K22 - t_2t2f4 * t_seml2;
     const real t_2t2f4_2 = t_257e4_2 + t_ewsjo_2;
-    const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_2t2f4 * t_seml2_2;
-    const real khub_azhub_az1 = hub_K33 - t_2t2f4_2 * t_seml2_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_2t2f4 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_2t2f4_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_2t2f4 * lhub_alphayhub_ax - (t_dzice_2 + t_dvwmw_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_2t2f4_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_2t2f4_2 * t_seml2;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_seml2;
+    const real khub_alphayhub_ay = hub_K51 * t_seml2 - (t_dzice_2 + t_dvwmw_2);
     const real t_au6og = t_u7ptr + t_eyh7k;
+    const real khub_alphazhub_ay = hub_K62 - t_au6og * t_seml2;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj;
+    const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
+    const real khub_azhub_az = hub_K33 - t_2t2f4_2 * t_seml2_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_seml2_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_seml2_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_au6og * t_seml2_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_2;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_au6og * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_3;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_au6og * lhub_alphayhub_ax
+        - (t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_4;
     const real t_tvu3r = t_au6og * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_2t2f4 * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_2t2f4_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r
-        - (t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_au6og * t_tvu3r;
-    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_au6og * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = w[f_x] + hub_b1;
     const real yhub_ay = w[f_y] + hub_b2 + t_seml2 * yhub_ax;
     const real yhub_az = hub_b3 - w[t_gcu5g] + t_seml2_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
@@ -917,7 +865,7 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -988,7 +936,7 @@ void slosh_rhs_reduced_prepared(const real *x, const real *u, const real *p, con
         + (cos_phi2 + cos_phi2) * sin_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
-    const real cy_theta2 = t_xs3iz * p[h2] - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_xs3iz * p[h2] - t_pt6a7_2 * t_wywfd;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7_2 * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
     const real t_go56f = t_doiln_2 * x[wx];
     const real k_theta2 = bob2_loss_theta
@@ -1135,7 +1083,7 @@ void slosh_rhs_reduced_euler_hold(const real *u, const real *p, const real *h, r
     w[rhs_reduced_euler_w_t_vkvws] = f_y * h[t_yxxpc];
 }
 
-/* the rest of rhs_reduced_euler; 854 operations. */
+/* the rest of rhs_reduced_euler; 848 operations. */
 void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *p, const real *h, const real *w, real *dx)
 {
     enum { vx = SLOSH_X_VX, vy = SLOSH_X_VY, vz = SLOSH_X_VZ, wx = SLOSH_X_WX };
@@ -1193,18 +1141,9 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real bob1_v21 = bob1_twice1 * x[theta1_dot];
     const real bob1_v22 = x[theta1_dot] * x[theta1_dot];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * x[wy] - bob1_u_y * x[wz]);
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * x[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * x[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * x[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * x[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * x[wz] - bob1_u_z * x[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * x[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * x[wy]);
     const real bob1_g1_x = bob1_r1_x * p[m1];
     const real bob1_g1_y = bob1_r1_y * p[m1];
     const real bob1_g1_z = bob1_r1_z * p[m1];
@@ -1227,18 +1166,9 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real bob2_v21 = bob2_twice1 * x[theta2_dot];
     const real bob2_v22 = x[theta2_dot] * x[theta2_dot];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * x[wy] - bob2_u_y * x[wz]);
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * x[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * x[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * x[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * x[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * x[wz] - bob2_u_z * x[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * x[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * x[wy]);
     const real bob2_g1_x = bob2_r1_x * p[m2];
     const real bob2_g1_y = bob2_r1_y * p[m2];
     const real bob2_g1_z = bob2_r1_z * p[m2];
@@ -1404,60 +1334,52 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_2t2f4 = t_257e4 + t_ewsjo;
     const real t_seml2 = t_2t2f4 * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_ayhub_ay = hub_K22 - t_2t2f4 * t_seml2;
     const real t_2t2f4_2 = t_257e4_2 + t_ewsjo_2;
-    const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_2t2f4 * t_seml2_2;
-    const real khub_azhub_az1 = hub_K33 - t_2t2f4_2 * t_seml2_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_2t2f4 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_2t2f4_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_2t2f4 * lhub_alphayhub_ax - (t_dzice_2 + t_dvwmw_2);
-    const real khub_alphayhub_az1 = hub_K53 + t_2t2f4_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
+    const real khub_azhub_ay = hub_K32 - t_2t2f4_2 * t_seml2;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_seml2;
+    const real khub_alphayhub_ay = hub_K51 * t_seml2 - (t_dzice_2 + t_dvwmw_2);
     const real t_au6og = t_u7ptr + t_eyh7k;
+    const real khub_alphazhub_ay = hub_K62 - t_au6og * t_seml2;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj;
+    const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
+    const real khub_azhub_az = hub_K33 - t_2t2f4_2 * t_seml2_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_seml2_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_seml2_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_au6og * t_seml2_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_2;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_au6og * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_3;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
+    const real khub_alphazhub_alphay = t_au6og * lhub_alphayhub_ax
+        - (t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x)
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_4;
     const real t_tvu3r = t_au6og * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_2t2f4 * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_2t2f4_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r
-        - (t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x);
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_au6og * t_tvu3r;
-    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_au6og * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = w[f_x] + hub_b1;
     const real yhub_ay = w[f_y] + hub_b2 + t_seml2 * yhub_ax;
     const real yhub_az = hub_b3 - w[t_gcu5g] + t_seml2_2 * yhub_ax - lhub_azhub_ay * yhub_ay;
@@ -1477,7 +1399,7 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -1548,7 +1470,7 @@ void slosh_rhs_reduced_euler_prepared(const real *x, const real *u, const real *
         + (cos_phi2 + cos_phi2) * sin_phi2 * h[t_nfvux] * x[theta2_dot] * x[wx] * p[m2];  /* (25) */
     const real gy_theta2 = cos_theta2 * bob2_g1_x;  /* (26) */
     const real t_xs3iz = sin_theta2 * bob2_g1_x;
-    const real cy_theta2 = t_xs3iz * p[h2] - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_xs3iz * p[h2] - t_pt6a7_2 * t_wywfd;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_pt6a7_2 * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
     const real t_go56f = t_doiln_2 * x[wx];
     const real k_theta2 = bob2_loss_theta
@@ -1701,7 +1623,7 @@ void slosh_lyapunov_v1_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v1_loop_euler_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v1_loop_euler; 1384 operations. */
+/* the rest of lyapunov_v1_loop_euler; 1378 operations. */
 void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -1924,7 +1846,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real cy_theta1 = t_762ik - t_tbwda_2 * t_hjphj_2;  /* (26) */
     const real cdz_theta1 = q[phi1_dot] * (t_ik6g5_3 + t_hjphj * t_tbwda - t_hjphj_3 * t_tbwda) - cy_theta1 * q[theta1_dot];
     const real t_pt6a7_3 = cos_phi2 * cos_phi2;
-    const real cy_theta2 = t_ogbo3 - t_wywfd * t_pt6a7_2;  /* (26) */
+    const real cy_theta2 = t_ogbo3 - t_pt6a7_2 * t_wywfd;  /* (26) */
     const real cdz_theta2 = q[phi2_dot] * (t_tkdjn_3 + t_pt6a7 * t_wywfd_2 - t_wywfd_2 * t_pt6a7_3) - cy_theta2 * q[theta2_dot];
     const real g3_v1 = q[att3] * c[r7]
         - t_wij2f * q[vx]
@@ -1937,20 +1859,20 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
         - t_jdjlg * cy_theta1 * cz_theta1
         - t_4blgr * cy_theta2 * cz_theta2;  /* (29) */
     const real f21_v1 = h[t_if7mv] * t_eunpd + h[t_tmzpj] * t_ikrsv + t_npbwl * cy_theta1 + t_d27jg * cy_theta2;  /* (29) */
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
+    const real lu_v1_x4u_v1_x3 = f21_v1 * t_ba6ct;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
     const real f22_v1 = c[r6]
         - h[t_hyv47] * (t_eunpd * t_eunpd)
         - h[t_pi35k] * (t_ikrsv * t_ikrsv)
         - t_jdjlg * (cy_theta1 * cy_theta1)
         - t_4blgr * (cy_theta2 * cy_theta2);  /* (29) */
-    const real lu_v1_x4u_v1_x3 = f21_v1 * t_ba6ct;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
     const real cdy_phi1 = cz_phi1 * q[theta1_dot] + t_n4yir * q[phi1_dot];
     const real cdy_phi2 = cz_phi2 * q[theta2_dot] + t_epql5 * q[phi2_dot];
     const real cdy_theta1 = t_dfhzf * q[theta1_dot] + q[phi1_dot] * (t_ik6g5 + t_tbwda_2 * t_hjphj - t_hjphj_3 * t_tbwda_2);
-    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_wywfd * t_pt6a7 - t_wywfd * t_pt6a7_3);
+    const real cdy_theta2 = t_hkdmv * q[theta2_dot] + q[phi2_dot] * (t_tkdjn + t_pt6a7 * t_wywfd - t_pt6a7_3 * t_wywfd);
     const real g2_v1 = q[att2] * c[r5]
         + h[t_hyv47] * (t_l7f2e * t_eunpd + t_eunpd * k_phi1 + t_tlq7s * cdy_phi1)
         + h[t_pi35k] * (t_nkfmr * t_ikrsv + t_ikrsv * k_phi2 + t_ekjz2 * cdy_phi2)
@@ -1964,27 +1886,17 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
         - h[t_pi35k] * (cz_phi2 * cz_phi2)
         - t_jdjlg * (cz_theta1 * cz_theta1)
         - t_4blgr * (cz_theta2 * cz_theta2);  /* (29) */
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real bob1_v11 = q[phi1_dot] * q[phi1_dot];
     const real bob1_r1_z = bob1_r11_x * cos_theta1;
     const real bob1_u_z = bob1_r1_z * bob1_twice1 + bob1_r_y * q[wx] - bob1_r_x * q[wy] - bob1_r_y * bob1_twice2;
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
+    const real t_ijfms = bob1_v11 + bob1_v22;
     const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
     const real bob1_fy = t_txuch * bob1_S1ty - bob1_Fy - bob1_Q2 * bob1_S2ty;
@@ -1993,19 +1905,10 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real bob2_u_z = bob2_r1_z * bob2_twice1 + bob2_r_y * q[wx] - bob2_r_x * q[wy] - bob2_r_y * bob2_twice2;
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
+    const real t_h4psf = bob2_v11 + bob2_v22;
     const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
     const real bob2_fy = t_xyjt2 * bob2_S1ty - bob2_Fy - bob2_Q2 * bob2_S2ty;
@@ -2207,58 +2110,51 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
     const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_seml2 = t_2t2f4 * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_ayhub_ay = hub_K22 - t_2t2f4 * t_seml2;
+    const real khub_azhub_ay = hub_K32 - t_2t2f4_2 * t_seml2;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_seml2;
+    const real khub_alphayhub_ay = hub_K51 * t_seml2 - t_4yjdc;
+    const real khub_alphazhub_ay = hub_K62 - t_au6og * t_seml2;
+    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj_2;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj_2;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj_2;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj_2;
     const real t_seml2_2 = t_2t2f4_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_2t2f4 * t_seml2_2;
-    const real khub_azhub_az1 = hub_K33 - t_2t2f4_2 * t_seml2_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_2t2f4 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_2t2f4_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_2t2f4 * lhub_alphayhub_ax - t_4yjdc;
-    const real khub_alphayhub_az1 = hub_K53 + t_2t2f4_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_tvu3r = t_au6og * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_2t2f4 * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_2t2f4_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real khub_azhub_az = hub_K33 - t_2t2f4_2 * t_seml2_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_seml2_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_seml2_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_au6og * t_seml2_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_3 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_3;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_3;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_3;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_au6og * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_4;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_4;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_ypeae = t_u7ptr * bob1_r_z + t_eyh7k * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r - t_ypeae;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_au6og * t_tvu3r;
-    const real t_6dtnj_2 = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj_2;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj_2;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj_2;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj_2;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_3 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_3;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_3;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_3;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_4 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_4;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_4;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_5;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_au6og * lhub_alphayhub_ax
+        - t_ypeae
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_5 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_5;
+    const real t_tvu3r = t_au6og * t_l63bo;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_au6og * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_seml2 * yhub_ax;
@@ -2341,7 +2237,7 @@ void slosh_lyapunov_v1_loop_euler_prepared(const real *q, const real *p, const r
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_5 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_4 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_3 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -2577,7 +2473,7 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
     const real t_k5wof = t_qo6r6 * p[h2];
-    const real cy_theta2 = t_k5wof - t_kuf7x * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_k5wof - t_qg23f * t_kuf7x;  /* (26) */
     const real t_mne3j = gy_theta2 * p[h2];
     const real t_lvuvj = cos_theta2 * h[t_frp3h];
     const real t_55n3v = t_mne3j - t_qg23f * t_lvuvj;
@@ -2604,7 +2500,7 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     const real t_zxopy = t_zlzao_2 - cos_theta2 * h[t_nfvux] * p[m2];
     const real cdz_phi2 = t_zxopy * q[theta2_dot] - t_k5wof * q[phi2_dot];
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_55n3v * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
+    const real cdy_theta2 = t_55n3v * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_acoue * t_kuf7x - t_oovgz * t_kuf7x);
     const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
     const real t_tlq7s = h[D_phi1] * q[phi1_dot];
@@ -2673,16 +2569,15 @@ void slosh_lyapunov_v1_loop_reduced_prepared(const real *q, const real *p, const
     const real t_kn7ya = K(1.0) / f11_v1;
     const real lu_v1_x4u_v1_x3 = f21_v1 * t_kn7ya;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_kn7ya;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
     const real t_n2umh = q[wx] * c[w3] + g1_v1;
     const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_n2umh - (q[wy] * c[w4] + g2_v1);
     const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_n2umh - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real t_pgbjp = t_n2umh * t_kn7ya + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
     const real u_v1_x3 = -t_pgbjp;
@@ -2906,7 +2801,7 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
     const real t_k5wof = t_qo6r6 * p[h2];
-    const real cy_theta2 = t_k5wof - t_kuf7x * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_k5wof - t_qg23f * t_kuf7x;  /* (26) */
     const real t_mne3j = gy_theta2 * p[h2];
     const real t_lvuvj = cos_theta2 * h[t_frp3h];
     const real t_55n3v = t_mne3j - t_qg23f * t_lvuvj;
@@ -2933,7 +2828,7 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_zxopy = t_zlzao_2 - cos_theta2 * h[t_nfvux] * p[m2];
     const real cdz_phi2 = t_zxopy * q[theta2_dot] - t_k5wof * q[phi2_dot];
     const real t_oovgz = cos_phi2 * cos_phi2;
-    const real cdy_theta2 = t_55n3v * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_kuf7x * t_acoue - t_kuf7x * t_oovgz);
+    const real cdy_theta2 = t_55n3v * q[theta2_dot] + q[phi2_dot] * (t_zlzao + t_acoue * t_kuf7x - t_oovgz * t_kuf7x);
     const real cdz_theta2 = q[phi2_dot] * (t_zlzao_2 + t_acoue * t_lvuvj - t_lvuvj * t_oovgz) - cy_theta2 * q[theta2_dot];
     const real t_wij2f = q[vy] * c[r1];
     const real t_tlq7s = h[D_phi1] * q[phi1_dot];
@@ -3002,16 +2897,15 @@ void slosh_lyapunov_v1_loop_reduced_euler_prepared(const real *q, const real *p,
     const real t_kn7ya = K(1.0) / f11_v1;
     const real lu_v1_x4u_v1_x3 = f21_v1 * t_kn7ya;
     const real lu_v1_x5u_v1_x3 = f31_v1 * t_kn7ya;
-    const real ku_v1_x4u_v1_x41 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
-    const real ku_v1_x5u_v1_x41 = f32_v1 - f21_v1 * lu_v1_x5u_v1_x3;
-    const real ku_v1_x5u_v1_x51 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3;
-    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x41;
-    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x41 * t_6dtnj;
-    const real ku_v1_x5u_v1_x52 = ku_v1_x5u_v1_x51 - ku_v1_x5u_v1_x41 * lu_v1_x5u_v1_x4;
+    const real ku_v1_x4u_v1_x4 = f22_v1 - f21_v1 * lu_v1_x4u_v1_x3;
+    const real ku_v1_x5u_v1_x4 = f32_v1 - f31_v1 * lu_v1_x4u_v1_x3;
+    const real t_6dtnj = K(1.0) / ku_v1_x4u_v1_x4;
+    const real lu_v1_x5u_v1_x4 = ku_v1_x5u_v1_x4 * t_6dtnj;
+    const real ku_v1_x5u_v1_x5 = f33_v1 - f31_v1 * lu_v1_x5u_v1_x3 - ku_v1_x5u_v1_x4 * lu_v1_x5u_v1_x4;
     const real t_n2umh = q[wx] * c[w3] + g1_v1;
     const real yu_v1_x4 = lu_v1_x4u_v1_x3 * t_n2umh - (q[wy] * c[w4] + g2_v1);
     const real yu_v1_x5 = lu_v1_x5u_v1_x3 * t_n2umh - (q[wz] * c[w5] + g3_v1) - lu_v1_x5u_v1_x4 * yu_v1_x4;
-    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x52;
+    const real u_v1_x5 = yu_v1_x5 / ku_v1_x5u_v1_x5;
     const real u_v1_x4 = yu_v1_x4 * t_6dtnj - lu_v1_x5u_v1_x4 * u_v1_x5;
     const real t_pgbjp = t_n2umh * t_kn7ya + lu_v1_x4u_v1_x3 * u_v1_x4 + lu_v1_x5u_v1_x3 * u_v1_x5;
     const real u_v1_x3 = -t_pgbjp;
@@ -3125,7 +3019,7 @@ void slosh_lyapunov_v2_loop_euler_prepare(const real *p, const real *c, real *h)
     h[lyapunov_v2_loop_euler_h_t_yxxpc] = p[b] + p[d];
 }
 
-/* the rest of lyapunov_v2_loop_euler; 954 operations. */
+/* the rest of lyapunov_v2_loop_euler; 948 operations. */
 void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const real *c, const real *h, real *dq)
 {
     enum { vx = 0, vy = 1, vz = 2, wx = 3 };
@@ -3219,20 +3113,11 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real bob1_u_y = bob1_r1_y * bob1_twice1 + bob1_r_x * q[wz] + bob1_r_z * bob1_twice2 - bob1_r_z * q[wx];
     const real bob1_Fx = p[m1] * (bob1_r11_x * bob1_v11 + bob1_u_z * q[wy] - bob1_u_y * q[wz]);
     const real bob1_v21 = bob1_twice1 * q[theta1_dot];
-    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
     const real bob1_v22 = q[theta1_dot] * q[theta1_dot];
-    const real t_z7xxh = bob1_r1_z * bob1_v21
-        + bob1_u_x * q[wz]
-        - bob1_r_y * bob1_v11
-        - bob1_r_y * bob1_v22
-        - bob1_u_z * q[wx];
-    const real bob1_Fy = p[m1] * t_z7xxh;
-    const real t_5cfms = bob1_u_y * q[wx]
-        - bob1_r1_y * bob1_v21
-        - bob1_r_z * bob1_v11
-        - bob1_r_z * bob1_v22
-        - bob1_u_x * q[wy];
-    const real bob1_Fz = p[m1] * t_5cfms;
+    const real t_ijfms = bob1_v11 + bob1_v22;
+    const real bob1_u_x = bob1_r1_x * bob1_twice1 + bob1_r_z * q[wy] - bob1_r_y * q[wz];
+    const real bob1_Fy = p[m1] * (bob1_r1_z * bob1_v21 - t_ijfms * bob1_r_y + bob1_u_x * q[wz] - bob1_u_z * q[wx]);
+    const real bob1_Fz = p[m1] * (bob1_u_y * q[wx] - t_ijfms * bob1_r_z - bob1_r1_y * bob1_v21 - bob1_u_x * q[wy]);
     const real t_txuch = bob1_loss_phi + bob1_Fx * bob1_r1_x + bob1_Fy * bob1_r1_y + bob1_Fz * bob1_r1_z;
     const real bob1_loss_theta = p[eps1] * q[theta1_dot];
     const real bob1_Q2 = bob1_Fz * bob1_r_y - bob1_loss_theta - bob1_Fy * bob1_r_z;
@@ -3246,20 +3131,11 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real bob2_u_y = bob2_r1_y * bob2_twice1 + bob2_r_x * q[wz] + bob2_r_z * bob2_twice2 - bob2_r_z * q[wx];
     const real bob2_Fx = p[m2] * (bob2_r11_x * bob2_v11 + bob2_u_z * q[wy] - bob2_u_y * q[wz]);
     const real bob2_v21 = bob2_twice1 * q[theta2_dot];
-    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
     const real bob2_v22 = q[theta2_dot] * q[theta2_dot];
-    const real t_2oe3n = bob2_r1_z * bob2_v21
-        + bob2_u_x * q[wz]
-        - bob2_r_y * bob2_v11
-        - bob2_r_y * bob2_v22
-        - bob2_u_z * q[wx];
-    const real bob2_Fy = p[m2] * t_2oe3n;
-    const real t_a43ey = bob2_u_y * q[wx]
-        - bob2_r1_y * bob2_v21
-        - bob2_r_z * bob2_v11
-        - bob2_r_z * bob2_v22
-        - bob2_u_x * q[wy];
-    const real bob2_Fz = p[m2] * t_a43ey;
+    const real t_h4psf = bob2_v11 + bob2_v22;
+    const real bob2_u_x = bob2_r1_x * bob2_twice1 + bob2_r_z * q[wy] - bob2_r_y * q[wz];
+    const real bob2_Fy = p[m2] * (bob2_r1_z * bob2_v21 - t_h4psf * bob2_r_y + bob2_u_x * q[wz] - bob2_u_z * q[wx]);
+    const real bob2_Fz = p[m2] * (bob2_u_y * q[wx] - t_h4psf * bob2_r_z - bob2_r1_y * bob2_v21 - bob2_u_x * q[wy]);
     const real t_xyjt2 = bob2_loss_phi + bob2_Fx * bob2_r1_x + bob2_Fy * bob2_r1_y + bob2_Fz * bob2_r1_z;
     const real bob2_loss_theta = p[eps2] * q[theta2_dot];
     const real bob2_Q2 = bob2_Fz * bob2_r_y - bob2_loss_theta - bob2_Fy * bob2_r_z;
@@ -3444,58 +3320,51 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
     const real lhub_alphaxhub_ax = hub_K41 * t_l63bo;
     const real lhub_alphayhub_ax = hub_K51 * t_l63bo;
     const real t_iafuq = t_pb37n * t_l63bo;
-    const real khub_ayhub_ay1 = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_ayhub_ay = hub_K22 - t_pb37n * t_iafuq;
+    const real khub_azhub_ay = hub_K32 - t_pb37n_2 * t_iafuq;
+    const real khub_alphaxhub_ay = hub_K42 + hub_K41 * t_iafuq;
+    const real khub_alphayhub_ay = hub_K51 * t_iafuq - t_ek7rm;
+    const real khub_alphazhub_ay = hub_K62 - t_mcuq4 * t_iafuq;
+    const real t_6dtnj = K(1.0) / khub_ayhub_ay;
+    const real lhub_azhub_ay = khub_azhub_ay * t_6dtnj;
+    const real lhub_alphaxhub_ay = khub_alphaxhub_ay * t_6dtnj;
+    const real lhub_alphayhub_ay = khub_alphayhub_ay * t_6dtnj;
+    const real lhub_alphazhub_ay = khub_alphazhub_ay * t_6dtnj;
     const real t_iafuq_2 = t_pb37n_2 * t_l63bo;
-    const real khub_azhub_ay1 = hub_K32 - t_pb37n * t_iafuq_2;
-    const real khub_azhub_az1 = hub_K33 - t_pb37n_2 * t_iafuq_2;
-    const real khub_alphaxhub_ay1 = hub_K42 + t_pb37n * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_az1 = hub_K43 + t_pb37n_2 * lhub_alphaxhub_ax;
-    const real khub_alphaxhub_alphax1 = hub_K44 - hub_K41 * lhub_alphaxhub_ax;
-    const real khub_alphayhub_ay1 = t_pb37n * lhub_alphayhub_ax - t_ek7rm;
-    const real khub_alphayhub_az1 = hub_K53 + t_pb37n_2 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphax1 = hub_K54 - hub_K41 * lhub_alphayhub_ax;
-    const real khub_alphayhub_alphay1 = hub_K55 - hub_K51 * lhub_alphayhub_ax;
-    const real t_tvu3r = t_mcuq4 * t_l63bo;
-    const real khub_alphazhub_ay1 = hub_K62 - t_pb37n * t_tvu3r;
-    const real khub_alphazhub_az1 = hub_K63 - t_pb37n_2 * t_tvu3r;
-    const real khub_alphazhub_alphax1 = hub_K64 + hub_K41 * t_tvu3r;
+    const real khub_azhub_az = hub_K33 - t_pb37n_2 * t_iafuq_2 - khub_azhub_ay * lhub_azhub_ay;
+    const real khub_alphaxhub_az = hub_K43 + hub_K41 * t_iafuq_2 - khub_alphaxhub_ay * lhub_azhub_ay;
+    const real khub_alphayhub_az = hub_K53 + hub_K51 * t_iafuq_2 - khub_alphayhub_ay * lhub_azhub_ay;
+    const real khub_alphazhub_az = hub_K63 - t_mcuq4 * t_iafuq_2 - khub_alphazhub_ay * lhub_azhub_ay;
+    const real t_6dtnj_2 = K(1.0) / khub_azhub_az;
+    const real lhub_alphaxhub_az = khub_alphaxhub_az * t_6dtnj_2;
+    const real lhub_alphayhub_az = khub_alphayhub_az * t_6dtnj_2;
+    const real lhub_alphazhub_az = khub_alphazhub_az * t_6dtnj_2;
+    const real khub_alphaxhub_alphax = hub_K44 - hub_K41 * lhub_alphaxhub_ax - khub_alphaxhub_ay * lhub_alphaxhub_ay - khub_alphaxhub_az * lhub_alphaxhub_az;
+    const real khub_alphayhub_alphax = hub_K54 - hub_K51 * lhub_alphaxhub_ax - khub_alphayhub_ay * lhub_alphaxhub_ay - khub_alphayhub_az * lhub_alphaxhub_az;
+    const real khub_alphazhub_alphax = hub_K64 + t_mcuq4 * lhub_alphaxhub_ax - khub_alphazhub_ay * lhub_alphaxhub_ay - khub_alphazhub_az * lhub_alphaxhub_az;
+    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax;
+    const real lhub_alphayhub_alphax = khub_alphayhub_alphax * t_6dtnj_3;
+    const real lhub_alphazhub_alphax = khub_alphazhub_alphax * t_6dtnj_3;
+    const real khub_alphayhub_alphay = hub_K55
+        - hub_K51 * lhub_alphayhub_ax
+        - khub_alphayhub_alphax * lhub_alphayhub_alphax
+        - khub_alphayhub_ay * lhub_alphayhub_ay
+        - khub_alphayhub_az * lhub_alphayhub_az;
     const real t_r2phr = t_qdbhd * bob1_r_z + t_55wf6 * bob2_r_z + bob1_Nzz * bob1_r_x + bob2_Nzz * bob2_r_x;
-    const real khub_alphazhub_alphay1 = hub_K51 * t_tvu3r - t_r2phr;
-    const real khub_alphazhub_alphaz1 = hub_K66 - t_mcuq4 * t_tvu3r;
-    const real t_6dtnj = K(1.0) / khub_ayhub_ay1;
-    const real lhub_azhub_ay = khub_azhub_ay1 * t_6dtnj;
-    const real lhub_alphaxhub_ay = khub_alphaxhub_ay1 * t_6dtnj;
-    const real lhub_alphayhub_ay = khub_alphayhub_ay1 * t_6dtnj;
-    const real lhub_alphazhub_ay = khub_alphazhub_ay1 * t_6dtnj;
-    const real khub_azhub_az2 = khub_azhub_az1 - khub_azhub_ay1 * lhub_azhub_ay;
-    const real khub_alphaxhub_az2 = khub_alphaxhub_az1 - khub_azhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphaxhub_alphax2 = khub_alphaxhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphaxhub_ay;
-    const real khub_alphayhub_az2 = khub_alphayhub_az1 - khub_azhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphax2 = khub_alphayhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphayhub_alphay2 = khub_alphayhub_alphay1 - khub_alphayhub_ay1 * lhub_alphayhub_ay;
-    const real khub_alphazhub_az2 = khub_alphazhub_az1 - khub_azhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphax2 = khub_alphazhub_alphax1 - khub_alphaxhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphay2 = khub_alphazhub_alphay1 - khub_alphayhub_ay1 * lhub_alphazhub_ay;
-    const real khub_alphazhub_alphaz2 = khub_alphazhub_alphaz1 - khub_alphazhub_ay1 * lhub_alphazhub_ay;
-    const real t_6dtnj_2 = K(1.0) / khub_azhub_az2;
-    const real lhub_alphaxhub_az = khub_alphaxhub_az2 * t_6dtnj_2;
-    const real lhub_alphayhub_az = khub_alphayhub_az2 * t_6dtnj_2;
-    const real lhub_alphazhub_az = khub_alphazhub_az2 * t_6dtnj_2;
-    const real khub_alphaxhub_alphax3 = khub_alphaxhub_alphax2 - khub_alphaxhub_az2 * lhub_alphaxhub_az;
-    const real khub_alphayhub_alphax3 = khub_alphayhub_alphax2 - khub_alphaxhub_az2 * lhub_alphayhub_az;
-    const real khub_alphayhub_alphay3 = khub_alphayhub_alphay2 - khub_alphayhub_az2 * lhub_alphayhub_az;
-    const real khub_alphazhub_alphax3 = khub_alphazhub_alphax2 - khub_alphaxhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphay3 = khub_alphazhub_alphay2 - khub_alphayhub_az2 * lhub_alphazhub_az;
-    const real khub_alphazhub_alphaz3 = khub_alphazhub_alphaz2 - khub_alphazhub_az2 * lhub_alphazhub_az;
-    const real t_6dtnj_3 = K(1.0) / khub_alphaxhub_alphax3;
-    const real lhub_alphayhub_alphax = khub_alphayhub_alphax3 * t_6dtnj_3;
-    const real lhub_alphazhub_alphax = khub_alphazhub_alphax3 * t_6dtnj_3;
-    const real khub_alphayhub_alphay4 = khub_alphayhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphayhub_alphax;
-    const real khub_alphazhub_alphay4 = khub_alphazhub_alphay3 - khub_alphayhub_alphax3 * lhub_alphazhub_alphax;
-    const real khub_alphazhub_alphaz4 = khub_alphazhub_alphaz3 - khub_alphazhub_alphax3 * lhub_alphazhub_alphax;
-    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay4;
-    const real lhub_alphazhub_alphay = khub_alphazhub_alphay4 * t_6dtnj_4;
-    const real khub_alphazhub_alphaz5 = khub_alphazhub_alphaz4 - khub_alphazhub_alphay4 * lhub_alphazhub_alphay;
+    const real khub_alphazhub_alphay = t_mcuq4 * lhub_alphayhub_ax
+        - t_r2phr
+        - khub_alphazhub_alphax * lhub_alphayhub_alphax
+        - khub_alphazhub_ay * lhub_alphayhub_ay
+        - khub_alphazhub_az * lhub_alphayhub_az;
+    const real t_6dtnj_4 = K(1.0) / khub_alphayhub_alphay;
+    const real lhub_alphazhub_alphay = khub_alphazhub_alphay * t_6dtnj_4;
+    const real t_tvu3r = t_mcuq4 * t_l63bo;
+    const real khub_alphazhub_alphaz = hub_K66
+        - t_mcuq4 * t_tvu3r
+        - khub_alphazhub_alphax * lhub_alphazhub_alphax
+        - khub_alphazhub_alphay * lhub_alphazhub_alphay
+        - khub_alphazhub_ay * lhub_alphazhub_ay
+        - khub_alphazhub_az * lhub_alphazhub_az;
     const real yhub_ax = f_x + hub_b1;
     const real t_4rwfu = sin_delta2_act * p[F];
     const real yhub_ay = t_4rwfu + hub_b2 + t_iafuq * yhub_ax;
@@ -3579,7 +3448,7 @@ void slosh_lyapunov_v2_loop_euler_prepared(const real *q, const real *p, const r
         + t_tvu3r * yhub_ax
         - lhub_alphazhub_ay * yhub_ay
         - lhub_alphazhub_az * yhub_az;
-    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz5;
+    const real hub_alphaz = yhub_alphaz / khub_alphazhub_alphaz;
     const real hub_alphay = yhub_alphay * t_6dtnj_4 - hub_alphaz * lhub_alphazhub_alphay;
     const real hub_alphax = yhub_alphax * t_6dtnj_3 - hub_alphay * lhub_alphayhub_alphax - hub_alphaz * lhub_alphazhub_alphax;
     const real hub_az = yhub_az * t_6dtnj_2 - hub_alphax * lhub_alphaxhub_az - hub_alphay * lhub_alphayhub_az - hub_alphaz * lhub_alphazhub_az;
@@ -3782,7 +3651,7 @@ void slosh_lyapunov_v2_loop_reduced_prepared(const real *q, const real *p, const
     const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
-    const real cy_theta2 = t_qo6r6 * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_qo6r6 * p[h2] - t_qg23f * t_kuf7x;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
     const real t_mw75j = q[phi2_dot] + q[phi2_dot];
@@ -3995,7 +3864,7 @@ void slosh_lyapunov_v2_loop_reduced_euler_prepared(const real *q, const real *p,
     const real D_theta2 = t_rg5u5 + p[I2];  /* (26) */
     const real gy_theta2 = cos_theta2 * gx_phi2;  /* (26) */
     const real t_qo6r6 = sin_theta2 * gx_phi2;
-    const real cy_theta2 = t_qo6r6 * p[h2] - t_kuf7x * t_qg23f;  /* (26) */
+    const real cy_theta2 = t_qo6r6 * p[h2] - t_qg23f * t_kuf7x;  /* (26) */
     const real cz_theta2 = gy_theta2 * p[h2] - t_qg23f * (cos_theta2 * h[t_frp3h]) + p[I2];  /* (26) */
     const real t_dr7rz = t_3cqcq * q[wx];
     const real t_mw75j = q[phi2_dot] + q[phi2_dot];

@@ -16,9 +16,9 @@ import numpy as np
 import sympy as sp
 
 from mehvar.models.derivation import used_definitions
-from mehvar.models.system import Coordinates, Definition, Expr, Function, Quantity, System
+from mehvar.models.system import Coordinates, Definition, Expr, Function, Group, Quantity, System
 from mehvar.physics.gates import TOLERANCE, Gate, derived_equations
-from mehvar.physics.machine import Array, Machine, Points, Ranges, points
+from mehvar.physics.machine import Array, Machine, Points, Ranges, draw, points
 
 CHANGES = {"flipped": -1.0, "dropped": 0.0, "doubled": 2.0}
 SAME = 1e-13
@@ -179,17 +179,22 @@ class _Unchanged:
     """Test for mutants that change no function of the plant at many points."""
 
     def __init__(self, subject: Machine) -> None:
-        self.at = points(subject, _EQUIVALENCE_POINTS, seed=1)
-        groups = set(self.at.values)
-        requests = [r for r in subject.requests.values() if not r.law and groups >= {g.name for g in r.arguments}]
-        self.names = [request.name for request in requests]
+        self.subject, rng = subject, np.random.default_rng(2)
+        at = points(subject, _EQUIVALENCE_POINTS, seed=1)
+
+        def drawn(group: Group) -> Array:
+            known = group.name in at.values
+            return at.values[group.name] if known else draw(subject.ranges, group, _EQUIVALENCE_POINTS, rng)
+
+        requests = [request for request in subject.requests.values() if not request.law]
+        self.calls = [(request.name, [drawn(group) for group in request.arguments]) for request in requests]
         self.before = self._all()
 
     def __call__(self) -> bool:
         return all(_close(new, old) for new, old in zip(self._all(), self.before, strict=True))
 
     def _all(self) -> list[Array]:
-        return [self.at.call(name) for name in self.names]
+        return [self.subject(name, *arguments) for name, arguments in self.calls]
 
 
 def _close(new: Array, old: Array) -> bool:

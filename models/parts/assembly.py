@@ -541,22 +541,15 @@ class Factors:
 def factorise(frame: Frame, matrix: sp.Matrix, names: Sequence[str]) -> Factors:
     """Factorise a symmetric positive definite matrix, skipping structural zeros; `names` are those of its rows."""
     size = matrix.rows
-    rest = matrix.copy()
-    lower = sp.zeros(size, size)
+    lower, scaled = sp.zeros(size, size), sp.zeros(size, size)  # L, and L D
     inverse: list[Expr] = []
     for j in range(size):
-        inverse.append(frame.define(f"i{names[j]}", 1 / rest[j, j], "inverse of a pivot"))
+        for i in range(j, size):
+            entry = matrix[i, j] - sp.Add(*(lower[j, k] * scaled[i, k] for k in range(j)))
+            scaled[i, j] = frame.define(f"k{names[i]}{names[j]}", entry, "matrix after elimination")
+        inverse.append(frame.define(f"i{names[j]}", 1 / scaled[j, j], "inverse of a pivot"))
         for i in range(j + 1, size):
-            if rest[i, j] != 0:
-                lower[i, j] = frame.define(f"l{names[i]}{names[j]}", rest[i, j] * inverse[j], "factor")
-        for i in range(j + 1, size):
-            if lower[i, j] == 0:
-                continue
-            for k in range(j + 1, i + 1):
-                if rest[k, j] != 0:
-                    entry = rest[i, k] - lower[i, j] * rest[k, j]
-                    rest[i, k] = frame.define(f"k{names[i]}{names[k]}{j + 1}", entry, "matrix after elimination")
-                    rest[k, i] = rest[i, k]
+            lower[i, j] = frame.define(f"l{names[i]}{names[j]}", scaled[i, j] * inverse[j], "factor")
     return Factors(lower, tuple(inverse))
 
 

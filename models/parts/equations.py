@@ -128,8 +128,10 @@ def _kinematics(
     twice = (at.define(f"twice{i}", 2 * v, f"twice {v}") for i, v in enumerate(speeds, 1))
     stream = w.cross(r) + sum((slope * v for slope, v in zip(along, twice, strict=True)), ZERO)
     bias = w.cross(at.vector("u_", stream, "W x r + 2 r' of the particle", "m/s"))
+    curved = ZERO
     for i, (slope, v) in enumerate(zip(slopes, speeds, strict=True), 1):
         for j, (bend, other) in enumerate(zip(slopes_of(slope, coordinates[:i], at), speeds, strict=False), 1):
             product = at.define(f"v{i}{j}", (1 if i == j else 2) * v * other, f"product of {v} and {other}")
-            bias += named(f"r{i}{j}_", bend, f"acceleration of the particle per {v} {other}") * product
+            curved += named(f"r{i}{j}_", bend, f"acceleration of the particle per {v} {other}") * product
+    bias += curved.applyfunc(lambda e: sp.collect(e, r.free_symbols))
     return r, along, at.vector("F", particle.mass * bias, "force on the particle if the hub does not accelerate", "N")

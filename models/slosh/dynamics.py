@@ -72,6 +72,6 @@ def dynamics(p: Group, pendulums: Sequence[Pendulum], inertia: str, d: Derivatio
     bobs = [part.rates(at, motion) for (part, at), motion in zip(craft.parts[2:], motions[2:], strict=True)]
     whole = balance(craft)
     return Dynamics(
-        craft.frame, whole, factorise(craft.frame, whole.matrix[:3, :3], ("K1", "K2", "K3")),
+        craft.frame, whole, factorise(craft.frame, whole.matrix[:3, :3], ("hub_ax", "hub_ay", "hub_az")),
         tuple(acceleration - rate.cross(velocity)), tuple(turning), tuple(acceleration), tuple(bobs),
     )  # fmt: skip

@@ -18,6 +18,8 @@ import numpy as np
 
 from mehvar.models import parts as of
 
+from . import reference_sky as seen_from
+
 AXES, UNIT = "xyz", np.eye(3)
 NORTH = UNIT[2]
 ROTOR = 0.7
@@ -64,12 +66,17 @@ class Particles:
         As of a `Spacecraft` with the chart "quaternion".
     orbit : Orbit, optional
         Of the craft.
+    period : float
+        Of laws and sensors, s.
     """
 
-    def __init__(self, parts: Sequence[of.Part], motion: str = "free", orbit: of.Orbit | None = None) -> None:
+    def __init__(
+        self, parts: Sequence[of.Part], motion: str = "free", orbit: of.Orbit | None = None, period: float = 0.1
+    ) -> None:
         self.places, self.speeds, self.inputs, self.prescribed = {}, {}, {}, {}
         self.masses, self.points, self.pushes, self.forces, self.across = [], [], [], [], []
         self.potential, self.parts, self.orbit, self.fuel = ca.SX(0), parts, orbit, {}
+        self.guards, self.resets, self.felt, self.period = [], {}, {}, period
         self.relative, self.plane = motion == "attitude" or orbit is not None, motion == "plane"
         self.v, self.w = self.speed("vx", "vy", "vz"), self.speed("wx", "wy", "wz")
         self.q = ca.SX.sym("q", 4)
@@ -189,28 +196,54 @@ class Particles:
         inputs = ca.vertcat(*self.inputs.values(), ca.SX(0, 1))
         self._terms = ca.Function("terms", [places, speeds, inputs], [
             matrix, right, held, ca.vertcat(*ends, ca.SX(0, 1)), rates,
-            ca.vertcat(energy, turned(back, linear), turned(back, angular)),
+            ca.vertcat(energy, turned(back, linear), turned(back, angular)), ca.vertcat(ca.SX(0, 1), *self.guards),
+            ca.vertcat(ca.SX(0, 1), *self.resets.values()),
+            ca.vertcat(self.sky.field, self.sky.sun, self.sky.visible) if self.orbit else ca.SX(0, 1),
         ])  # fmt: skip
+        accelerations, found = ca.SX.sym("dv", speeds.numel()), []
+        for velocity in self.felt.values():
+            change = self.rate(velocity) + ca.jtimes(velocity, speeds, accelerations)
+            found.append(turned(back, change))
+        self._felt = ca.Function("felt", [places, speeds, accelerations], [ca.vertcat(ca.SX(0, 1), *found)])
 
-    def _at(self, x: Mapping[str, float], u: Mapping[str, float]) -> list[np.ndarray]:
+    def _given(self, x: Mapping[str, float], u: Mapping[str, float]) -> list[list[float]]:
         known = {n: 0.0 if n.startswith("O_") else ROTOR for n in self.places} | {"q0": 1.0, "q1": 0, "q2": 0, "q3": 0}
         known |= dict(x)
         if self.plane:
             known |= {"q0": np.cos(x["theta"] / 2), "q3": np.sin(x["theta"] / 2)}
-        given = [[known[n] for n in self.places], [x.get(n, 0.0) for n in self.speeds], [u[n] for n in self.inputs]]
-        return [np.array(value) for value in self._terms(*given)]
+        return [[known[n] for n in self.places], [x.get(n, 0.0) for n in self.speeds], [u[n] for n in self.inputs]]
+
+    def _at(self, x: Mapping[str, float], u: Mapping[str, float]) -> list[np.ndarray]:
+        return [np.array(value) for value in self._terms(*self._given(x, u))]
 
     def rates(self, x: Mapping[str, float], u: Mapping[str, float]) -> dict[str, float]:
         """Return the rates of coordinates and speeds by the names of the craft's states."""
-        matrix, right, held, ends, rates, _ = self._at(x, u)
+        matrix, right, held, ends, rates, *_ = self._at(x, u)
         size, zero = len(right), np.zeros((len(held), len(held)))
         whole = np.block([[matrix, held.T], [held, zero]])
         solution = np.linalg.solve(whole, np.concatenate([right, ends]))[:size, 0]
-        return dict(zip(self.places, rates[:, 0], strict=True)) | dict(zip(self.speeds, solution, strict=True))
+        felt = self._felt(*self._given(x, u)[:2], solution).full().ravel()
+        own = [f"{name}{a}" for name in self.felt for a in AXES]
+        result = dict(zip(self.places, rates[:, 0], strict=True)) | dict(zip(self.speeds, solution, strict=True))
+        return result | dict(zip(own, felt, strict=True))
 
     def readings(self, x: Mapping[str, float], u: Mapping[str, float]) -> np.ndarray:
         """Return energy, momentum, and angular momentum about O or the centre of mass, in the axes of the hub."""
-        return self._at(x, u)[-1][:, 0]
+        return self._at(x, u)[5][:, 0]
+
+    def found(self, what: str, x: Mapping[str, float], u: Mapping[str, float]) -> np.ndarray:
+        """Return guards of events, states that events reset, or field, direction to the Sun and its visible share."""
+        return self._at(x, u)[6 + ("guards", "resets", "sky").index(what)][:, 0]
+
+    def pulse(self, part, share):
+        """Declare the clock of a part that acts for a share of a period from 2 on; return 1 where it acts.
+
+        It ends a period at -1, so that it goes to what the rest of the period is above that.
+        """
+        clock = self.coordinate(f"{part.name}_clock", -1 / self.period)
+        self.guards.append(share - (2 - clock))
+        self.resets[f"{part.name}_clock"] = (1 - share) - 1
+        return ca.if_else(ca.logic_and(clock > 0.5, share > 0), 1, 0)
 
 
 class Sky:
@@ -223,10 +256,18 @@ class Sky:
         self.time = world.coordinate("clock", 1.0)
         self.radius = ca.norm_2(self.place)
         self.values = {f: getattr(v := getattr(orbit, f), "default", v) for f in vars(orbit)}
-        self.sun = self.seen(direction(orbit.ascension, orbit.declination))
+        self.far, self.towards_sun = self._sun()
+        self.sun = self.seen(self.towards_sun)
 
     def __getitem__(self, name):
         return self.values[name]
+
+    def _sun(self):
+        """Return the Sun's distance, au, and its direction in inertial axes."""
+        if self["epoch"] is None:
+            return 1.0, ca.SX(direction(self["ascension"], self["declination"]))
+        far, longitude, tilt = seen_from.almanac((self["epoch"] + self.time) / 86400)
+        return far, turn(UNIT[0], tilt) @ ca.vertcat(ca.cos(longitude), ca.sin(longitude), 0)
 
     def seen(self, vector):
         q = self.world.q
@@ -248,15 +289,20 @@ class Sky:
 
     def body(self, part):
         if isinstance(part, of.SunGravity):
-            return part.distance * ca.SX(direction(self.orbit.ascension, self.orbit.declination))
+            return part.distance * self.far * self.towards_sun
         plane = turn(NORTH, part.node) @ turn(UNIT[0], part.inclination)
         angle = part.phase + part.rate * self.time
         return part.distance * plane @ ca.vertcat(ca.cos(angle), ca.sin(angle), 0)
 
     @property
     def field(self):
-        """Field of the dipole: minus the slope of its potential."""
-        pole = direction(self["longitude"] + self["spin"] * self.time, np.pi / 2 - self["tilt"])
+        """Field of the dipole or of Gauss coefficients: minus the slope of its potential."""
+        angle = self["longitude"] + self["spin"] * self.time
+        if self["harmonics"]:
+            fixed = turn(NORTH, -angle) @ self.place
+            potential = seen_from.potential(fixed, self["harmonics"], self["reference"])
+            return self.seen(-ca.gradient(potential, self.place))
+        pole = direction(angle, np.pi / 2 - self["tilt"])
         return self.seen(ca.gradient(self["dipole"] * ca.dot(ca.SX(pole), self.place) / self.radius**3, self.place))
 
     @property
@@ -265,16 +311,33 @@ class Sky:
 
     @property
     def density(self):
-        over = self.radius - self["radius"] - self["height"]
-        return self["density"] * ca.exp(-over / self["thinning"])
+        over = self.radius - self["radius"]
+        if self["air"]:
+            return seen_from.density(over, [(layer.height, layer.density) for layer in self["air"]])
+        return self["density"] * ca.exp(-(over - self["height"]) / self["thinning"])
+
+    @property
+    def discs(self):
+        """Angle between Sun and Earth, and the angular radii of both."""
+        down = -self.place
+        apart = ca.atan2(ca.norm_2(ca.cross(down, self.towards_sun)), ca.dot(down, self.towards_sun))
+        return apart, ca.asin(ca.fmin(1, self["radius"] / self.radius)), self["disc"] / self.far
+
+    @property
+    def visible(self):
+        """Share of the Sun that is not behind the Earth: a ball, in parallel light or in that of a disc."""
+        if self["shadow"] == "cone":
+            apart, earth, sun = self.discs
+            partly = seen_from.visible(apart, earth, sun)
+            return ca.if_else(apart > earth + sun, 1, ca.if_else(apart < earth - sun, 0, partly))
+        along = ca.dot(self.towards_sun, self.place)
+        dark = ca.logic_and(along < 0, ca.norm_2(self.place - along * self.towards_sun) < self["radius"])
+        return ca.if_else(dark, 0, 1)
 
     @property
     def light(self):
-        """Pressure of sunlight; the Earth is a ball in parallel light."""
-        sun = ca.SX(direction(self.orbit.ascension, self.orbit.declination))
-        along = ca.dot(sun, self.place)
-        dark = ca.logic_and(along < 0, ca.norm_2(self.place - along * sun) < self["radius"])
-        return self["sunlight"] * ca.if_else(dark, 0, 1)
+        """Pressure of sunlight."""
+        return self["sunlight"] / self.far**2 * self.visible
 
 
 def direction(ascension, declination):
@@ -291,6 +354,46 @@ def write(part: of.Part, world: Particles) -> None:
 @write.register(of.ThirdBody | of.SunGravity)
 def _(part, world):
     pass  # `Sky.fall` has its gravity
+
+
+@write.register
+def _(part: of.Eclipse, world):
+    apart, earth, sun = world.sky.discs
+    reaches = (earth,) if world.sky["shadow"] == "cylinder" else (earth + sun, earth - sun)
+    world.guards += [apart - reach for reach in reaches for _ in ("begins", "ends")]
+
+
+@write.register
+def _(part: of.GroundStation, world):
+    """The guard is the line of sight times the difference of the sines of the least elevation and of the craft's."""
+    sky, flattening = world.sky, float(getattr(part.flattening, "default", part.flattening))
+    out, north = seen_from.station(part.latitude, part.height, flattening, sky["radius"])
+    meridian = turn(NORTH, part.ascension + sky["spin"] * sky.time)
+    line = sky.place - meridian @ ca.vertcat(out, 0, north)
+    up = meridian @ ca.vertcat(np.cos(part.latitude), 0, np.sin(part.latitude))
+    world.guards += [ca.norm_2(line) * np.sin(part.elevation) - ca.dot(line, up)] * 2
+
+
+@write.register(of.StarTracker | of.SunSensor | of.Magnetometer | of.Tachometer)
+def _(part, world):
+    pass  # `reference_signals` has what they show
+
+
+@write.register
+def _(part: of.Gyro, world):
+    """Its integral is the vector of the turn since the last sample, whose quaternion has the rate of the hub."""
+    if part.integrating:
+        vector = ca.SX.sym(f"{part.name}_angle", 3)
+        angle = ca.norm_2(vector)
+        q = ca.vertcat(ca.cos(angle / 2), ca.sin(angle / 2) * vector / angle)
+        slope = ca.jacobian(q, vector)
+        rate = ca.solve(slope.T @ slope, slope.T @ product(q, ca.vertcat(0, world.w)) / 2)
+        world.place([f"{part.name}_angle_{a}" for a in AXES], vector, rate)
+
+
+@write.register
+def _(part: of.Accelerometer, world):
+    world.felt[f"{part.name}_speed_"] = turned(world.q, world.v + ca.cross(world.w, ca.SX(part.at)))
 
 
 @write.register
@@ -491,6 +594,7 @@ def line(world, part, reach):
     rate, stretch = world.rate(length), length - part.length
     pull, potential = part.stiffness * stretch + (part.damping or 0.0) * rate, part.stiffness * stretch**2 / 2
     if isinstance(part, of.Tether | of.Cable):
+        world.guards += [stretch] if part.damping is None else [stretch, pull]
         pull, potential = (ca.if_else(stretch > 0, e, 0) for e in (ca.fmax(pull, 0), potential))
     world.potential += potential
     world.push(-pull, rate)
@@ -508,7 +612,10 @@ def _(part: of.Torquer, world):
 
 @write.register
 def _(part: of.Thruster, world):
-    world.load(world.input(f"{part.name}_force") * unit(part.direction), part.at)
+    force = world.input(f"{part.name}_force")
+    if part.pulsed:
+        force = part.limit * world.pulse(part, force / part.limit)
+    world.load(force * unit(part.direction), part.at)
 
 
 @write.register
@@ -534,7 +641,8 @@ def _(part: of.Dipole, world):
 
 @write.register
 def _(part: of.Magnetorquer, world):
-    world.couple(ca.cross(world.input(f"{part.name}_dipole") * ca.SX(unit(part.axis)), world.sky.field))
+    dipole = world.input(f"{part.name}_dipole") * (1 if part.duty is None else world.pulse(part, part.duty))
+    world.couple(ca.cross(dipole * ca.SX(unit(part.axis)), world.sky.field))
 
 
 @write.register

@@ -4,40 +4,56 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
 from mehvar.models.clock import with_clock
 from mehvar.models.parts import (
+    Accelerometer,
     Cable,
     Dipole,
     Drag,
+    Eclipse,
+    Engine,
     GravityGradient,
+    GroundStation,
+    Gyro,
+    Magnetometer,
     Magnetorquer,
     Orbit,
     Part,
     Spacecraft,
+    StarTracker,
     SunGravity,
     SunPressure,
+    SunSensor,
+    Tachometer,
+    Tank,
     ThirdBody,
     Thruster,
+    Wheel,
 )
+from mehvar.models.parts.environment.magnetism import MOST
+from mehvar.models.parts.hub import Pulsed
 from mehvar.models.parts.values import Parameters
 from mehvar.models.system import Condition, Definition, Group, System
-from mehvar.physics.gates import Gate, balance, identity
-from mehvar.physics.machine import Machine, Points, Ranges
+from mehvar.physics.machine import Ranges
 from mehvar.physics.mutation import Tally, Term, Weights, run_terms
 from tests.reference.reference_parts import Particles
 
-from .table import HUB, PARTS, PUSH, SKEW, TURN
+from .compared import Compared
+from .table import FUEL, HUB, PARTS, PUSH, SKEW, TURN
 
 POOL = 1000
 """Number of weights that are declared before it is known how many there are; more than any part has."""
-PARTICLES = "accelerations of particles"
-READINGS = "energy and momentum of particles"
+METHODS = (
+    "particle", "aggregates", "loads", "contribution", "rates", "power", "carried", "share", "events", "applied",
+    "errors", "measured", "measures", "jumps",
+)  # fmt: skip
+"""Methods of parts whose terms have weights, each where a part has its own."""
 
 
 MOUNTED = {"area": 0.5, "at": (0.3, 0.1, -0.2)}
@@ -59,6 +75,40 @@ EARTH = {
     "third": -0.1, "fourth": 0.2,
 }  # fmt: skip
 """An Earth so light and so near that every load is of the order of one."""
+GAUSS = tuple((n, m, (-1) ** m * 4e8 / n, 3e8 / n if m else 0.0) for n in range(1, MOST + 1) for m in range(n + 1))
+"""All coefficients, nT, each with an effect."""
+AIR = ((0.1, 0.9), (0.2, 0.5), (0.5, 0.4), (0.9, 0.1))
+LIMITED: dict[str, Part] = {
+    "a thruster": Thruster("a", direction=SKEW, at=(0.1, 0.2, 0.3), limit=0.6, least=0.02),
+    "a wheel": Wheel("a", axis=SKEW, inertia=0.2, torque_limit=0.4, speed_limit=0.5),
+    "an engine": Engine("a", direction=SKEW, axis=(0.1, 1.0, 0.3), lag=0.2, limit=0.6, angle_limit=0.4),
+    "a tank": Tank("a", **FUEL, flow=0.6, reserve=0.7),
+}
+NOISE = {"noise": 0.02, "walk": 0.3}
+SEEING: dict[str, Sequence[Part]] = {
+    "gyro": [Gyro("a", **NOISE, scale=(0.1, -0.2, 0.3), misalignment=(0.1, 0.2, -0.3))],
+    "gyro that counts, late": [Gyro("a", **NOISE, step=0.1, every=3, dropout=0.5, delay=2)],
+    "gyro that integrates": [Gyro("a", **NOISE, integrating=True, delay=1)],
+    "accelerometer": [Accelerometer("a", **NOISE, at=(0.1, 0.2, 0.3))],
+    "star tracker": [StarTracker("a", sigma=(0.1, 0.2, 0.3), blind=0.8)],
+    "tachometer": [wheel := Wheel("b", axis=SKEW, inertia=0.2), Tachometer("a", of=wheel, sigma=0.1)],
+}
+SEEING_SKY: dict[str, Part] = {
+    "star tracker in the sky": StarTracker("a", boresight=SKEW, exclusion=1.2, every=2),
+    "Sun sensor": SunSensor("a", sigma=0.1),
+    "magnetometer": Magnetometer("a", noise=0.1, every=2),
+}
+STATION = {"latitude": 0.4, "ascension": 0.3, "height": 0.1, "elevation": 0.2, "flattening": 0.1}
+THIN, FIXED = ("density", "height", "thinning"), ("ascension", "declination")
+SPANS = {"_fuel": (0.5, 1.0), "_angle_": (-3e-3, 3e-3)}
+"""Ranges of states by a part of their names; to third order in the turn of a gyro, the error is then below 1e-12."""
+PENUMBRA = 400
+"""Points, of which some are in each part of the shadow."""
+
+
+def around(*without: str, **fields: Any) -> Orbit:
+    """Return an orbit about the light Earth, with some fields at their defaults and others given."""
+    return Orbit("J4", **{name: value for name, value in EARTH.items() if name not in without} | fields)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,7 +123,7 @@ class Subject:
     def tally(self, sample: int = 0) -> Tally:
         """Try the mutants of the part."""
         system, terms = craft(self.parts, self.part, self.orbit)
-        gates = gates_of(Particles(self.parts, orbit=self.orbit))
+        gates = Compared(Particles(self.parts, orbit=self.orbit))
         return run_terms(system, terms, ranges_of(system), gates, sample, self.points)
 
 
@@ -83,7 +133,8 @@ def subjects() -> dict[str, Subject]:
     ends = [dataclasses.replace(PARTS[name], name=end) for name, end in (("rod", "near"), ("tether", "far"))]
     cable = Cable("a", between=tuple(ends), length=0.9, stiffness=20.0, damping=0.3)  # type: ignore[arg-type]
     thruster = Thruster("a", direction=SKEW, at=(0.1, 0.2, 0.3))
-    orbit = Orbit("J4", **EARTH)  # type: ignore[arg-type]
+    orbit, soft = around(), around(shadow="cone", disc=0.1)
+    coil = Magnetorquer("a", axis=SKEW, limit=0.5)
     loads = [dataclasses.replace(part, name=f"load{k}") for k, part in enumerate(FLYING.values())]
     return {
         "hub": Subject(base, "hub"), "external force": Subject(base, "push"), "torquer": Subject(base, "turn"),
@@ -91,7 +142,23 @@ def subjects() -> dict[str, Subject]:
         **{name: Subject((*base, part)) for name, part in PARTS.items()},
         "cable": Subject((HUB, *ends, cable)),
         **{name: Subject((*base, part), orbit=orbit) for name, part in FLYING.items()},
-        "orbit with all loads": Subject((*base, *loads), "orbit", orbit, 400),
+        "orbit with all loads": Subject((*base, *loads), "orbit", orbit, PENUMBRA),
+        "field of Gauss": Subject((HUB, FLYING["dipole"]), "orbit", around("dipole", harmonics=GAUSS, reference=0.8)),
+        "table of the air": Subject((HUB, FLYING["drag of a sphere"]), "orbit", around(*THIN, air=AIR), 40),
+        "shadow of a cone": Subject((HUB, FLYING["light on a sphere"]), "orbit", soft, PENUMBRA),
+        "Sun of an epoch": Subject(
+            (HUB, FLYING["light on a sphere"], dataclasses.replace(FLYING["gravity of the Sun"], name="sun")), "orbit",
+            around(*FIXED, epoch=6e8, shadow="cone", disc=0.1), PENUMBRA,
+        ),
+        **{f"limits of {name}": Subject((HUB, part), points=60) for name, part in LIMITED.items()},
+        "limits of a magnetorquer": Subject((HUB, coil), orbit=orbit),
+        "thruster that pulses": Subject((HUB, dataclasses.replace(thruster, limit=0.5, pulsed=True)), points=100),
+        "magnetorquer that pulses": Subject((HUB, dataclasses.replace(coil, duty=0.7)), orbit=orbit, points=100),
+        **{name: Subject((HUB, *parts), points=PENUMBRA) for name, parts in SEEING.items()},
+        **{name: Subject((HUB, part), orbit=soft, points=PENUMBRA) for name, part in SEEING_SKY.items()},
+        "eclipse": Subject((HUB, Eclipse("a")), orbit=orbit),
+        "eclipse by a disc": Subject((HUB, Eclipse("a")), orbit=soft),
+        "ground station": Subject((HUB, GroundStation("a", **STATION)), orbit=orbit),
     }  # fmt: skip
 
 
@@ -118,11 +185,15 @@ class _Bench:
             return sp.Matrix(*value.shape, entry)
         if isinstance(value, sp.Expr):
             return self.weights.weigh(owner, [value], memo=self.memos.setdefault(owner, {}))[0]
+        if isinstance(value, Boolean) and value.args:
+            return value.func(*(self.weigh(f"{owner} {k}", each) for k, each in enumerate(value.args)))
         if isinstance(value, tuple | list):
             return tuple(self.weigh(f"{owner} {k}", each) for k, each in enumerate(value))
+        if isinstance(value, Mapping):
+            return {key: self.weigh(f"{owner} {key}", each) for key, each in value.items()}
         if dataclasses.is_dataclass(value):
             given = {f.name: self.weigh(f"{owner}.{f.name}", getattr(value, f.name))
-                     for f in dataclasses.fields(value)}  # fmt: skip
+                     for f in dataclasses.fields(value) if f.init}  # fmt: skip
             return dataclasses.replace(value, **given)
         return value
 
@@ -144,8 +215,7 @@ def planted(part: Part, bench: _Bench) -> Part:
     def limits(self: Any, at: Any) -> tuple[Condition, ...]:
         return (Condition(sp.Add(*bench.pool), "uses all weights"),)
 
-    names = ["aggregates", "loads"]
-    names += [n for n in ("contribution", "rates", "power", "carried") if getattr(own, n) is not getattr(Part, n)]
+    names = [n for n in METHODS if getattr(own, n, None) is not getattr(Part, n, None)]
     kind: Any = type(
         own.__name__, (own,), {"values": values, "limits": limits} | {name: weighed(name) for name in names}
     )
@@ -167,6 +237,8 @@ def craft(
     whole = Spacecraft("craft", orbit=around, motion=motion)  # type: ignore[arg-type]
     for part in given.values():
         whole.add(part)
+    if any(isinstance(part, Pulsed) and part.pulses for part in parts):
+        whole.law("off", lambda law: {})
     system = whole.system()
     steps = tuple(
         dataclasses.replace(step, expr=bench.weights.weigh(step.symbol.name, [step.expr])[0])
@@ -186,43 +258,8 @@ def craft(
 
 def ranges_of(system: System) -> Ranges:
     """Return ranges of states; parameters keep their defaults, at which the particles are."""
-    ranges = {q.name: (0.5, 1.0) if q.name.endswith("_fuel") else (-1.0, 1.0) for q in (*system.states, *system.inputs)}
+    drawn = [*system.states, *system.inputs]
+    drawn += [q for each in (system.sensor, system.random_step) if each for q in each.noise]
+    drawn += system.actuator.commanded if system.actuator else ()
+    ranges = {q.name: next((v for end, v in SPANS.items() if end in q.name), (-1.0, 1.0)) for q in drawn}
     return ranges | {q.name: (float(q.default),) * 2 for q in system.parameters}
-
-
-def gates_of(world: Particles) -> Callable[[Machine], list[Gate]]:
-    """Return the balances of every craft, and the comparison with particles."""
-    memory: dict[tuple[str, bytes], np.ndarray] = {}
-
-    def particles(at: Points, what: str) -> np.ndarray:
-        key = what, at.values["x"].tobytes()
-        if key not in memory:
-            system, rows = at.machine.system, []
-            for k in range(len(at.values["x"])):
-                x, u = (dict(zip([q.name for q in group], at.values[group.name][k], strict=False))
-                        for group in (system.states, system.inputs))  # fmt: skip
-                rates = world.rates(x, u) if what == "rates" else {}
-                rows.append([rates[q.name] for q in system.states] if rates else world.readings(x, u))
-            memory[key] = np.array(rows)
-        return memory[key]
-
-    def triple(at: Points, start: str) -> np.ndarray:
-        known = {q.name for q in at.machine.system.states}
-        return np.stack([at[n] if (n := f"{start}{a}") in known else 0 * at["wx"] for a in "xyz"], axis=-1)
-
-    def supply(at: Points) -> np.ndarray:
-        v, w, momentum = triple(at, "v"), triple(at, "w"), at.call("momentum")
-        linear, angular = momentum[:, :3], momentum[:, 3:]
-        turned = np.hstack([np.cross(w, linear), np.cross(w, angular) + np.cross(v, linear)])
-        return at.call("loads") - turned
-
-    def gates(machine: Machine) -> list[Gate]:
-        return [  # the fastest first
-            identity(PARTICLES, lambda at: at.call("rhs"), lambda at: particles(at, "rates")),
-            identity(READINGS, lambda at: np.hstack([at.call("energy"), at.call("momentum")]),
-                     lambda at: particles(at, "readings")),
-            balance("momentum", lambda at: at.call("momentum"), supply),
-            balance("energy", lambda at: at.call("energy"), lambda at: at.call("power")),
-        ]  # fmt: skip
-
-    return gates
