@@ -106,7 +106,7 @@ def exchange(old: Document, new: Document) -> Renaming | None:
         return None
     before, after = _words(old), _words(new)
     any_of = re.compile("|".join(sorted(map(re.escape, pairs), key=len, reverse=True)))
-    names = {name: any_of.sub(lambda part: pairs[part[0]], name) for name in before if any_of.search(name)}
+    names = {name: any_of.sub(lambda part: pairs[part[0]], name) for name in sorted(before) if any_of.search(name)}
     return Renaming(pairs, {}, {}, {name: other for name, other in names.items() if other in after}, {})
 
 

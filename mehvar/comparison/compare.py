@@ -143,7 +143,7 @@ def _part_changes(old: Manifest | None, new: Manifest | None, renamed: Mapping[s
         return ()
     from mehvar.models.parts.part import unit_of
 
-    names = {name: other for name, other in renamed.items() if name in old.parts and other in new.parts}
+    names = {name: renamed[name] for name in old.parts if renamed.get(name) in new.parts}
     return part_changes(old.parts, new.parts, unit_of, names)
 
 

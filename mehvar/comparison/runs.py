@@ -23,7 +23,7 @@ from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
-from ..estimation.margins import Margin, draining, linear_loop, linear_margins, moving, orbit_modes, unstable
+from ..estimation.margins import Margin, draining, left_out, linear_loop, linear_margins, moving, orbit_modes, unstable
 from .spectra import differentiable
 
 if TYPE_CHECKING:
@@ -347,7 +347,10 @@ def _margins(model: Model, run: Run, names: Mapping[str, str]) -> tuple[Margin, 
         return ()
     try:
         cut = linear_loop(model, run)
-        margins = linear_margins(cut, orbit_modes(model, run))
+        slow = orbit_modes(model, run.x[-1])
+        margins = linear_margins(cut, slow)
+        if any(margin.is_endless for margin in margins) and left_out(cut, slow, margins):
+            return ()
         if not margins and unstable(model, run):
             acting = (name for k, name in enumerate(cut.inputs) if np.any(cut.B[:, k]) and np.any(cut.C[k]))
             margins = tuple(Margin(name, math.nan, math.nan) for name in acting)

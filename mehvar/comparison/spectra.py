@@ -11,9 +11,10 @@ import numpy as np
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import Controller
 from mehvar.base.names import identifier
-from mehvar.estimation.margins import is_unstable
+from mehvar.estimation.margins import is_unstable, orbit_modes
+from mehvar.estimation.turns import in_turns
 from mehvar.runtime.model.functions import FloatArray
-from mehvar.runtime.model.linear import modes
+from mehvar.runtime.model.linear import LinearSystem, modes
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import vector
 
@@ -130,10 +131,11 @@ def loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[
         if former is None or not (differentiable(before, former) and differentiable(after, law)):
             continue
         try:
-            old, new = _matrix(before, former), _matrix(after, law)
+            sides = _closed(before, former), _closed(after, law)
         except InputError as error:
             refused.append(f"{name}: {error}")
             continue
+        old, new = (side.A for side in sides)
         pairs = moved(old, new) if old.shape == new.shape else ()
         if pairs:
             points = (
@@ -141,8 +143,11 @@ def loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[
                 named(after.state_names, start(after)),
             )
             periods = _period(before, former), _period(after, law)
-            lost = is_unstable(new, periods[1]) and not is_unstable(old, periods[0])
-            changed.append(Loop(name, periods[1], points[0], pairs, periods[0], points[1], lost))
+            first, second = (
+                is_unstable(in_turns(model.manifest, side, x := start(model)).A, period, orbit_modes(model, x))
+                for model, side, period in zip((before, after), sides, periods, strict=True)
+            )
+            changed.append(Loop(name, periods[1], points[0], pairs, periods[0], points[1], second and not first))
     return tuple(changed), tuple(refused)
 
 
@@ -162,8 +167,8 @@ def differentiable(model: Model, law: Controller) -> bool:
     return f"{identifier(law.name)}_jvp" in model.functions
 
 
-def _matrix(model: Model, law: Controller) -> FloatArray:
-    """Return the matrix of a loop at the first scenario's start, with default parameters."""
+def _closed(model: Model, law: Controller) -> LinearSystem:
+    """Return a closed loop at the first scenario's start, with default parameters."""
     p = model.parameters()
     r = model.functions["reference"](0.0, p, vector(model.manifest.scenario_parameters, {}))
-    return model.linearize(start(model), None, p, r=r, controller=law.name).A
+    return model.linearize(start(model), None, p, r=r, controller=law.name)

@@ -325,7 +325,7 @@ def plant_lines(follows: Consequences) -> Iterator[str]:
     """Yield the effects on the plant, its eigenvalues and the operation counts."""
     if follows.rates:
         yield f"the plant without a law: largest difference of rates at {follows.samples} random states (rms before):"
-        yield from _first(f"  {r.name}'  {r.largest:.3g} {r.unit}  ({r.typical:.3g})" for r in follows.rates)
+        yield from _first(f"  {r.name}'  {r.largest:.3g}{suffix(r.unit)}  ({r.typical:.3g})" for r in follows.rates)
     elif follows.samples:
         equal = f"rates equal at {follows.samples} random states with default parameters, to rounding"
         yield f"the plant without a law: {equal}"
@@ -355,7 +355,9 @@ def run_lines(runs: Runs, comparison: Comparison) -> Iterator[str]:
     for number, (run, scenarios) in enumerate(changed[:_NAMED]):
         yield f"{', '.join(scenarios)} under {run.law}: {outcome(run)}"
         if number < _RUNS:
-            metrics = (f"  {m.name}  {m.old:.5g} -> {m.new:.5g} {m.unit}{relative(m)}" for m in listed_metrics(run))
+            metrics = (
+                f"  {m.name}  {m.old:.5g} -> {m.new:.5g}{suffix(m.unit)}{relative(m)}" for m in listed_metrics(run)
+            )
             yield from _first(metrics, _METRICS)
     if len(changed) > _NAMED:
         yield f"runs of {len(changed) - _NAMED} more kinds differ"
@@ -435,6 +437,11 @@ def relative(metric: MetricChange) -> str:
     """Return the change of a metric relative to its old value; empty if one of both is zero, or not a number."""
     part = (metric.new - metric.old) / abs(metric.old) if metric.old and metric.new else math.inf
     return f"  ({100 * part:+.3g} %)" if math.isfinite(part) else ""
+
+
+def suffix(unit: str) -> str:
+    """Return a unit as it follows a number; empty for a number without one."""
+    return "" if unit in ("", "1") else f" {unit}"
 
 
 def margin_rows(change: MarginChange) -> Iterator[tuple[str, str, str]]:

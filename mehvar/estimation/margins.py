@@ -26,6 +26,8 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
+from .turns import in_turns
+
 _LIMIT = 0.01
 """Largest relative change of a response that has a limit, from 1/1000 to 1/10 000 of the slowest natural frequency: by
 a first-order lag it is 0.001, by an integrator that acts on the output 10. Other integrators cancel."""
@@ -50,11 +52,11 @@ of 0.1 dB, a tenth doubles the length of runs with slow transients."""
 _STILL, _ACTING, _TURNING = 0.1, 1e-3, 0.1
 """Largest relative change of a mode, in its time, of a loop that is still; margins are judged by factors of two. Least
 angle of a mode in a run, and of one without damping: slower ones are integrators, coupled by noise or by what the
-motion left, such as the spare direction of a quaternion at a small rate."""
+motion left, such as angles about two axes at a small rate about the third."""
 _FASTEST = 2
 """Rate of the fastest mode of an orbit and of the attitude in its gravity gradient, by the rate of the orbit: of roll.
 Where the craft goes round, the linear loop of a moment has errors of this size. Source: Hughes, Spacecraft Attitude
-Dynamics, Wiley 1986, section 9.3."""
+Dynamics, Wiley 1986, chapter 9."""
 _LARGEST = 1e3
 """Largest gain factor: rounding and the tolerance of the integration hide larger and smaller responses."""
 _PER_DECADE, _SWEPT = 10, 3
@@ -89,6 +91,11 @@ class Margin:
         if math.isnan(self.gain):
             return "the loop is unstable"
         return f"gain margin {self.gain:.3g} (factor), phase margin {math.degrees(self.phase):.3g} deg"
+
+    @property
+    def is_endless(self) -> bool:
+        """True if no gain factor and no loss of phase makes the loop unstable."""
+        return math.isinf(self.gain) and math.isinf(self.phase)
 
     def __str__(self) -> str:
         return f"{self.input}: {self.text}"
@@ -167,7 +174,7 @@ def margins(
         if not np.all(np.isfinite(loop.A + loop.B @ loop.C)):
             where = f"where {base.scenario.name} ends"
             raise InputError(f"{base.controller.name} has no derivative {where}; give size to measure the margins")
-        slow = orbit_modes(loaded, base)
+        slow = orbit_modes(loaded, base.x[-1])
         result = linear_margins(loop, slow)
         changing = moving(loaded, base)
         if not result:
@@ -179,10 +186,10 @@ def margins(
                 f"the loop of {base.controller.name} still moves where {base.scenario.name} ends, so that the margins "
             )
             warnings.warn(text + "are those of a moment: give a longer t_end, or size to measure them", stacklevel=2)
-        if left_out := _left_out(loop, slow, result):
-            if any(math.isinf(margin.gain) and math.isinf(margin.phase) for margin in result):
-                raise InputError(f"{left_out}; give size to measure the margins")
-            warnings.warn(left_out, stacklevel=2)
+        if undecided := left_out(loop, slow, result):
+            if any(margin.is_endless for margin in result):
+                raise InputError(f"{undecided}; give size to measure the margins")
+            warnings.warn(undecided, stacklevel=2)
         return result
     if COUNTER in (memory := [q.name for q in base.controller.memory]) and base.z[:, memory.index(COUNTER)].any():
         raise InputError(f"{base.controller.name} commands only at some samples: margins need a command at each sample")
@@ -215,7 +222,7 @@ def linear_loop(model: Model, run: Run, sample: int = -1) -> LinearSystem:
     held = run.u[sample] if run.controller.memory and run.controller.period else None
     r = model.functions["reference"](run.t[sample], p, s)
     cut = ClosedLoop(model.manifest, model.functions, run.controller, run.x[sample], held, p, r, c, z).cut()
-    return beside_orbit(cut, [name for own in _orbits(model) for name in own])
+    return beside_orbit(in_turns(model.manifest, cut, run.x[sample]), [name for own in _orbits(model) for name in own])
 
 
 def _orbits(model: Model) -> list[list[str]]:
@@ -258,16 +265,16 @@ def draining(model: Model, run: Run) -> list[str]:
     return [name for name in tanks if np.ptp(run.x[-2:, states.index(f"{name}_fuel")])]
 
 
-def orbit_modes(model: Model, run: Run) -> float:
-    """Return the rate of modes, 1/s, that belong to the motion in an orbit where a run ends; zero without an orbit."""
+def orbit_modes(model: Model, x: FloatArray) -> float:
+    """Return the rate of modes, 1/s, that belong to the motion in an orbit at a state; zero without an orbit."""
     names = [q.name for q in model.manifest.states]
     states = ([names.index(name) for name in own] for own in _orbits(model))
-    vectors = ((run.x[-1, own[:3]], run.x[-1, own[3:]]) for own in states)
+    vectors = ((x[own[:3]], x[own[3:]]) for own in states)
     rates = (float(np.linalg.norm(np.cross(place, v)) / (place @ place)) for place, v in vectors)
     return _FASTEST * max(rates, default=0.0)
 
 
-def _left_out(cut: LinearSystem, slow: float, margins: Sequence[Margin]) -> str:
+def left_out(cut: LinearSystem, slow: float, margins: Sequence[Margin]) -> str:
     """Return which margins leave out modes as slow as the orbit, and why; empty if that changes none."""
     every = linear_margins(cut)
     names = [margin.input for margin in margins if margin not in every]
@@ -344,7 +351,7 @@ def unstable(model: Model, run: Run) -> bool:
     except InputError:  # of delays, skipped samples, or a model without derivatives
         return False
     closed = cut.A + cut.B @ cut.C
-    return bool(np.all(np.isfinite(closed))) and is_unstable(closed, cut.period, orbit_modes(model, run))
+    return bool(np.all(np.isfinite(closed))) and is_unstable(closed, cut.period, orbit_modes(model, run.x[-1]))
 
 
 def is_unstable(matrix: NDArray[Any], period: FloatArray | float | None, slow: float = 0.0) -> bool:

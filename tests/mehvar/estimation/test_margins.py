@@ -10,7 +10,7 @@ import sympy as sp
 from scipy.linalg import expm
 
 import mehvar
-from mehvar import Controller, Group, Parameter, Quantity, System
+from mehvar import TIME, Controller, Group, Parameter, Quantity, System
 from mehvar.base.errors import InputError
 from mehvar.estimation.margins import beside_orbit, linear_margins
 from mehvar.mechanics import quaternion_rotation
@@ -208,7 +208,7 @@ def test_margins_at_a_moment_of_a_motion_are_said_to_be_so(turner):
     with pytest.warns(UserWarning, match="still moves where default ends, so that the margins are those of a moment"):
         mehvar.margins(turner, "feedback", t_end=2.0, pitch_0=1.0)
     with pytest.raises(InputError, match="unstable where default ends, a moment of a motion"):
-        mehvar.margins(turner, "feedback", t_end=1.0, pitch_0=3.0)
+        mehvar.margins(turner, "feedback", t_end=0.5, pitch_0=3.0, wy_0=1.0)  # beyond half a turn
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mehvar.margins(turner, "feedback", t_end=60.0, pitch_0=1.0)
@@ -231,6 +231,40 @@ def test_margins_of_a_craft_whose_tank_drains_are_said_to_be_those_of_a_moment()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mehvar.margins(model, "feedback", t_end=1.0, dt_out=TS, w=0.0)
+
+
+def test_a_craft_that_turns_steadily_has_the_margins_of_one_at_rest():
+    """The quaternion's spare direction feigned a mode that grows, for which loops with an integral were unstable.
+
+    Without one, the factor about the axis of the spin was 0.05 in place of 2 J/(kd Ts). A rate of 0.2 rad/s moves the
+    other phases to 1.136 and 1.099 rad, as measured by 31 sines; the map over a period leaves out a turn of w Ts/2.
+    """
+    craft = Spacecraft("spinner", motion="attitude", period=TS)
+    craft.add(Hub("hub", mass=40.0, inertia=(INERTIA, 1.2 * INERTIA, 0.8 * INERTIA)))
+    for axis, along in zip("xyz", np.eye(3).tolist(), strict=True):
+        craft.add(Wheel(f"w{axis}", axis=along, inertia=0.01))
+
+    def spin(law):
+        spin, kp, kd = (
+            law.parameter("spin", 0.2, "rad/s"),
+            law.parameter("kp", 0.6, "N m"),
+            law.parameter("kd", GAIN, "N m s"),
+        )
+        c, s, ki = sp.cos(spin * TIME.symbol), sp.sin(spin * TIME.symbol), law.parameter("ki", 0.0, "N m/s")
+        target = sp.Matrix([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+        turn = law.define("turn", quaternion_rotation(list(law.attitude)) * target.T)
+        angles = [(turn[i, k] - turn[k, i]) / 2 for i, k in ((1, 2), (2, 0), (0, 1))]
+        sums = [law.keep(f"sum_{axis}", "s") for axis in "xyz"]
+        law.update_all(sums, [s + law.period * a for s, a in zip(sums, angles, strict=True)])
+        rows = zip("xyz", angles, law.rates, turn[:, 2], sums, strict=True)
+        return {f"w{axis}": kp * a + kd * (w - spin * e) + ki * s for axis, a, w, e, s in rows}
+
+    craft.law("spin", spin)
+    model = mehvar.build(craft)
+    result = mehvar.margins(model, "spin", t_end=100.0, dt_out=TS)
+    assert [margin.gain * GAIN * TS / (2 * INERTIA) for margin in result] == pytest.approx([1.0, 1.2, 0.8], rel=1e-4)
+    assert [margin.phase for margin in result] == pytest.approx([1.136, 1.099, 1.143], abs=0.2 * TS / 2)
+    assert mehvar.margins(model, "spin", t_end=100.0, dt_out=TS, ki=0.02, spin=0.02)
 
 
 @pytest.fixture(scope="module")
