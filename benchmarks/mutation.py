@@ -97,7 +97,7 @@ def parts() -> None:
         "A mutant is killed when, at one of twelve random points (up to 400 where few reach a branch, such as the",
         "penumbra), a relative error exceeds 1e-9: that of accelerations, energy, momentum or guards against particles",
         "under Newton's law (`tests/reference/reference_parts.py`, with field and light of `reference_sky.py`), that",
-        "of limits, measurements and starts against their definitions (`reference_signals.py`), or that of the balances",
+        "of limits, measurements and starts against their definitions (`reference_signals.py`), or that of balances",
         "of momentum and energy.",
         "Equivalent is a mutant that changes no function by 1e-13 at 500 points. Parameters keep their defaults.",
         "",
