@@ -49,10 +49,9 @@ def _of_craft(
     craft: Spacecraft, balances: Balances, other: Balances, x: Mapping[str, float], u: Mapping[str, float]
 ) -> Iterator[tuple[str, float]]:
     rates = balances.rates(x, u)
-    if balances.complete:
-        energy, momentum = balances.errors(x, u)
-        yield "energy changes by the power of loads, motors and dampers", energy
-        yield "momentum changes by the loads", momentum
+    energy, momentum = balances.errors(x, u)
+    yield "energy changes by the power of loads, motors and dampers", energy
+    yield "momentum changes by the loads", momentum
     yield "the order of parts has no effect", apart(other.rates(x, u), rates)
     if len(craft.velocity) == 3:
         shift = np.cross([x[f"w{axis}"] for axis in "xyz"], _BOOST)

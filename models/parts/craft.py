@@ -284,23 +284,20 @@ class Spacecraft:
         if pulsed and not any(periods):
             raise ModelError(f"{self.name}: the pulses of {pulsed[0]} need a sampled law: add one by craft.law")
         users = (actuator, controllers, sensor, random, events, limits)
-        used = free_symbols((*rhs, *expressions(users)), derivation.definitions)
-        self._refuse_idle(used)
+        self._refuse_idle(free_symbols((*rhs, *expressions(users)), derivation.definitions))
+        velocity = self._components(self._velocity) if self._velocity else None
+        functions = readings(self.parts, mounted, motions, velocity, self.motion == "plane")
+        used = free_symbols((*rhs, *expressions((users, functions))), derivation.definitions)
         x, u, p = families(
             self.parts,
             Group("x", tuple(state.quantity for state in states)),
             Group("u", tuple(q for part in self.parts for q in part.inputs())),
             Group("p", tuple(q for q in self._plant.quantities.values() if q.symbol in used or q.name in periods)),
         )
-        velocity = self._components(self._velocity) if self._velocity else None
-        known = {*x.symbols, *u.symbols, *p.symbols, TIME.symbol}
-        functions = tuple(  # a craft that nothing pushes moves alike whatever its mass, and has no use for its energy
-            f
-            for f in readings(self.parts, mounted, motions, velocity, (x, u, p), self.motion == "plane")
-            if free_symbols([value for _, value in f.results], derivation.definitions) <= known
-        )
+        known, groups = {*x.symbols, *u.symbols, *p.symbols}, {group.name: group for group in (x, u, p)}
+        functions = tuple(replace(f, arguments=tuple(groups[g.name] for g in f.arguments)) for f in functions)
         defaults = {q.symbol: float(q.default) for q in self._plant.quantities.values()}
-        geometry = craft.picture(known - {TIME.symbol}, defaults)
+        geometry = craft.picture(known, defaults)
         return System(
             name=self.name, title=self.title, states=x, inputs=u, parameters=p,
             scenario_parameters=Group("s", tuple(self._scenario.quantities.values())),

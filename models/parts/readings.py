@@ -31,12 +31,10 @@ def readings(
     velocity : sympy.Matrix, optional
         Velocity of O in hub axes. None if only the attitude is a state: energy and momentum are then relative to the
         centre of mass, and loads are a moment about it.
-    groups : sequence of Group
-        States, inputs and parameters.
     plane : bool
         True for motion in the plane of x and y; other components are omitted.
     """
-    x, u, p = groups
+    x, u, p = (Group(name, ()) for name in "xup")
     w = mounted[0].frame.rate
     aggregates = [part.total(at) for part, at in zip(parts, mounted, strict=True)]
     loads = [load for part, at in zip(parts, mounted, strict=True) for load in part.loads(at)]
