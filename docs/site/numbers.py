@@ -64,7 +64,7 @@ _SETTINGS = {
     "fixed_costs.md": "tolerance 1e-6, one sample; a user's default is 1e-11",
     "precision.md": "whole scenarios at tolerances as the table says; a user's default is 1e-11",
     "own_law.md": "100 s of the satellite, own laws sampled every 0.5 s; a user's defaults are 800 s and continuous",
-    "from_parts.md": "operations, which no setting changes",
+    "from_parts.md": "operations of a user's defaults",
     "small_edits.md": "the models in their default structure, which is a user's default",
     "soak.md": "settings stand on the page of each figure, beside a user's defaults where they differ",
     "store.md": "0.2 s of the triangle, a sample every 0.1 s; a user's defaults are 35 s and none",
