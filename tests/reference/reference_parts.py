@@ -51,6 +51,31 @@ def turned(q, vector):
     return vector + 2 * ca.cross(q[1:], ca.cross(q[1:], vector) + q[0] * vector)
 
 
+def half_turn(axis, angle):
+    """Return the quaternion of a turn by an angle about a unit axis."""
+    return ca.vertcat(ca.cos(angle / 2), ca.sin(angle / 2) * ca.SX(axis))
+
+
+CHARTS = {"quaternion": ("q0", "q1", "q2", "q3"), "euler": ("roll", "pitch", "yaw"), "mrp": ("mrp1", "mrp2", "mrp3")}
+
+
+def quaternion(chart, attitude):
+    """Return the quaternion at coordinates: itself, turns about x, y and z, or an axis times tan(angle/4)."""
+    if attitude == "quaternion":
+        return chart
+    if attitude == "mrp":
+        size = ca.norm_2(chart)
+        return half_turn(chart / size, 4 * ca.atan(size))
+    roll, pitch, yaw = (half_turn(axis, chart[k]) for k, axis in enumerate(UNIT))
+    return product(product(yaw, pitch), roll)
+
+
+def following(q, coordinates, rate):
+    """Return the rates of coordinates of a unit quaternion that turns at a rate in its own axes."""
+    slope = ca.jacobian(q, coordinates)
+    return ca.solve(slope.T @ slope, slope.T @ product(q, ca.vertcat(0, rate)) / 2)
+
+
 def matrix_of(q):
     return ca.horzcat(*(turned(q, ca.SX(axis)) for axis in UNIT))
 
@@ -62,8 +87,8 @@ class Particles:
     ----------
     parts : sequence of Part
         With numbers as fields.
-    motion : str
-        As of a `Spacecraft` with the chart "quaternion".
+    motion, attitude : str
+        As of a `Spacecraft`.
     orbit : Orbit, optional
         Of the craft.
     period : float
@@ -71,16 +96,18 @@ class Particles:
     """
 
     def __init__(
-        self, parts: Sequence[of.Part], motion: str = "free", orbit: of.Orbit | None = None, period: float = 0.1
-    ) -> None:
+        self, parts: Sequence[of.Part], motion: str = "free", orbit: of.Orbit | None = None, period: float = 0.1,
+        attitude: str = "quaternion",
+    ) -> None:  # fmt: skip
         self.places, self.speeds, self.inputs, self.prescribed = {}, {}, {}, {}
         self.masses, self.points, self.pushes, self.forces, self.across = [], [], [], [], []
         self.potential, self.parts, self.orbit, self.fuel = ca.SX(0), parts, orbit, {}
         self.guards, self.margins, self.resets, self.felt, self.period = [], [], {}, {}, period
         self.relative, self.plane = motion == "attitude" or orbit is not None, motion == "plane"
         self.v, self.w = self.speed("vx", "vy", "vz"), self.speed("wx", "wy", "wz")
-        self.q = ca.SX.sym("q", 4)
-        self.place([f"q{k}" for k in range(4)], self.q, product(self.q, ca.vertcat(0, self.w)) / 2)
+        chart = ca.SX.sym("q", 4 if attitude == "quaternion" else 3)
+        self.q, names = quaternion(chart, attitude), CHARTS[attitude]
+        self.place(names, chart, following(self.q, chart, self.w))
         self.origin = self.place(["", "", ""], ca.SX.sym("O", 3), turned(self.q, self.v))
         if self.plane:
             self.coordinate("theta", self.w[2])
@@ -89,6 +116,10 @@ class Particles:
             self.sky = Sky(self, orbit)
         for part in sorted(parts, key=lambda part: isinstance(part, of.GravityGradient | of.Cable)):
             write(part, self)
+        if attitude == "euler":
+            self.margins.append(ca.cos(chart[1]) - 1e-4)
+        elif attitude == "mrp":
+            self.margins.append(1 - ca.sumsqr(1e-4 * chart))
         if orbit:
             self.sky.fall(sum(self.forces, ca.SX.zeros(3)) / sum(self.masses))
         self._finish()
@@ -387,9 +418,7 @@ def _(part: of.Gyro, world):
     if part.integrating:
         vector = ca.SX.sym(f"{part.name}_angle", 3)
         angle = ca.norm_2(vector)
-        q = ca.vertcat(ca.cos(angle / 2), ca.sin(angle / 2) * vector / angle)
-        slope = ca.jacobian(q, vector)
-        rate = ca.solve(slope.T @ slope, slope.T @ product(q, ca.vertcat(0, world.w)) / 2)
+        rate = following(half_turn(vector / angle, angle), vector, world.w)
         world.place([f"{part.name}_angle_{a}" for a in AXES], vector, rate)
 
 

@@ -43,6 +43,18 @@ class Moment:
     def vector(self, start, ends=AXES):
         return np.stack([self.x[f"{start}{end}"] for end in ends], axis=-1)
 
+    def attitude(self):
+        """Return quaternions, scalar first, whose scalar is the cosine of half the turn."""
+        if "q0" in self.x:
+            return self.vector("q", "0123")
+        if "yaw" in self.x:
+            turn, half = Rotation.from_euler("ZYX", self.vector("", ("yaw", "pitch", "roll"))), 1.0
+        else:
+            mrp = self.vector("mrp", "123")
+            turn, half = Rotation.from_mrp(mrp), np.cos(2 * np.arctan(np.linalg.norm(mrp, axis=1, keepdims=True)))
+        q = turn.as_quat(scalar_first=True)
+        return q * np.sign(q[:, :1] * half)
+
     def normal(self, name, size, count=3):
         """Return errors: a standard deviation times random numbers."""
         if size is None:
@@ -165,7 +177,7 @@ def _(part: of.Accelerometer, at):
 @seen.register
 def _(part: of.StarTracker, at):
     """The error is a rotation whose Rodrigues vector, axis times tangent of the half angle, is half the errors."""
-    q = at.vector("q", "0123")
+    q = at.attitude()
     error = np.atleast_2d(at.normal(part.name, None if part.sigma is None else np.array(part.sigma)) * np.ones(3))
     size = np.linalg.norm(error, axis=1, keepdims=True)
     turn = error * np.where(size > 0, 2 * np.arctan(size / 2) / np.where(size > 0, size, 1), 0)
@@ -214,8 +226,10 @@ def sampled(part: of.Part, at: Moment) -> dict:
 def starts(given: Values, parts: Sequence[of.Part], orbit: of.Orbit | None) -> dict:
     """Return states at the start of a scenario with parameters NAME_0, for those that do not start at zero."""
     angles = np.stack([given.get(f"{angle}_0", np.zeros(1)) for angle in ("yaw", "pitch", "roll")], axis=-1)
-    q = Rotation.from_euler("ZYX", angles).as_quat(scalar_first=True)
+    turn = Rotation.from_euler("ZYX", angles)
+    q = turn.as_quat(scalar_first=True)
     result = dict(zip(("q0", "q1", "q2", "q3"), (q * np.sign(q[:, :1])).T, strict=True))
+    result |= dict(zip(("mrp1", "mrp2", "mrp3"), turn.as_mrp().T, strict=True))
     for part in parts:
         if isinstance(part, of.Bob | of.Tank) and part.length is not None:
             name = part.name if isinstance(part, of.Bob) else f"{part.name}_bob"

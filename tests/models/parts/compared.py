@@ -68,8 +68,9 @@ class Compared:
     def _start(self, at: Points) -> Array:
         system = at.machine.system
         given = {q.name: at[q.name] for q in system.scenario_parameters}
-        own = {q.name: given.get(f"{q.name}_0", 0 * at["wx"]) for q in system.states}
-        return _columns(own | starts(given, self.world.parts, self.world.orbit))
+        own = {q.name: given.get(f"{q.name}_0", np.zeros(len(at.values["x"]))) for q in system.states}
+        known = starts(given, self.world.parts, self.world.orbit)
+        return _columns({name: known.get(name, value) for name, value in own.items()})
 
     def _events(self, system: System) -> Iterator[Gate]:
         if system.events:

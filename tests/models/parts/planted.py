@@ -86,6 +86,7 @@ ASSEMBLED = {
     "at a point": [PARTS["pendulum by two angles"]],
 }
 """Parts for each way to solve the equations of a hub."""
+CHARTS = ("euler", "mrp")
 LIMITED: dict[str, Part] = {
     "a thruster": Thruster("a", direction=SKEW, at=(0.1, 0.2, 0.3), limit=0.6, least=0.02),
     "a wheel": Wheel("a", axis=SKEW, inertia=0.2, torque_limit=0.4, speed_limit=0.5),
@@ -125,7 +126,7 @@ class Subject:
 
     Parameters
     ----------
-    parts, orbit, motion
+    parts, orbit, motion, attitude
         Of the craft.
     part : str
         Name of the part; empty for all equations of the craft.
@@ -138,11 +139,12 @@ class Subject:
     orbit: Orbit | None = None
     points: int = 12
     motion: str = "free"
+    attitude: str = "quaternion"
 
     def tally(self, sample: int = 0) -> Tally:
         """Try the mutants of the part."""
-        system, terms = craft(self.parts, self.part, self.orbit, self.motion)
-        gates = Compared(Particles(self.parts, self.motion, self.orbit), start=not self.part)
+        system, terms = craft(self.parts, self.part, self.orbit, self.motion, self.attitude)
+        gates = Compared(Particles(self.parts, self.motion, self.orbit, attitude=self.attitude), start=not self.part)
         return run_terms(system, terms, ranges_of(system), gates, sample, self.points)
 
 
@@ -172,6 +174,8 @@ def subjects() -> dict[str, Subject]:
         **{f"all equations, {name}": Subject((*base, *parts), "") for name, parts in ASSEMBLED.items()},
         "all equations, on an orbit": Subject((*base, FLYING["gravity gradient"]), "", orbit),
         "all equations, attitude only": Subject((*base, PARTS["wheel"]), "", motion="attitude"),
+        **{f"all equations, {chart}": Subject((*base, coil), "", orbit, attitude=chart) for chart in CHARTS},
+        **{f"star tracker, {chart}": Subject((HUB, StarTracker("a")), attitude=chart) for chart in CHARTS},
         **{f"limits of {name}": Subject((HUB, part), points=60) for name, part in LIMITED.items()},
         "limits of a magnetorquer": Subject((HUB, coil), orbit=orbit),
         "thruster that pulses": Subject((HUB, dataclasses.replace(thruster, limit=0.5, pulsed=True)), points=100),
@@ -251,7 +255,7 @@ def planted(part: Part, bench: _Bench) -> Part:
 
 
 def craft(
-    parts: Sequence[Part], name: str, orbit: Orbit | None = None, motion: str = "free"
+    parts: Sequence[Part], name: str, orbit: Orbit | None = None, motion: str = "free", attitude: str = "quaternion"
 ) -> tuple[System, Sequence[Term]]:
     """Derive a craft with weights at the terms of one part, which `name` states, or of all equations."""
     bench = _Bench()
@@ -260,7 +264,7 @@ def craft(
         if hasattr(part, "between"):
             object.__setattr__(part, "between", tuple(given[end.name] for end in part.between))
     around = planted(orbit, bench) if orbit is not None and name == orbit.name else orbit
-    whole = Spacecraft("craft", orbit=around, motion=motion)  # type: ignore[arg-type]
+    whole = Spacecraft("craft", orbit=around, motion=motion, attitude=attitude)  # type: ignore[arg-type]
     for part in given.values():
         whole.add(part)
     if any(isinstance(part, Pulsed) and part.pulses for part in parts):
