@@ -19,8 +19,9 @@ class Spacecraft(parts.Spacecraft):  # noqa: D101  # help() shows the text of it
         """Check the laws of mechanics at random states; wrong aggregates of own parts break them.
 
         Energy changes by the power of loads, motors and dampers; momentum changes by the loads; the order of parts and
-        a constant velocity have no effect. For each part: the momentum is the rate of the first moment, kinetic energy
-        is never negative, the inertia is that of a body, dampers take energy.
+        a constant velocity have no effect. For each part: the momentum is the rate of the first moment, the speed of a
+        particle is that of its place, kinetic energy is never negative, the inertia is that of a body, dampers take
+        energy.
 
         Returns
         -------

@@ -13,6 +13,7 @@ from mehvar.models.check import check
 from mehvar.models.derivation import Expr
 from mehvar.models.mechanics import cross_matrix
 from mehvar.models.parts import Mounted, Part, Spacecraft, point_inertia
+from mehvar.models.parts.equations import slopes_of
 from mehvar.physics.balances import Balances, apart
 from mehvar.physics.machine import Array
 
@@ -38,7 +39,7 @@ def gates(craft: Spacecraft) -> dict[str, float]:
     points = [balances.sample(rng) for _ in range(_POINTS)]
     errors = [error for x, u in points for error in _of_craft(craft, balances, other, x, u)]
     for terms in craft.numbers(_terms, [{q.name: x[q.name] for q in system.states} for x, _ in points]):
-        errors += _of_parts([part.name for part in craft.parts], [np.array(values) for values in terms])
+        errors += _of_parts(craft.parts, [np.array(values) for values in terms])
     result: dict[str, float] = {}
     for law, error in errors:
         result[law] = max(error, result.get(law, 0.0))
@@ -60,14 +61,17 @@ def _of_craft(
         yield "a constant velocity has no effect", apart({**faster, **seen}, rates)
 
 
-def _of_parts(names: list[str], terms: list[Array]) -> Iterator[tuple[str, float]]:
+def _of_parts(parts: list[Part], terms: list[Array]) -> Iterator[tuple[str, float]]:
     """Yield the laws of the aggregates of each part, from the numbers of its `_terms`."""
-    matrices = [values[11:].reshape(2 * [round(len(values[11:]) ** 0.5)]) for values in terms]
+    matrices = [values[12:].reshape(2 * [round(len(values[12:]) ** 0.5)]) for values in terms]
     whole = sum(kinetic[:6, :6] for kinetic in matrices)
-    for name, values, kinetic in zip(names, terms, matrices, strict=True):
-        (mass, damping), momentum, rate, first = values[:2], values[2:5], values[5:8], values[8:11]
+    for part, values, kinetic in zip(parts, terms, matrices, strict=True):
+        name = part.name
+        (mass, damping, excess), momentum, rate, first = values[:3], values[3:6], values[6:9], values[9:12]
         if len(kinetic) > 6:
-            size = max(1.0, np.abs(values[2:8]).max())
+            size = max(1.0, np.abs(values[3:9]).max())
+            if type(part).particle is not Part.particle:
+                yield f"{name}: the speed of its particle is that of its place", abs(float(excess))
             yield f"{name}: its momentum is the rate of its first moment", float(np.abs(momentum - rate).max() / size)
             yield f"{name}: its dampers take energy", float(max(0.0, damping))
         if mass == 0:  # the hub has its mass
@@ -79,13 +83,28 @@ def _of_parts(names: list[str], terms: list[Array]) -> Iterator[tuple[str, float
             yield f"{name}: its inertia is that of a body with its mass and first moment", _below_zero(second)
 
 
+def _excess(part: Part, at: Mounted) -> Expr:
+    """Return the error of the square of a particle's speed beside that of its place, relative to the latter or to 1."""
+    particle = part.particle(at)
+    if particle is None or particle.squared is None:
+        return sp.S.Zero
+    slopes = zip(slopes_of(particle.place, part.coordinates(), at), part.coordinates(), strict=True)
+    velocity = sum((slope * c.speed.symbol for slope, c in slopes), sp.zeros(3, 1))
+    square = velocity.dot(velocity)
+    return (particle.squared - square) / sp.Max(1, square)
+
+
 def _below_zero(matrix: Array) -> float:
     """Return how far the least eigenvalue of a symmetric matrix is below zero, relative to its entries."""
     return float(max(0.0, -np.linalg.eigvalsh(matrix)[0]) / max(1.0, np.abs(matrix).max()))
 
 
 def _terms(part: Part, at: Mounted) -> list[Expr]:
-    """Return mass, power of dampers, momentum, rate of the first moment, first moment, and the matrix of T."""
+    """Return the terms that `_of_parts` compares.
+
+    They are mass, power of dampers, relative error of the square of a particle's speed, momentum, rate of the first
+    moment, first moment, and the matrix of T.
+    """
     of, coordinates = part.total(at), part.coordinates()
     speeds = [c.speed.symbol for c in coordinates]
     damping, rate = of.power, sp.zeros(3, 1)
@@ -102,4 +121,4 @@ def _terms(part: Part, at: Mounted) -> list[Expr]:
         kinetic[:6, i], kinetic[i, :6] = slope, slope.T
         for j, other in enumerate(speeds, 6):
             kinetic[i, j] = of.energy.diff(speed, other)
-    return [of.mass, damping, *of.momentum, *rate, *of.first, *kinetic]
+    return [of.mass, damping, _excess(part, at), *of.momentum, *rate, *of.first, *kinetic]

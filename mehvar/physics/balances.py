@@ -23,8 +23,6 @@ class Balances:
 
     Attributes
     ----------
-    complete : bool
-        False for a craft on which nothing acts, whose equations need no mass, and which therefore has no energy.
     x_names, u_names : list of str
         States and inputs.
     p : array
@@ -37,15 +35,13 @@ class Balances:
         self.u_names = [q.name for q in self.system.inputs]
         self.p, scenario = (_defaults(group) for group in (self.system.parameters, self.system.scenario_parameters))
         self._machine = machine = Machine(self.system, {})
-        self.complete = {"energy", "power"} <= machine.requests.keys()
         self.start = self._one("initial", self.p, scenario)
-        if self.complete:
-            x, u, p, weights = machine.graph("rhs").sx_in()
-            energy, momentum = (machine.graph(name)(x, p, weights) for name in ("energy", "momentum"))
-            power, loads = (machine.graph(name)(x, u, p, weights) for name in ("power", "loads"))
-            read, supply = ca.vertcat(energy, momentum), ca.vertcat(power, loads)
-            rates = ca.jtimes(read, x, machine.graph("rhs")(x, u, p, weights))
-            self._sides = ca.Function("sides", [x, u, p], [rates, supply, read])
+        x, u, p, weights = machine.graph("rhs").sx_in()
+        energy, momentum = (machine.graph(name)(x, p, weights) for name in ("energy", "momentum"))
+        power, loads = (machine.graph(name)(x, u, p, weights) for name in ("power", "loads"))
+        read, supply = ca.vertcat(energy, momentum), ca.vertcat(power, loads)
+        rates = ca.jtimes(read, x, machine.graph("rhs")(x, u, p, weights))
+        self._sides = ca.Function("sides", [x, u, p], [rates, supply, read])
 
     def _one(self, name: str, *arguments: Array) -> Array:
         """Evaluate a function at one point; an empty vector has one unused number."""

@@ -22,9 +22,9 @@ from ..system import Condition
 from .frame import Frame
 
 ANGLES = ("roll", "pitch", "yaw")
-_NEAR = sp.Rational(1, 10**4)
+NEAR = sp.Rational(1, 10**4)
 """Smallest distance from a singularity, rad or a fraction of a quarter turn. Coordinate rates then stay below
-1/_NEAR^2 times the hub's rate.
+1/NEAR^2 times the hub's rate.
 """
 
 
@@ -134,7 +134,7 @@ class EulerChart(Chart):
 
     def limits(self) -> tuple[Condition, ...]:
         pitch = self.symbols[1]
-        return (Condition(sp.cos(pitch) - _NEAR, "pitch is 90 or -90 degrees, where the Euler angles are singular"),)
+        return (Condition(sp.cos(pitch) - NEAR, "pitch is 90 or -90 degrees, where the Euler angles are singular"),)
 
 
 class RodriguesChart(Chart):
@@ -165,7 +165,7 @@ class RodriguesChart(Chart):
     def limits(self) -> tuple[Condition, ...]:
         s = sp.Matrix(self.symbols)
         why = "the attitude is a whole turn from the start of the chart, where its parameters are infinite"
-        return (Condition(1 - _NEAR**2 * s.dot(s), why),)
+        return (Condition(1 - NEAR**2 * s.dot(s), why),)
 
 
 class PlaneChart(Chart):

@@ -18,7 +18,7 @@ from mehvar.base.parts import part_changes
 from ..check.branches import no_branching
 from ..derivation import Definition, Derivation, Equation, Expr, free_symbols, used_definitions
 from ..geometry import Shape
-from ..quantities import TIME, Group, ModelError, Parameter, Quantity, caller
+from ..quantities import Group, ModelError, Parameter, Quantity, caller
 from ..system import Actuator, Condition, Controller, System
 from ..tables import check_names
 from .assembly import accelerations, contributions, mount

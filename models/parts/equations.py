@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ..derivation import Expr
-from ..quantities import ModelError
+from ..quantities import TIME, ModelError
 from .frame import ZERO, Labels
 from .terms import Aggregates, Contribution, Coordinate, Load, Particle, Point, Row
 
@@ -35,6 +35,7 @@ def contribution(
     frame, w = at.frame, at.frame.rate
     places = [c.place.symbol if c.place else None for c in coordinates]
     speeds = [c.speed.symbol for c in coordinates]
+    refuse_terms(of, coordinates, particle, at.name)
 
     def by(expr: Expr, place: sp.Symbol | None) -> Expr:
         return sp.S.Zero if place is None else frame.slope(expr, place)
@@ -78,6 +79,22 @@ def contribution(
     return Contribution(
         of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows), tuple(held), point=point
     )
+
+
+def refuse_terms(of: Aggregates, coordinates: Sequence[Coordinate], particle: Particle | None, name: str) -> None:
+    """Refuse terms of a wrong shape, and masses that move with time instead of coordinates."""
+    vectors = {"first": of.first, "momentum": of.momentum, "angular": of.angular}
+    if particle is not None:
+        vectors["place"] = particle.place
+    for what, value in vectors.items():
+        if not isinstance(value, sp.MatrixBase) or value.shape != (3, 1):
+            raise ModelError(f"{name}.{what} = {value}: must be a column of three, such as sympy.Matrix([x, 0, 0])")
+    for what, entries in (("forces", of.forces), ("prescribed", of.prescribed)):
+        if entries and len(entries) != len(coordinates):
+            raise ModelError(f"{name}.{what} = {entries}: must have {len(coordinates)} entries, one per coordinate")
+    for what, value in (*vectors.items(), ("mass", of.mass), ("inertia", of.inertia), ("energy", of.energy)):
+        if TIME.symbol in value.free_symbols:
+            raise ModelError(f"{name}.{what} = {value}: depends on time; a joint with a prescribed motion moves a mass")
 
 
 def slopes_of(vector: sp.Matrix, coordinates: Sequence[Coordinate], at: Labels) -> list[sp.Matrix]:

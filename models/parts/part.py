@@ -17,7 +17,7 @@ from ..events import Event
 from ..geometry import Shape
 from ..quantities import ModelError, Quantity
 from ..system import Condition
-from .equations import contribution, slopes_of
+from .equations import contribution, refuse_terms, slopes_of
 from .frame import ZERO, Frame, Labels, point_inertia
 from .motion import Motion
 from .table import read_table
@@ -208,6 +208,7 @@ class Part(metaclass=Complete):
     def total(self, at: Mounted) -> Aggregates:
         """Return the aggregates including those of the particle."""
         of, particle = self.aggregates(at), self.particle(at)
+        refuse_terms(of, self.coordinates(), particle, self.name)
         if particle is None:
             return of
         m, r, slopes = particle.mass, particle.place, slopes_of(particle.place, self.coordinates(), at)

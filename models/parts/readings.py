@@ -20,9 +20,9 @@ _WRENCH = (*(f"p{axis}" for axis in AXES), *(f"h{axis}" for axis in AXES))
 
 def readings(
     parts: Sequence[Part], mounted: Sequence[Mounted], motions: Sequence[Motion],
-    velocity: sp.Matrix | None, groups: Sequence[Group], plane: bool,
+    velocity: sp.Matrix | None, plane: bool,
 ) -> tuple[Function, ...]:  # fmt: skip
-    """Return energy, momentum, power and loads of an assembly from its parts.
+    """Return energy, momentum, power and loads of an assembly from its parts; their arguments are empty groups.
 
     Parameters
     ----------

@@ -395,6 +395,8 @@ def _eliminated(
 ) -> tuple[_Step, sp.Matrix, sp.Matrix]:
     """Eliminate a speed of a joint from the equations of the links beyond it."""
     row = _six(at, f"U{name}_", matrix * column, name)
+    if column.dot(row) == 0:
+        raise ModelError(f"{at.name}: no mass and no inertia moves with joint {name}: give a link beyond it an inertia")
     inverse = at.define(f"D{name}", 1 / column.dot(row), f"inverse inertia of joint {name}")
     share = _six(at, f"G{name}_", inverse * row, name)
     rest = at.define(f"Q{name}", force - column.dot(bias), f"force of joint {name}")

@@ -11,6 +11,8 @@ import sympy as sp
 
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
+from ...system import Condition
+from ..charts import NEAR
 from ..part import Mounted, Part
 from ..terms import Aggregates, Coordinate, Particle
 from ..values import Number, Parameters, Vector, direction, place, scalar
@@ -90,6 +92,14 @@ class Pendulum(Part):
             inertia=v.inertia * (sp.eye(3) - rod * rod.T), angular=v.inertia * rod.cross(slip),
             energy=v.inertia * self._squared(at) / 2, forces=tuple(drags),
         )  # fmt: skip
+
+    def limits(self, at: Mounted) -> tuple[Condition, ...]:
+        if self.angles == 1:
+            return ()
+        second = self.coordinates()[1].place
+        assert second is not None
+        why = f"{second.name} is 90 or -90 degrees, where the two angles of {self.name} are singular; a Bob has none"
+        return (Condition(sp.Abs(sp.cos(second.symbol)) - NEAR, why),)
 
     def _squared(self, at: Mounted) -> Expr:
         """Return the square of the rate of the rod's direction."""

@@ -19,6 +19,7 @@ from mehvar.parts import (
     Number,
     Orbit,
     Part,
+    Particle,
     Spacecraft,
     SprungMass,
     Wheel,
@@ -134,6 +135,51 @@ def test_a_massless_part_with_a_negative_energy_is_refused():
 
     with pytest.raises(ModelError, match="a: its kinetic energy is never negative"):
         craft_of(Odd("a", axis=(1, 2, 0), inertia=0.1)).check()
+
+
+@dataclass(frozen=True)
+class Bead(Part):
+    """A mass on a spring along x, as a particle; its squared speed may have a factor, and a force a false loss."""
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")] = 1.5
+    loss: Annotated[Number, scalar("c", "N s/m", "loss")] = 0.4
+    factor: float = 1.0
+    false: bool = False
+
+    def coordinates(self):
+        place = Quantity(f"{self.name}_x", "m", "place")
+        return (Coordinate(Quantity(f"{self.name}_v", "m/s", "speed"), place),)
+
+    def particle(self, at):
+        (c,) = self.coordinates()
+        return Particle(at.values.mass, sp.Matrix([c.place.symbol, 0, 0]), self.factor * c.speed.symbol**2)
+
+    def aggregates(self, at):
+        return Aggregates(power=-at.values.loss * self.coordinates()[0].speed.symbol ** 2 if self.false else sp.S.Zero)
+
+
+@pytest.mark.parametrize(
+    ("part", "law"),
+    [
+        (Bead("a", factor=2.0), "not true: a: the speed of its particle is that of its place"),
+        (Bead("a", factor=0.5), "a: the speed of its particle is that of its place"),
+        (Bead("a", false=True), "not true: energy changes by the power"),
+    ],
+)
+def test_a_particle_with_a_wrong_energy_is_refused(part, law):
+    """On a hub centred at O, whose mass no rate needs: the laws were left out where a parameter is in no rate."""
+    craft = Spacecraft("own")
+    craft.add(replace(HUB, centre=(0, 0, 0)))
+    craft.add(part)
+    with pytest.raises(ModelError, match=law):
+        craft.check()
+
+
+def test_a_craft_that_nothing_moves_has_its_energy():
+    craft = Spacecraft("one")
+    craft.add(Hub("hub", mass=2.0, inertia=(1.0, 1.0, 1.0)))
+    assert {"energy", "momentum", "power", "loads"} <= {f.name for f in craft.system().functions}
+    assert "energy changes by the power of loads, motors and dampers" in craft.check()
 
 
 @pytest.mark.parametrize("kind", ["motion=attitude", "motion=plane", "attitude=mrp", "attitude=euler"])

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Limits of actuators, what acts where more is commanded; limits of the physics, where a run ends."""
 
+import math
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 import mehvar
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.check import check
-from mehvar.models.parts import Engine, Gyro, Hub, Spacecraft, Tank, Thruster, Torquer, Wheel
+from mehvar.models.parts import Engine, Gyro, Hub, Pendulum, Spacecraft, Tank, Thruster, Torquer, Wheel
 
 from .table import FUEL, PARTS, assembled
 
@@ -169,3 +171,15 @@ def test_limits_act_once_a_period_whatever_the_step_of_the_result() -> None:
     words = "dt_out = 3.14159 .*must be a multiple of a part of the actuators' period of 0.1 s"
     with pytest.raises(mehvar.InputError, match=words):
         mehvar.simulate(model, None, inputs=push, t_end=31.4159, dt_out=3.14159)
+
+
+def test_a_pendulum_by_two_angles_ends_a_run_at_its_singularity():
+    craft = Spacecraft("craft")
+    craft.add(Hub("hub", mass=5.0, inertia=(1.0, 1.0, 1.0)))
+    part = craft.add(Pendulum("p", mass=1.0, length=0.5, axis=(1, 0, 0), rest=(0, 0, 1), angles=2))
+    (limit,) = craft.system().limits
+    angle = part.coordinates()[1].place.symbol
+    assert "p_angle2 is 90 or -90 degrees" in limit.message
+    assert [float(limit.margin.subs(angle, at)) > 0 for at in (1.5, -1.5, math.pi / 2, -math.pi / 2)] == [
+        True, True, False, False,
+    ]  # fmt: skip

@@ -29,6 +29,7 @@ from mehvar.models.parts import (
     Mode,
     Modes,
     Part,
+    Particle,
     Pendulum,
     Slider,
     Spacecraft,
@@ -40,7 +41,7 @@ from mehvar.models.parts import (
     Value,
     Wheel,
 )
-from mehvar.models.quantities import ModelError, Quantity
+from mehvar.models.quantities import TIME, ModelError, Quantity
 
 BALL = (1.0, 1.0, 1.0)
 HUB = Hub("hub", mass=1.0, inertia=BALL)
@@ -220,6 +221,40 @@ class Sprung(Part):
 def test_a_part_whose_energy_is_not_kinetic_is_refused(powers, words):
     with pytest.raises(ModelError, match=words):
         assembled(Hub("hub", mass=1.0, inertia=BALL), Sprung(*powers))
+
+
+class Odd(Sprung):
+    """A spring with a particle at a given place, and given forces."""
+
+    def __init__(self, place, forces=()):
+        super().__init__(2, 1)
+        object.__setattr__(self, "given", (place, forces))
+
+    def particle(self, at):
+        return Particle(sp.S.One, self.given[0])
+
+    def aggregates(self, at):
+        return Aggregates(forces=self.given[1])
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        (Odd(sp.Matrix([1, 0])), r"spring.place = Matrix\(\[\[1\], \[0\]\]\): must be a column of three"),
+        (Odd([1, 0, 0]), r"spring.place = \[1, 0, 0\]: must be a column of three"),
+        (Odd(sp.Matrix([TIME.symbol, 0, 0])), "spring.place = .*: depends on time"),
+        (Odd(sp.Matrix([1, 0, 0]), (0, 0)), r"spring.forces = \(0, 0\): must have 1 entries"),
+    ],
+)
+def test_terms_of_a_wrong_shape_or_in_time_are_refused(part, words):
+    with pytest.raises(ModelError, match=words):
+        assembled(Hub("hub", mass=1.0, inertia=BALL), part)
+
+
+def test_links_without_inertia_about_their_axis_are_refused():
+    links = [Link(1.0, (0, 0, 0), axis=(0, 1, 0), centre=(0, 0.3, 0)) for _ in range(2)]
+    with pytest.raises(ModelError, match="arm: no mass and no inertia moves with joint"):
+        assembled(Hub("hub", mass=1.0, inertia=BALL), Chain("arm", links=links))
 
 
 @pytest.mark.parametrize(
