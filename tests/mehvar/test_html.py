@@ -86,7 +86,7 @@ def test_quantities_are_set_and_names_and_checksums_are_not(plain, pretty):
 
 
 def test_the_page_of_requirements_has_one_style_of_numbers():
-    requirement, worst = {"name": "small", "text": "peak < 1e-5"}, [("run 1, peak = 3e-06", "")]
+    requirement, worst = {"name": "small", "text": "peak < 1e-5", "units": "peak in m"}, [("run 1, peak = 3e-06", "")]
     row = (requirement, "holds", "holds", "between 2e-06 and 1", worst)
     text = page("requirements.html.j2", title="runs", wrong="1e-06", rows=[row])
     assert all(f"{figure}×10⁻⁶" in text for figure in (1, 2, 3))
