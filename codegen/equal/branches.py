@@ -150,28 +150,6 @@ def atoms(pool: Pool, node: int) -> list[int]:
     return [difference(pool, *operands)] if operation in COMPARISONS else []
 
 
-def implied(pool: Pool, way: Way) -> dict[int, int]:
-    """Return the branches that a node's branch implies, including itself."""
-    node, number = way
-    if pool.nodes[node][0] != "piecewise":
-        return {node: number}
-    ways: dict[int, int] = {node: number}
-    for k, pair in enumerate(pool.operands(node)[: number + 1]):
-        ways |= _implied(pool, pool.operands(pair)[1], k == number)
-    return ways
-
-
-def _implied(pool: Pool, node: int, wanted: bool) -> dict[int, int]:
-    operation = pool.nodes[node][0]
-    if operation in COMPARISONS:
-        return {node: int(wanted)}
-    if operation == "not":
-        return _implied(pool, pool.operands(node)[0], not wanted)
-    if operation == ("and" if wanted else "or"):
-        return {k: way for part in pool.operands(node) for k, way in _implied(pool, part, wanted).items()}
-    return {}
-
-
 def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:
     """Return the alternative sets of conditions for a node's branch; None if there are too many."""
     node, number = way

@@ -8,12 +8,13 @@ are compared like any other expressions.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from ..equations.document import reached
 from .branches import Atom, difference
 from .pool import Pool
+from .proofs.known import KnownSigns
 
 Factors = frozenset[int]
 """Nodes with values one or zero; the domain is the set where all are one."""
@@ -26,20 +27,15 @@ class Domains:
     ----------
     pool : Pool
         Pool of the expressions.
-    is_positive : callable
-        True if an expression is provably positive.
-    never_has : callable
-        True if an expression provably never has a given sign.
+    known : KnownSigns
+        Proofs about signs.
     shortest : bool
         Omit parts that are provably positive almost everywhere; this costs time.
     """
 
-    def __init__(
-        self, pool: Pool, is_positive: Callable[[int], bool], never_has: Callable[[int, int], bool], shortest: bool
-    ) -> None:
+    def __init__(self, pool: Pool, known: KnownSigns, shortest: bool) -> None:
         self.pool = pool
-        self._is_positive = is_positive
-        self._never_has = never_has
+        self._known = known
         self._shortest = shortest
         self.positive: dict[int, int] = {}
         """Expression that must be positive, for each factor."""
@@ -88,7 +84,7 @@ class Domains:
         value = self.pool.constant(part)
         if value is not None or self.pool.nodes[part][0] == "const":
             return self.pool.number(value is None or value >= 0)
-        if self._shortest and (self._is_positive(part) or self._never_has(part, -1)):
+        if self._shortest and (self._known.is_positive(part) or self._known.never_has(part, -1)):
             return self.pool.number(1)
         zero = self.pool.number(0)
         factor = self._case(self.pool.intern("strictgreaterthan", part, zero), self.pool.number(1), zero)
@@ -101,7 +97,7 @@ class Domains:
         P + c sqrt(Q) with c > 0 is positive if c^2 Q - P^2 is positive; otherwise it has the sign of P.
         """
         if self.pool.nodes[part][0] == "mul":
-            rest = [factor for factor in self.pool.operands(part) if not self._is_positive(factor)]
+            rest = [factor for factor in self.pool.operands(part) if not self._known.is_positive(factor)]
             return self._signed(rest[0]) if len(rest) == 1 else part
         if self.pool.nodes[part][0] != "add":
             return part
@@ -112,9 +108,9 @@ class Domains:
         ((root, square),) = roots
         others = self.pool.many("add", [term for term in terms if term != root])
         margin = difference(self.pool, square, self.pool.power(others, Fraction(2)))
-        if self._never_has(margin, -1):
+        if self._known.never_has(margin, -1):
             return self.pool.number(1)
-        return self._signed(others) if self._never_has(margin, 1) else part
+        return self._signed(others) if self._known.never_has(margin, 1) else part
 
     def _square_of_root(self, term: int) -> int | None:
         """Return c^2 Q of c sqrt(Q) with c > 0; None for other terms."""
@@ -125,7 +121,7 @@ class Domains:
             if exponent == Fraction(1, 2):
                 rooted = True
                 squares.append(inner)
-            elif self._is_positive(factor):
+            elif self._known.is_positive(factor):
                 squares.append(self.pool.power(factor, Fraction(2)))
             else:
                 return None

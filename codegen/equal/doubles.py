@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..equations.document import reached
 from .pool import Pool, fraction
-from .reals import PointSampler
+from .sampler import PointSampler
 
 Array = NDArray[np.float64]
 TURNS = 4

@@ -36,8 +36,6 @@ class World(ABC, Generic[Value]):
         self.pool = pool
         self.lookup = lookup
         self.memo: dict[int, Value | None] = {}
-        self.ways: dict[int, int] = {}
-        """Branch of each branching node."""
 
     def value(self, root: int) -> Value:
         """Return the value of an expression.
@@ -111,9 +109,6 @@ class FieldWorld(World[Any]):
         Seed of the point.
     positive : callable
         True for a free name with positive values.
-    interpreted : bool
-        Evaluate absolute values, signs, maxima and conditions by the Legendre symbol. Otherwise they are arbitrary
-        functions of their arguments.
     fixed : mapping
         Given values of free names.
     roots : callable
@@ -126,7 +121,6 @@ class FieldWorld(World[Any]):
         lookup: Lookup,
         seed: int,
         positive: Callable[[str], bool],
-        interpreted: bool = False,
         fixed: Mapping[str, Element] = MappingProxyType({}),
         roots: Callable[[Element], Element] = field.sqrt,
     ) -> None:
@@ -134,7 +128,6 @@ class FieldWorld(World[Any]):
         self.roots = roots
         self.seed = seed
         self.positive = positive
-        self.interpreted = interpreted
         self.fixed = fixed
         self._phases: dict[int, Phase] = {}
         self._exact: dict[tuple[int, bool], bool] = {}
@@ -179,15 +172,15 @@ class FieldWorld(World[Any]):
         if operation in _ANGLES:
             return field.hashed("angle", self._point(operation, operands)) % field.P
         if operation == "piecewise":
-            return self._piecewise(node, operands)
+            return self._piecewise(operands)
         values = [self.memo[o] for o in operands]
         if operation == "exprcondpair":
             return tuple(values)
         if any(v is None for v in values):
             raise Undefined
-        return self._strict(node, operation, operands, values)
+        return self._strict(operation, operands, values)
 
-    def _strict(self, node: int, operation: str, operands: Sequence[int], values: list[Any]) -> Any:
+    def _strict(self, operation: str, operands: Sequence[int], values: list[Any]) -> Any:
         if operation == "add":
             total: Element = 0
             for value in values:
@@ -203,8 +196,6 @@ class FieldWorld(World[Any]):
             if exponent is None:
                 return _positive("pow", *values)
             return field.rational_power(values[0], exponent, self.roots)
-        if self.interpreted:
-            return self._interpreted(node, operation, values)
         if operation == "abs":
             return _positive("abs", field.mul(values[0], values[0]))
         if operation in _ORDER:
@@ -214,47 +205,12 @@ class FieldWorld(World[Any]):
             values.sort(key=repr)
         return field.hashed(operation, *values) % field.P
 
-    def _interpreted(self, node: int, operation: str, values: list[Any]) -> Any:
-        if operation in ("abs", "sign"):
-            positive = field.sign(values[0])
-            self.ways[node] = int(positive > 0)
-            return field.mul(values[0] if operation == "abs" else 1, positive % field.P)
-        if operation in ("max", "min"):
-            best = 0
-            for k in range(1, len(values)):
-                if (field.sign(field.sub(values[k], values[best])) > 0) is (operation == "max"):
-                    best = k
-            self.ways[node] = best
-            return values[best]
-        if operation in _ORDER:
-            greater, less = (values[k] for k in _ORDER[operation])
-            positive = field.sign(field.sub(greater, less))
-            return int(positive > 0 or (positive == 0 and operation not in _STRICT))
-        if operation in ("equality", "unequality"):
-            return int((values[0] == values[1]) is (operation == "equality"))
-        if operation in ("and", "or", "not"):
-            truths = [bool(v) for v in values]
-            return int({"and": all(truths), "or": any(truths), "not": not truths[0]}[operation])
-        return field.hashed(operation, *values) % field.P
-
-    def _piecewise(self, node: int, operands: Sequence[int]) -> Any:
+    def _piecewise(self, operands: Sequence[int]) -> Any:
+        """Return an arbitrary function of all cases; each of them must have a value."""
         pairs: list[Any] = [self.memo[o] for o in operands]
-        if any(pair is None for pair in pairs):
+        if any(pair is None or None in pair for pair in pairs):
             raise Undefined
-        if not self.interpreted:
-            if any(None in pair for pair in pairs):
-                raise Undefined
-            return field.hashed("piecewise", *pairs) % field.P
-        always = _positive("constant", "True")
-        for number, (value, condition) in enumerate(pairs):
-            if condition is None:
-                raise Undefined
-            if condition == always or condition == 1:
-                self.ways[node] = number
-                if value is None:
-                    raise Undefined
-                return value
-        raise Undefined
+        return field.hashed("piecewise", *pairs) % field.P
 
     def _symbol(self, name: str) -> Any:
         target = self.lookup(name)

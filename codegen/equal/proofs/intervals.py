@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs by interval narrowing that signs of several expressions exclude each other.
+"""Proofs by interval arithmetic that expressions never have some signs.
 
-All intervals are rounded outward, so that an empty interval is a proof. Without an empty interval nothing is proved.
+All intervals are rounded outward, so that a sign outside of an expression's interval is excluded.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from ..pool import Pool, fraction
 
 Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)
-_ROUNDS = 8
-"""Number of rounds of narrowing. Each propagates bounds by one operation, so that it limits a proof's depth."""
 _HALF_TURN = (0.0, math.nextafter(math.pi, 4.0))
 _QUARTERS = (-math.nextafter(math.pi / 2, 2.0), math.nextafter(math.pi / 2, 2.0))
 RANGES: dict[str, Interval] = {
@@ -38,7 +36,6 @@ _RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
     "asinh": (math.asinh, ALL), "acosh": (math.acosh, (1.0, math.inf)), "atanh": (math.atanh, (-1.0, 1.0)),
 }  # fmt: skip
 """Monotonic functions with their domains; all increase except one."""
-_UNDONE = {"exp": "log", "log": "exp", "sinh": "asinh", "asinh": "sinh", "atanh": "tanh"}
 _CLOSE = 4
 """Number of units in the last place by which results of library functions are rounded outward; good libraries err by
 one.
@@ -48,12 +45,8 @@ _EXACT = 4
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
-class _EmptyError(Exception):
-    """An empty interval."""
-
-
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Return True if nodes provably cannot have these signs together within the bounds of their names.
+    """Return True if one of some nodes provably never has its sign within the bounds of the names.
 
     Parameters
     ----------
@@ -62,34 +55,21 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
     bounds : mapping
         Bounds of free names; None for a missing one.
     """
-    nodes = reached(pool.nodes, [node for node, _ in atoms])
-    box = dict.fromkeys(nodes, ALL)
-    try:
-        for node, sign in atoms:
-            wanted = (0.0, 0.0) if sign == 0 else (0.0, math.inf) if sign > 0 else (-math.inf, 0.0)
-            box[node] = _both(box[node], wanted)
-        for _ in range(_ROUNDS):
-            before = dict(box)
-            for node in nodes:
-                box[node] = _both(box[node], _forward(pool, node, box, bounds))
-            for node, sign in atoms:
-                if sign and box[node][0] == box[node][1] == 0.0:
-                    return True
-            for node in reversed(nodes):
-                for operand, interval in _backward(pool, node, box):
-                    box[operand] = _both(box[operand], interval)
-            if box == before:
-                return False
-    except _EmptyError:
-        return True
-    return False
+    ranges: dict[int, Interval] = {}
+    for node in reached(pool.nodes, [node for node, _ in atoms]):
+        ranges[node] = _range(pool, node, ranges, bounds)
+    return any(_excludes(ranges[node], sign) for node, sign in atoms)
+
+
+def _excludes(interval: Interval, sign: int) -> bool:
+    low, high = interval
+    return (low > 0 or high < 0) if sign == 0 else high <= 0 if sign > 0 else low >= 0
 
 
 def _both(a: Interval, b: Interval) -> Interval:
+    """Return the common part of two intervals; all numbers without one, as the expression then has no value."""
     low, high = max(a[0], b[0]), min(a[1], b[1])
-    if low > high:
-        raise _EmptyError
-    return low, high
+    return (low, high) if low <= high else ALL
 
 
 def _out(low: float, high: float) -> Interval:
@@ -107,9 +87,10 @@ def _exact(value: Fraction) -> Interval:
     return (number, number) if Fraction(number) == value else _out(number, number)
 
 
-def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds) -> Interval:
+def _range(pool: Pool, node: int, ranges: Mapping[int, Interval], bounds: Bounds) -> Interval:
+    """Return the interval of a node, given those of its operands."""
     operation, *rest = pool.nodes[node]
-    operands = [box[o] for o in pool.operands(node)]
+    operands = [ranges[o] for o in pool.operands(node)]
     if operation == "num":
         return _exact(fraction(rest[0]))
     if operation == "const":
@@ -120,7 +101,7 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
     if operation == "add":
         return _sum(operands)
     if operation == "mul":
-        return _both(_product(operands), _share(pool, node, box))
+        return _product(operands)
     if operation == "pow":
         return _power(operands[0], pool.constant(pool.operands(node)[1]))
     if operation in ("max", "min"):
@@ -129,7 +110,7 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
     if operation == "abs":
         return _absolute(operands[0])
     if operation in ("floor", "ceiling"):
-        return _whole(_both(_rounded(operation, operands[0]), box[node]))
+        return _rounded(operation, operands[0])
     if operation == "mod":
         return (0.0, operands[1][1]) if operands[1][0] > 0 else ALL
     if operation in _RISING:
@@ -140,74 +121,9 @@ def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds)
     if operation in RANGES:
         return RANGES[operation]
     if operation == "piecewise":
-        pieces = [box[pool.operands(pair)[0]] for pair in pool.operands(node)]
+        pieces = [ranges[pool.operands(pair)[0]] for pair in pool.operands(node)]
         return min(low for low, _ in pieces), max(high for _, high in pieces)
     return ALL
-
-
-def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
-    """Return bounds on the ratio of a part of a sum to the sum, such as the component of a unit vector."""
-    factors = pool.operands(node)
-    for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
-        base, exponent = _root_of(pool, other)
-        terms = pool.operands(base) if pool.nodes[base][0] == "add" else ()
-        term = {Fraction(-1): part, Fraction(-1, 2): pool.intern("pow", part, pool.number(2))}.get(exponent)
-        if term in terms and all(box[k][0] >= 0 for k in terms):
-            return (0.0 if term == part else -1.0), 1.0
-    return ALL
-
-
-def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
-    """Return the base and the exponent of a node."""
-    power = Fraction(1)
-    while pool.nodes[node][0] == "pow" and (exponent := pool.constant(pool.operands(node)[1])) is not None:
-        node, power = pool.operands(node)[0], power * exponent
-    return node, power
-
-
-def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:
-    """Return the intervals of operands that follow from a node's interval."""
-    operation = pool.nodes[node][0]
-    operands = pool.operands(node)
-    low, high = box[node]
-    if operation == "add":
-        rests = (_sum([box[o] for k, o in enumerate(operands) if k != n]) for n in range(len(operands)))
-        return [(o, _sum([(low, high), (-b, -a)])) for o, (a, b) in zip(operands, rests, strict=True)]
-    if operation == "mul":
-        rests = (_product([box[o] for k, o in enumerate(operands) if k != n]) for n in range(len(operands)))
-        return [
-            (o, _product([(low, high), _inverse(rest)]))
-            for o, rest in zip(operands, rests, strict=True)
-            if rest[0] > 0 or rest[1] < 0
-        ]
-    if operation == "max":
-        return [(o, (-math.inf, high)) for o in operands]
-    if operation == "min":
-        return [(o, (low, math.inf)) for o in operands]
-    if operation == "abs":
-        return [(operands[0], (-high, high))]
-    if operation in _UNDONE:
-        return [(operands[0], _risen(_UNDONE[operation], (low, high)))]
-    if operation == "floor":
-        return [(operands[0], (low, high + 1))]
-    if operation == "ceiling":
-        return [(operands[0], (low - 1, high))]
-    if operation == "pow":
-        return _root(operands[0], pool.constant(operands[1]), low, high)
-    return []
-
-
-def _root(base: int, exponent: Fraction | None, low: float, high: float) -> list[tuple[int, Interval]]:
-    if exponent is None or exponent <= 0 or (high == math.inf and low <= 0):
-        return []
-    if exponent == Fraction(1, 2):
-        return [(base, (_raised(max(low, 0.0), 2)[0], _raised(high, 2)[1]))]
-    if exponent.denominator == 2:
-        return [(base, (0.0, math.inf))]
-    if exponent.denominator == 1 and exponent % 2 == 0 and high >= 0:
-        size = _out(0.0, high ** (1 / float(exponent)) * (1 + 1e-15))[1]
-        return [(base, (-size, size))]
-    return []
 
 
 def _sum(parts: Sequence[Interval]) -> Interval:
@@ -259,14 +175,6 @@ def _rounded(operation: str, operand: Interval) -> Interval:
         float(function(low)) if math.isfinite(low) else low,
         float(function(high)) if math.isfinite(high) else high,
     )
-
-
-def _whole(a: Interval) -> Interval:
-    """Return the whole numbers in an interval."""
-    low, high = (float(f(v)) if math.isfinite(v) else v for f, v in zip((math.ceil, math.floor), a, strict=True))
-    if low > high:
-        raise _EmptyError
-    return low, high
 
 
 def _risen(operation: str, operand: Interval) -> Interval:

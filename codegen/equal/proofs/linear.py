@@ -39,7 +39,18 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
     while unknown := sorted({node for form, _ in rows for node in form} - told):
         told |= {*unknown}
         rows += [row for node in unknown for row in _facts(pool, node, bounds)]
+    rows = [_at_whole_number(pool, *row) for row in rows]
     return _is_contradiction(rows) or _in_every_case(pool, rows, sorted(told))
+
+
+def _at_whole_number(pool: Pool, form: Form, strict: bool) -> Row:
+    """Return a bound on a whole number alone as the nearest whole number, another row as it is."""
+    (node, factor), *others = sorted(form.items(), reverse=True) or [(_ONE, Fraction(0))]
+    if node == _ONE or any(k != _ONE for k, _ in others) or pool.nodes[node][0] not in ("floor", "ceiling"):
+        return form, strict
+    bound = -form.get(_ONE, Fraction(0)) / abs(factor)
+    least = math.floor(bound) + 1 if strict else math.ceil(bound)
+    return {node: Fraction(1 if factor > 0 else -1), _ONE: Fraction(-least)}, False
 
 
 def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:

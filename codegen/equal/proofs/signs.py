@@ -9,7 +9,7 @@ same signs.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from math import isqrt
 
@@ -45,6 +45,11 @@ class Signs:
         if atom not in self._memo:
             self._memo[atom] = self._of(*atom)
         return self._memo[atom]
+
+    def splits(self, atoms: Sequence[Atom]) -> list[tuple[Atom, ...]]:
+        """Return the alternatives that give several nodes their signs, or the given signs if there are too many."""
+        alternatives = every([self(atom) for atom in atoms])
+        return [tuple(atoms)] if alternatives is None else alternatives
 
     def parts(self, node: int) -> set[int]:
         """Return the nodes whose signs determine a node's sign."""
@@ -233,9 +238,3 @@ def _product(signs: Sequence[int]) -> int:
 def _rational_root(value: Fraction) -> Fraction | None:
     root = Fraction(isqrt(value.numerator), isqrt(value.denominator))
     return root if root**2 == value else None
-
-
-def splits(signs: Signs, atoms: Sequence[Atom]) -> Iterator[tuple[Atom, ...]]:
-    """Yield the alternatives that give several nodes their signs, or the given signs if there are too many."""
-    alternatives = every([signs(atom) for atom in atoms])
-    yield from [tuple(atoms)] if alternatives is None else alternatives
