@@ -45,25 +45,75 @@ _EXACT = 4
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
-def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Return True if one of some nodes provably never has its sign within the bounds of the names.
+class Ranges:
+    """Intervals of expressions within the bounds of their names, cached.
 
     Parameters
     ----------
-    atoms : sequence of (int, int)
-        Nodes and their signs: 1, -1, or 0 for zero.
+    pool : Pool
+        Pool of the expressions.
     bounds : mapping
         Bounds of free names; None for a missing one.
     """
-    ranges: dict[int, Interval] = {}
-    for node in reached(pool.nodes, [node for node, _ in atoms]):
-        ranges[node] = _range(pool, node, ranges, bounds)
-    return any(_excludes(ranges[node], sign) for node, sign in atoms)
 
+    def __init__(self, pool: Pool, bounds: Bounds) -> None:
+        self.pool = pool
+        self.bounds = bounds
+        self._intervals: dict[int, Interval] = {}
 
-def _excludes(interval: Interval, sign: int) -> bool:
-    low, high = interval
-    return (low > 0 or high < 0) if sign == 0 else high <= 0 if sign > 0 else low >= 0
+    def __getitem__(self, root: int) -> Interval:
+        if root not in self._intervals:
+            for node in reached(self.pool.nodes, [root]):
+                if node not in self._intervals:
+                    self._intervals[node] = self._of(node)
+        return self._intervals[root]
+
+    def exclude(self, atoms: Sequence[tuple[int, int]]) -> bool:
+        """Return True if one of some nodes provably never has its sign: 1, -1, or 0 for zero."""
+        return any(self.never_have(*atom) for atom in atoms)
+
+    def never_have(self, node: int, sign: int) -> bool:
+        """Return True if a node provably never has a sign."""
+        low, high = self[node]
+        return (low > 0 or high < 0) if sign == 0 else high <= 0 if sign > 0 else low >= 0
+
+    def _of(self, node: int) -> Interval:
+        """Return the interval of a node, given those of its operands."""
+        operation, *rest = self.pool.nodes[node]
+        operands = [self._intervals[o] for o in self.pool.operands(node)]
+        if operation == "num":
+            return _exact(fraction(rest[0]))
+        if operation == "const":
+            return CONSTANTS.get(rest[0], ALL)
+        if operation == "sym":
+            low, high = self.bounds.get(rest[0], (None, None))
+            return (-math.inf if low is None else _exact(low)[0], math.inf if high is None else _exact(high)[1])
+        if operation == "add":
+            return _sum(operands)
+        if operation == "mul":
+            return _product(operands)
+        if operation == "pow":
+            return _power(operands[0], self.pool.constant(self.pool.operands(node)[1]))
+        if operation in ("max", "min"):
+            best = max if operation == "max" else min
+            return best(low for low, _ in operands), best(high for _, high in operands)
+        if operation == "abs":
+            return _absolute(operands[0])
+        if operation in ("floor", "ceiling"):
+            return _rounded(operation, operands[0])
+        if operation == "mod":
+            return (0.0, operands[1][1]) if operands[1][0] > 0 else ALL
+        if operation in _RISING:
+            limits = RANGES.get(operation, ALL)
+            return _both(_risen(operation, operands[0]), _odd(operands[0], limits) if operation in _ODD else limits)
+        if operation in _ODD:
+            return _odd(operands[0], RANGES.get(operation, ALL))
+        if operation in RANGES:
+            return RANGES[operation]
+        if operation == "piecewise":
+            pieces = [self._intervals[self.pool.operands(pair)[0]] for pair in self.pool.operands(node)]
+            return min(low for low, _ in pieces), max(high for _, high in pieces)
+        return ALL
 
 
 def _both(a: Interval, b: Interval) -> Interval:
@@ -85,45 +135,6 @@ def _exact(value: Fraction) -> Interval:
     except OverflowError:
         return (1e308, math.inf) if value > 0 else (-math.inf, -1e308)
     return (number, number) if Fraction(number) == value else _out(number, number)
-
-
-def _range(pool: Pool, node: int, ranges: Mapping[int, Interval], bounds: Bounds) -> Interval:
-    """Return the interval of a node, given those of its operands."""
-    operation, *rest = pool.nodes[node]
-    operands = [ranges[o] for o in pool.operands(node)]
-    if operation == "num":
-        return _exact(fraction(rest[0]))
-    if operation == "const":
-        return CONSTANTS.get(rest[0], ALL)
-    if operation == "sym":
-        low, high = bounds.get(rest[0], (None, None))
-        return (-math.inf if low is None else _exact(low)[0], math.inf if high is None else _exact(high)[1])
-    if operation == "add":
-        return _sum(operands)
-    if operation == "mul":
-        return _product(operands)
-    if operation == "pow":
-        return _power(operands[0], pool.constant(pool.operands(node)[1]))
-    if operation in ("max", "min"):
-        best = max if operation == "max" else min
-        return best(low for low, _ in operands), best(high for _, high in operands)
-    if operation == "abs":
-        return _absolute(operands[0])
-    if operation in ("floor", "ceiling"):
-        return _rounded(operation, operands[0])
-    if operation == "mod":
-        return (0.0, operands[1][1]) if operands[1][0] > 0 else ALL
-    if operation in _RISING:
-        limits = RANGES.get(operation, ALL)
-        return _both(_risen(operation, operands[0]), _odd(operands[0], limits) if operation in _ODD else limits)
-    if operation in _ODD:
-        return _odd(operands[0], RANGES.get(operation, ALL))
-    if operation in RANGES:
-        return RANGES[operation]
-    if operation == "piecewise":
-        pieces = [ranges[pool.operands(pair)[0]] for pair in pool.operands(node)]
-        return min(low for low, _ in pieces), max(high for _, high in pieces)
-    return ALL
 
 
 def _sum(parts: Sequence[Interval]) -> Interval:

@@ -7,7 +7,7 @@ from .. import field
 from ..branches import Atom
 from ..meaning import Meaning
 from ..points import FieldPoints, RealPoints
-from . import intervals, linear
+from . import linear
 from .intervals import Bounds
 from .signs import Signs
 
@@ -34,6 +34,7 @@ class KnownSigns:
         self.pool = points.pool
         self.bounds = bounds
         self.parts = Signs(self.pool, bounds)
+        self.ranges = self.parts.ranges
         self._points = points
         self._real = real
         self._free = free
@@ -49,14 +50,14 @@ class KnownSigns:
         if required not in self._impossible:
             self._impossible[required] = (
                 linear.impossible(self.pool, required, self.bounds)
-                or intervals.impossible(self.pool, required, self.bounds)
+                or self.ranges.exclude(required)
                 or any(sign and self.never_has(node, sign) for node, sign in required)
             )
         return self._impossible[required]
 
     def is_positive(self, node: int) -> bool:
         """Return True if an expression is provably nowhere negative."""
-        return intervals.impossible(self.pool, [(node, -1)], self.bounds)
+        return self.ranges.never_have(node, -1)
 
     def is_never_zero(self, root: int) -> bool:
         """Return True if an expression is provably never zero."""
@@ -67,7 +68,7 @@ class KnownSigns:
                 stack += operands
             elif operation == "pow":
                 stack.append(operands[0])
-            elif operation != "exp" and not intervals.impossible(self.pool, [(node, 0)], self.bounds):
+            elif operation != "exp" and not self.ranges.never_have(node, 0):
                 return False
         return True
 

@@ -15,7 +15,7 @@ from math import isqrt
 
 from ..branches import Atom, difference, either, every
 from ..pool import Pool
-from .intervals import QUARTERS, Bounds, impossible
+from .intervals import QUARTERS, Bounds, Ranges
 
 _FACTORS = 4
 """Largest number of factors of a product whose signs are split: eight alternatives."""
@@ -37,7 +37,7 @@ class Signs:
 
     def __init__(self, pool: Pool, bounds: Bounds) -> None:
         self.pool = pool
-        self._bounds = bounds
+        self.ranges = Ranges(pool, bounds)
         self._memo: dict[Atom, list[tuple[Atom, ...]] | None] = {}
 
     def __call__(self, atom: Atom) -> list[tuple[Atom, ...]] | None:
@@ -117,7 +117,7 @@ class Signs:
         """Return the operand at which a function has a given value; None if the value may be outside its range."""
         for quarters, beyond in zip(QUARTERS.get(operation, ()), (-1, 1), strict=False):
             end = self.pool.many("mul", [self.pool.intern("const", "pi"), self.pool.number(Fraction(quarters, 2))])
-            if not impossible(self.pool, [(difference(self.pool, value, end), beyond)], self._bounds):
+            if not self.ranges.never_have(difference(self.pool, value, end), beyond):
                 return None
         return self.pool.intern(_INVERSE[operation], value)
 
@@ -218,7 +218,7 @@ class Signs:
         """Return True if a node's form shows that it is positive almost everywhere."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
-            low = self._bounds.get(operands[0], (None, None))[0]
+            low = self.ranges.bounds.get(operands[0], (None, None))[0]
             return low is not None and low >= 0
         if operation == "num":
             return Fraction(operands[0]) > 0

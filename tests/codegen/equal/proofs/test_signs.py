@@ -9,7 +9,8 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.proofs import intervals, linear
+from mehvar.codegen.equal.proofs import linear
+from mehvar.codegen.equal.proofs.intervals import Ranges
 from mehvar.codegen.equal.proofs.signs import Signs
 from mehvar.codegen.equal.reals import RealWorld
 from mehvar.codegen.ledger.sides import Sides
@@ -106,7 +107,7 @@ def test_a_window_is_the_same_signs_however_it_is_written():
         for alternative in signs((node, 1)):
             for beyond in nodes[3:]:
                 required = [*alternative, (beyond, -1)]
-                assert linear.impossible(pool, required, {}) or intervals.impossible(pool, required, {})
+                assert linear.impossible(pool, required, {}) or Ranges(pool, {}).exclude(required)
 
 
 NEVER = [
@@ -128,9 +129,10 @@ NEVER = [
 def test_a_sign_beyond_the_range_of_a_function_is_excluded(whole, sign):
     pool = Pool()
     (node,) = Sides(pool).entries(whole)
-    proofs = (linear.impossible, intervals.impossible)
-    assert any(proof(pool, [(node, sign)], {}) for proof in proofs)
-    assert not any(proof(pool, [(node, -sign)], {}) for proof in proofs)
+    ranges = Ranges(pool, {})
+    assert linear.impossible(pool, [(node, sign)], {}) or ranges.never_have(node, sign)
+    assert not linear.impossible(pool, [(node, -sign)], {})
+    assert not ranges.never_have(node, -sign)
 
 
 def test_no_whole_number_lies_between_two():
