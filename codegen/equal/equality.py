@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 import mpmath
 
-from ..equations.document import reached
 from . import reals
 from .domains import Domains
 from .meaning import Expression, Flat, Meaning
@@ -79,8 +78,7 @@ class EqualityTest:
         self.written_out = Flat(pool)
         self._free = Meaning(pool, lambda _: None)
         self._known = KnownSigns(self._bounds(), self.field, self.real, self._free)
-        self._domain = Domains(pool, self._known, shortest=False)
-        self._needed = Domains(pool, self._known, shortest=True)
+        self._domain = Domains(pool, self._known)
         self._shared = Shared(pool, self._values_of, self._look_of, self._points_of)
 
     def decide(self, old: Expression, new: Expression) -> Verdict:
@@ -91,13 +89,12 @@ class EqualityTest:
 
     def where_defined(self, verdict: Verdict, old: Expression, new: Expression) -> Verdict:
         """Compare the domains of two sides: the verdict is "different" if only one has a value at some point."""
-        roots = self.written_out(old), self.written_out(new)
-        if verdict.equal is False or self._domain(roots[0]) == self._domain(roots[1]):
+        if verdict.equal is False:
             return verdict
-        first, second = map(self._needed, roots)
+        first, second = (self._domain(self.written_out(side)) for side in (old, new))
         if first == second:
             return verdict
-        outcome = self._by_cells(self._needed.product(first), self._needed.product(second))
+        outcome = self._by_cells(self._domain.product(first), self._domain.product(second))
         if outcome.equal:
             return replace(verdict, how=f"{verdict.how}; both sides exist together at {outcome.how}")
         if verdict.equal is None and outcome.equal is None:
@@ -155,7 +152,7 @@ class EqualityTest:
         verdict = self._by_parts(*roots)
         if not verdict.points:
             return verdict
-        used = {self.pool.nodes[node][0] for node in reached(self.pool.nodes, roots)} & INEXACT or {"roots"}
+        used = {self.pool.nodes[node][0] for node in self.pool.reached(*roots)} & INEXACT or {"roots"}
         evidence = f"compared at {verdict.points} points with {reals.DIGITS} digits: {', '.join(sorted(used))}"
         return replace(
             verdict, how=f"{verdict.how}; {evidence} {'is' if len(used) == 1 else 'are'} not decided exactly"

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from collections import ChainMap
+from collections import ChainMap, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from ..equations.document import reached
 from . import field, reals
 from .meaning import Expression, Meaning
 from .pool import Pool
@@ -90,7 +89,7 @@ class FieldPoints:
         self.positive = positive
         self.seed = seed
         self._worlds: list[Worlds] = []
-        self._rooted: dict[Expression, bool] = {}
+        self._rooted: dict[Meaning, dict[int, bool]] = defaultdict(dict)
 
     def at(
         self,
@@ -144,11 +143,7 @@ class FieldPoints:
 
     def _is_rooted(self, meaning: Meaning, root: int) -> bool:
         """Return True if an expression has an even root whose operand may be the square of a signed value."""
-        if (meaning, root) not in self._rooted:
-            for node in reached(self.pool.nodes, [root]):
-                if (meaning, node) not in self._rooted:
-                    self._rooted[meaning, node] = self._is_root(meaning, node)
-        return self._rooted[meaning, root]
+        return self.pool.cached(self._rooted[meaning], root, lambda node: self._is_root(meaning, node))
 
     def _is_root(self, meaning: Meaning, node: int) -> bool:
         """Return True if a node is or contains such a root, given the answers for its operands."""
@@ -156,7 +151,7 @@ class FieldPoints:
         if operation == "sym":
             target = meaning.targets(operands[0])
             return target is not None and self._is_rooted(*target)
-        if operation in _ARCS or any(self._rooted[meaning, operand] for operand in self.pool.operands(node)):
+        if operation in _ARCS or any(self._rooted[meaning][operand] for operand in self.pool.operands(node)):
             return True
         inner, exponent = self.pool.raised(node)
         if exponent.denominator % 2:

@@ -10,7 +10,6 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from ..equations.document import reached
 from . import field
 from .field import Circle, Element, Undefined
 from .pool import COMMUTATIVE, Pool
@@ -45,13 +44,7 @@ class World(ABC, Generic[Value]):
         Undefined
             If it has none here.
         """
-        if root not in self.memo:
-            for node in self._missing(root):
-                try:
-                    self.memo[node] = self.compute(node)
-                except Undefined:
-                    self.memo[node] = None
-        value = self.memo[root]
+        value = self.pool.cached(self.memo, root, self._value)
         if value is None:
             raise Undefined
         return value
@@ -63,15 +56,11 @@ class World(ABC, Generic[Value]):
         except Undefined:
             return None
 
-    def _missing(self, root: int) -> list[int]:
-        seen: set[int] = set()
-        stack = [root]
-        while stack:
-            node = stack.pop()
-            if node not in seen and node not in self.memo:
-                seen.add(node)
-                stack.extend(self.pool.operands(node))
-        return sorted(seen)
+    def _value(self, node: int) -> Value | None:
+        try:
+            return self.compute(node)
+        except Undefined:
+            return None
 
     @abstractmethod
     def compute(self, node: int) -> Value:
@@ -130,25 +119,21 @@ class FieldWorld(World[Any]):
         self.positive = positive
         self.fixed = fixed
         self._phases: dict[int, Phase] = {}
-        self._exact: dict[tuple[int, bool], bool] = {}
+        self._exact: dict[bool, dict[int, bool]] = {True: {}, False: {}}
 
     def exact(self, node: int, rooted: bool = False) -> bool:
         """Return True if different values prove a difference; with `rooted`, only for all signs of the roots.
 
         Expressions that are equal over the reals are equal here for one choice of the signs.
         """
-        if (node, rooted) not in self._exact:
-            for k in reached(self.pool.nodes, [node]):
-                if (k, rooted) not in self._exact:
-                    self._exact[k, rooted] = self._is_exact(k, rooted)
-        return self._exact[node, rooted]
+        return self.pool.cached(self._exact[rooted], node, lambda k: self._is_exact(k, rooted))
 
     def _is_exact(self, node: int, rooted: bool) -> bool:
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = self.lookup(operands[0])
             return target is None or target[0].exact(target[1], rooted)  # type: ignore[attr-defined]
-        if operation not in _EXACT or not all(self._exact[o, rooted] for o in self.pool.operands(node)):
+        if operation not in _EXACT or not all(self._exact[rooted][o] for o in self.pool.operands(node)):
             return False
         if operation == "pow":
             exponent = self.pool.constant(operands[1])

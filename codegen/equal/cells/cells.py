@@ -19,7 +19,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...equations.document import reached
 from ...equations.formula import Printer
 from .. import doubles
 from ..branches import Atom
@@ -32,7 +31,6 @@ from .centres import centres
 from .conditions import Conditions
 from .evidence import MOST_LINES, OF_A_LINE, Evidence, Patterns
 from .lines import Columns, Lines, Spot, Work, count_of, spot
-from .slopes import names as names_in
 from .smooth import SmoothTest
 from .spots import SpotTest
 from .states import JointStates, State
@@ -243,7 +241,7 @@ class Cells:
         start = spot(starts, int(np.argmin(np.max(np.abs([*starts.values()]), axis=0)))) if starts else {}
         here, moved = start, set[str]()
         for zero in zeros:
-            own = [self.pool.nodes[k][1] for k in sorted(names_in(self.pool, zero))]
+            own = list(self.pool.names(zero))
             free = [name for name in own if name not in moved] or own
             for base in (start, here) if here is not start else (start,):
                 there = next(((name, place) for name in free if (place := lines.zero(zero, base, name))), None)
@@ -282,7 +280,7 @@ class Cells:
 
     def _score(self, required: Sequence[Atom], line: Columns) -> Array:
         """Count the fulfilled signs at points."""
-        values = doubles.values(self.pool, reached(self.pool.nodes, [node for node, _ in required]), line)
+        values = doubles.values(self.pool, self.pool.reached(*(node for node, _ in required)), line)
         right = [np.broadcast_to(np.sign(values[node]) == sign, count_of(line)) for node, sign in required]
         score: Array = np.sum(right, axis=0, dtype=float)
         return score

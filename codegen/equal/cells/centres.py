@@ -5,9 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...equations.document import reached
 from ..pool import Pool
-from .slopes import names, slope
+from .slopes import slope
 
 _NARROW = frozenset(
     ("exp", "tanh", "sinh", "cosh", "atan", "asinh", "log", "sin", "cos", "tan", "acos", "asin", "atan2")
@@ -31,10 +30,10 @@ def centres(pool: Pool, roots: tuple[int, int], known: tuple[int, ...]) -> list[
     known : tuple of int
         Nodes at whose zeros lines have points anyway.
     """
-    first, second = ({*reached(pool.nodes, [root])} for root in roots)
+    first, second = ({*pool.reached(root)} for root in roots)
     nodes = (*sorted(first ^ second), *sorted(first & second))
     zeros = dict.fromkeys(zero for node in nodes if _is_narrow(pool, node) for zero in _zeros(pool, node))
-    return [k for k in zeros if k not in known and names(pool, k)][:_MOST]
+    return [k for k in zeros if k not in known and pool.names(k)][:_MOST]
 
 
 def _is_narrow(pool: Pool, node: int) -> bool:
@@ -52,7 +51,7 @@ def _zeros(pool: Pool, node: int) -> Iterator[int]:
     The operand may have an extremum at the centre instead of a zero, such as an expanded square.
     """
     operand = pool.operands(node)[0]
-    inner = reached(pool.nodes, [operand])
+    inner = pool.reached(operand)
     yield from (k for k in inner if pool.nodes[k][0] in ("add", "sym", "sin", "cos"))
-    slopes = (slope(pool, operand, k) for k in inner if pool.nodes[k][0] == "sym")
+    slopes = (slope(pool, operand, k) for k in pool.names(operand).values())
     yield from (k for k in slopes if k is not None and pool.constant(k) is None)

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from ...equations.document import reached
 from ..branches import STEPS, atoms, branching
 from ..doubles import Array
 from ..pool import Pool
@@ -47,7 +46,7 @@ class Conditions:
     def of(cls, pool: Pool, roots: tuple[int, int], parts: Signs) -> Conditions:
         """Return the conditions of two expressions."""
         zeros = tuple(dict.fromkeys(atom for node in branching(pool, roots) for atom in atoms(pool, node)))
-        first, second = ({*reached(pool.nodes, [root])} for root in roots)
+        first, second = ({*pool.reached(root)} for root in roots)
         turns = (turn for arc in sorted(first | second) if pool.nodes[arc][0] in _ARCS for turn in _turns(pool, arc))
         deciding = (part for atom in zeros for part in sorted(parts.parts(atom)))
         turning = tuple(node for node in dict.fromkeys([*turns, *deciding]) if node not in zeros)
@@ -66,12 +65,12 @@ class Conditions:
     @cached_property
     def nodes(self) -> list[int]:
         """Nodes of both expressions and of the conditions, operands first."""
-        return reached(self.pool.nodes, [*self.roots, *self.atoms, *self.signed, *self.turning])
+        return self.pool.reached(*self.roots, *self.atoms, *self.signed, *self.turning)
 
     @cached_property
     def names(self) -> list[str]:
         """Names in the expressions."""
-        return sorted({self.pool.nodes[k][1] for k in self.nodes if self.pool.nodes[k][0] == "sym"})
+        return list(self.pool.names(*self.nodes))
 
     @cached_property
     def numbers(self) -> list[float]:

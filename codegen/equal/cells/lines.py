@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from ...equations.document import reached
 from .. import doubles
 from ..doubles import Array
 from ..pool import Pool
@@ -94,7 +93,7 @@ class Lines:
 
     def zero(self, node: int, base: Spot, name: str) -> Spot | None:
         """Return the zero of a node that is nearest to zero on a line; None if it has none there."""
-        nodes = reached(self.conditions.pool.nodes, [node])
+        nodes = self.conditions.pool.reached(node)
 
         def signs(places: Array) -> Array:
             found = self._work.values(nodes, self._along(base, name, places))[node]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ...equations.document import reached
 from ..pool import Pool
 
 _MOST = 400
@@ -22,14 +21,9 @@ _ALGEBRAIC = {
 """Numbers f, a, b, n of the derivative f (a + b z^2)^n; z is the value of `tan` and `tanh`, else the operand."""
 
 
-def names(pool: Pool, root: int) -> set[int]:
-    """Return the names in an expression."""
-    return {node for node in reached(pool.nodes, [root]) if pool.nodes[node][0] == "sym"}
-
-
 def slope(pool: Pool, root: int, name: int) -> int | None:
     """Return the derivative of an expression with respect to a name; None if a part has no implemented derivative."""
-    nodes = reached(pool.nodes, [root])
+    nodes = pool.reached(root)
     if len(nodes) > _MOST:
         return None
     slopes: dict[int, int] = {}

@@ -6,7 +6,7 @@ from __future__ import annotations
 from .. import field
 from ..meaning import Meaning
 from ..points import POINTS, FieldPoints
-from .slopes import names, slope
+from .slopes import slope
 
 _SIGNS = 64
 """Number of sign choices of roots that are compared at a field point: all choices of six roots."""
@@ -67,7 +67,7 @@ class SmoothTest:
         The field does not know logarithms and arcs, but it knows their derivatives.
         """
         pool = self.points.pool
-        for name in sorted(names(pool, old) | names(pool, new)):
+        for name in sorted(pool.names(old, new).values()):
             first, second = (slope(pool, root, name) for root in (old, new))
             if first is not None and second is not None and self.are_apart(first, second):
                 return True

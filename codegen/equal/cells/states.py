@@ -6,11 +6,9 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from ...equations.document import reached
-from ..branches import COMPARISONS, Atom, Way, branching, counted, every, requirements, smooth, ways_of
+from ..branches import COMPARISONS, Atom, Way, counted, every, requirements, smooth, ways_of
 from ..pool import Pool
 from ..proofs.known import KnownSigns
-from .slopes import names
 
 State = tuple[Way, ...]
 """Sorted branches of the nodes that affect a value, without comparisons and steps."""
@@ -18,8 +16,6 @@ _MOST_COMPARED = 300_000
 """Limit on nodes of joint states that are compared in the field, about ten seconds. Half the limit allows one
 rearranged saturation less.
 """
-_MOST_CASES = 3
-"""Largest number of combined cases inside conditions that a proof expands: eight distinctions of two cases."""
 
 
 class JointStates:
@@ -43,7 +39,7 @@ class JointStates:
         self._known = known
         self._inside = tuple(inside)
         self._excluded = functools.cache(self.are_excluded)
-        self._names = functools.cache(lambda node: names(pool, node))
+        self._names = functools.cache(lambda node: pool.names(node).keys())
 
     def smooth(self, taken: Mapping[int, int]) -> tuple[int, int]:
         """Return the smooth forms of both sides for given branches."""
@@ -64,7 +60,7 @@ class JointStates:
         are_equal : callable
             True if the field proves that two smooth expressions are equal.
         """
-        size = len(reached(self.pool.nodes, self.roots))
+        size = len(self.pool.reached(*self.roots))
         left = _MOST_COMPARED
         stack: list[dict[int, int]] = [{}]
         while stack:
@@ -91,21 +87,13 @@ class JointStates:
             if required and not self._known.are_impossible(required)
         ]
 
-    def are_excluded(self, ways: Sequence[Way], others: tuple[Way, ...] = ()) -> bool:
-        """Return True if branches provably exclude each other for given branches of other nodes.
-
-        A sum of case distinctions is examined case by case, because the sign of the sum proves little.
-        """
-        alternatives, taken = self._alternatives((*ways, *others)), dict((*ways, *others))
-        if alternatives is None:
-            return False
-        signs = [self._in_smooth_form(alternative, taken) for alternative in alternatives]
-        possible = [required for required in signs if not self._known.exclude(required)]
-        if not possible or len(others) == _MOST_CASES:
-            return not possible
-        cased = branching(self.pool, [node for required in possible for node, _ in required])
-        node = next((k for k in cased if k not in taken and self.pool.nodes[k][0] in ("piecewise", "sign")), None)
-        return node is not None and all(self.are_excluded(ways, (*others, way)) for way in ways_of(self.pool, node))
+    def are_excluded(self, ways: Sequence[Way]) -> bool:
+        """Return True if branches provably exclude each other."""
+        alternatives, taken = self._alternatives(ways), dict(ways)
+        return alternatives is not None and all(
+            self._known.exclude(tuple(dict.fromkeys((smooth(self.pool, node, taken), sign) for node, sign in required)))
+            for required in alternatives
+        )
 
     def _is_excluded_beside(self, way: Way, others: State) -> bool:
         """Return True if a branch is impossible, alone or with one of the others that has a name in common."""
@@ -120,7 +108,3 @@ class JointStates:
     def _alternatives(self, ways: Sequence[Way]) -> list[tuple[Atom, ...]] | None:
         """Return the alternative conditions for branches."""
         return every([*(requirements(self.pool, way) for way in ways), [self._inside]])
-
-    def _in_smooth_form(self, required: tuple[Atom, ...], taken: Mapping[int, int]) -> tuple[Atom, ...]:
-        """Return required signs of nodes as signs of their smooth forms."""
-        return tuple(dict.fromkeys((smooth(self.pool, node, taken), sign) for node, sign in required))

@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from ...equations.document import reached
 from ..pool import Pool, fraction
 
 Interval = tuple[float, float]
@@ -62,11 +61,7 @@ class Ranges:
         self._intervals: dict[int, Interval] = {}
 
     def __getitem__(self, root: int) -> Interval:
-        if root not in self._intervals:
-            for node in reached(self.pool.nodes, [root]):
-                if node not in self._intervals:
-                    self._intervals[node] = self._of(node)
-        return self._intervals[root]
+        return self.pool.cached(self._intervals, root, self._of)
 
     def exclude(self, atoms: Sequence[tuple[int, int]]) -> bool:
         """Return True if one of some nodes provably never has its sign: 1, -1, or 0 for zero."""
