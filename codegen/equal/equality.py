@@ -65,6 +65,8 @@ class EqualityTest:
         Points of the finite field.
     real : RealPoints
         Real points.
+    known : KnownSigns
+        Proofs about signs.
     written_out : Flat
         Expands an expression until all names are free.
     """
@@ -77,8 +79,8 @@ class EqualityTest:
         self.real = RealPoints(sampler)
         self.written_out = Flat(pool)
         self._free = Meaning(pool, lambda _: None)
-        self._known = KnownSigns(self._bounds(), self.field, self.real, self._free)
-        self._domain = Domains(pool, self._known)
+        self.known = KnownSigns(self._bounds(), self.field, self.real, self._free)
+        self._domain = Domains(pool, self.known)
         self._shared = Shared(pool, self._values_of, self._look_of, self._points_of)
 
     def decide(self, old: Expression, new: Expression) -> Verdict:
@@ -106,7 +108,7 @@ class EqualityTest:
 
     def is_never_zero(self, expression: Expression) -> bool:
         """Return True if an expression is provably never zero within the bounds of its names."""
-        return self._known.is_never_zero(self.written_out(expression))
+        return self.known.is_never_zero(self.written_out(expression))
 
     def _drawn(self, *sides: Expression) -> dict[str, Fraction]:
         """Return drawn values of all names that expressions depend on."""
@@ -184,7 +186,7 @@ class EqualityTest:
     def _cells(self, old: int, new: int) -> Cells:
         from .cells.cells import Cells  # imports numpy, which most comparisons do not need
 
-        return Cells((old, new), self._domain.inside(old, new), self._known, self.real, self.field, self._free)
+        return Cells((old, new), self._domain.inside(old, new), self.known, self.real, self.field, self._free)
 
     def _points_of(self, old: int, new: int) -> int | None:
         """Return the number of agreeing points; 0 if equality is proved, None if the sides are not equal."""

@@ -120,7 +120,7 @@ class Cells:
 
     def are_proved(self) -> bool:
         """Return True if each joint state is equal in the field or proved impossible."""
-        return next(self._open_states(), ()) == ()
+        return not any(True for _ in self._open_states())
 
     def settle(self) -> Verdict:
         """Search for the joint states that are neither equal in the field nor impossible; call it after `walk`."""

@@ -86,7 +86,7 @@ class Ranges:
         if operation == "add":
             return _sum(operands)
         if operation == "mul":
-            return _product(operands)
+            return _both(_product(operands), self._share(node))
         if operation == "pow":
             return _power(operands[0], self.pool.constant(self.pool.operands(node)[1]))
         if operation in ("max", "min"):
@@ -109,6 +109,25 @@ class Ranges:
             pieces = [self._intervals[self.pool.operands(pair)[0]] for pair in self.pool.operands(node)]
             return min(low for low, _ in pieces), max(high for _, high in pieces)
         return ALL
+
+    def _share(self, node: int) -> Interval:
+        """Return bounds on the ratio of a part of a sum to the sum, such as the component of a unit vector."""
+        factors = self.pool.operands(node)
+        for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
+            base, exponent = self._root_of(other)
+            terms = self.pool.operands(base) if self.pool.nodes[base][0] == "add" else ()
+            term = {Fraction(-1): part, Fraction(-1, 2): self.pool.power(part, Fraction(2))}.get(exponent)
+            if term in terms and all(self._intervals[k][0] >= 0 for k in terms):
+                return (0.0 if term == part else -1.0), 1.0
+        return ALL
+
+    def _root_of(self, node: int) -> tuple[int, Fraction]:
+        """Return the base and the exponent of nested powers."""
+        base, exponent = self.pool.raised(node)
+        if base == node:
+            return node, exponent
+        inner, power = self._root_of(base)
+        return inner, power * exponent
 
 
 def _both(a: Interval, b: Interval) -> Interval:

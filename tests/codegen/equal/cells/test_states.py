@@ -58,3 +58,25 @@ def test_the_budget_of_joint_states_is_used_to_its_end(monkeypatch):
 def test_joint_states_of_two_sides_are_those_of_one_condition(monkeypatch, old, new):
     cells, _ = cells_of(monkeypatch, old * z, new * z)
     assert cells.are_proved()
+
+
+def test_two_sides_without_branches_that_only_points_decide_have_one_open_state(monkeypatch):
+    cells, verdict = cells_of(monkeypatch, sp.asin(sp.sin(x) / 2) * y, (sp.pi / 2 - sp.acos(sp.sin(x) / 2)) * y)
+    assert list(cells.states.open(lambda old, new: old == new)) == [()]
+    assert not cells.are_proved()
+    assert verdict.equal
+    assert verdict.points >= 64
+
+
+def test_a_branch_that_another_excludes_is_not_open():
+    pool = Pool()
+    roots = Sides(pool).entries(sp.Matrix([sp.Max(x, 1) + sp.Max(-x, 1), sp.Abs(x)]))
+    known = EqualityTest(pool, lambda _: False, PointSampler({}, frozenset())).known
+    joint = states.JointStates(pool, tuple(roots), known, ())
+    open_states = list(joint.open(lambda old, new: old == new))
+    assert None not in open_states
+    chosen = [{pool.nodes[node][0]: way for node, way in state} for state in open_states]
+    assert {state["abs"] for state in chosen} == {0, 1}
+    assert 2 < len(open_states) < 8
+    assert not any(map(joint.are_excluded, open_states))
+    assert [()] != [required for state in open_states for required in joint.possible(state)]
