@@ -133,9 +133,7 @@ class Blocks:
 
     def scalars(self) -> dict[str, str]:
         """Return the unit of every name that conditions may use; each is one number per run."""
-        coordinates = self.coordinates()
-        units = {name: quantity.unit for name, quantity in self.quantities().items()}
-        return number_units(self.variables(), lambda dimension: coordinates[dimension].values, units)
+        return number_units(self.variables(), self.coordinates().__getitem__)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return all variables of a run in the order of the kernel's columns."""

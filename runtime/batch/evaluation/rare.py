@@ -166,7 +166,7 @@ class _Seeker:
     def _column(self, values: Values, name: str) -> NDArray[Any]:
         """Return one number per run, by its name in conditions."""
         coordinates = self._blocks.coordinates()
-        array, place = array_of(name, lambda dimension: coordinates[dimension].values)
+        array, place = array_of(name, coordinates.__getitem__)
         return values[array] if place is None else values[array][:, place]
 
     def _values(self, points: FloatArray) -> dict[str, FloatArray]:

@@ -139,9 +139,7 @@ def notes(store: Batch) -> dict[str, str]:
 
 def scalars(store: Batch) -> dict[str, str]:
     """Return the unit of every name in conditions; each is one number per run."""
-    attributes = store.array_attributes().get("variable", {})
-    wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
-    return number_units(store.variables().values(), store.coordinate, wide)
+    return number_units(store.variables().values(), store.coordinate)
 
 
 def column(store: Batch, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
@@ -271,7 +269,8 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
 
 def _endings(store: Batch, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
     """Return the numbers of runs that each event ended, in total and at their start, failures first."""
-    ends = store.array_attributes().get("event", {}).get("ends", ())
+    events = store.coordinate("event")
+    ends = events.attributes.get("ends", ())
     if not any(ends):
         return {}
     happened, begins = store.read("events", blocks) > 0, store.read("t_stop", blocks) == 0
@@ -280,8 +279,7 @@ def _endings(store: Batch, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
         ended = happened[:, k] & left
         left &= ~ended
         counts[k] = int(np.count_nonzero(ended)), int(np.count_nonzero(ended & begins))
-    names = store.coordinate("event")
-    return {str(names[k]): counts[k] for k in sorted(counts) if counts[k][0]}
+    return {str(events.values[k]): counts[k] for k in sorted(counts) if counts[k][0]}
 
 
 NO_METRICS = "the model declares no metrics (in scenarios.toml, or System(metrics=...))"
@@ -295,7 +293,7 @@ def metric_names(store: Batch) -> list[str]:
 
 def summary_names(store: Batch) -> list[str]:
     """Return the names of the metrics; for a model without metrics, of the final states."""
-    return metric_names(store) or [f"final({state})" for state in store.coordinate("state")]
+    return metric_names(store) or [f"final({state})" for state in store.coordinate("state").values]
 
 
 def drawn_names(store: Batch) -> list[str]:

@@ -23,7 +23,7 @@ from mehvar.runtime.batch.evaluation.statistics import Success
 from mehvar.runtime.batch.fill import REFUSALS, ImpossibleRunError, OutOfMemoryError, run_batch
 from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
-from mehvar.runtime.batch.store import chunks
+from mehvar.runtime.batch.store import files
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, StoreError, open_store
@@ -269,14 +269,14 @@ def test_a_full_disk_stops_cleanly_and_the_rest_follows(
     triangle: runtime.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run_batch(triangle, TRIANGLE, tmp_path / "whole.zarr", chunk=16)
-    real, room = chunks.write_file, iter(range(150))
+    real, room = files.write_file, iter(range(150))
 
     def put(path: Path, *rest: Any, **options: Any) -> None:
         if next(room, None) is None:
             raise OSError(errno.ENOSPC, "No space left on device")
         real(path, *rest, **options)
 
-    monkeypatch.setattr(chunks, "write_file", put)
+    monkeypatch.setattr(files, "write_file", put)
     out = tmp_path / "runs.zarr"
     with pytest.raises(StoreError, match="No space left on device"):
         run_batch(triangle, TRIANGLE, out, chunk=16)

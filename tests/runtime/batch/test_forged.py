@@ -57,6 +57,16 @@ def changed(store: Path, name: str, change: Callable[[dict[str, Any]], object], 
         path.write_bytes(content)
 
 
+@contextmanager
+def changed_array(store: Path, name: str, change: Callable[[dict[str, Any]], object]) -> Iterator[None]:
+    """Change what the group and the array itself say of an array."""
+    with (
+        changed(store, "zarr.json", lambda content: change(content["consolidated_metadata"]["metadata"][name])),
+        changed(store, f"{name}/zarr.json", change),
+    ):
+        yield
+
+
 def without(table: str, key: str) -> Callable[[dict[str, Any]], object]:
     return lambda content: content[table].pop(key)
 
@@ -164,15 +174,17 @@ def test_what_a_variable_says_of_itself_changes_no_value(store: Path, whole: Pat
     for name in ("t_stop", "angle", "status", "t"):
         for key, value in (("scale_factor", 2.0), ("_FillValue", 0.1), ("dtype", "bool"), ("units", 3)):
             changes = with_value("attributes", key, value)
-            with changed(store, f"{name}/zarr.json", changes), pytest.raises(MehvarError):
+            with changed_array(store, name, changes), pytest.raises(MehvarError):
                 open_store(store)
     for name in ("t_stop", "angle", "t"):
-        with changed(store, f"{name}/zarr.json", with_value("attributes", "units", "days since 2000-01-01")):
+        with changed_array(store, name, with_value("attributes", "units", "days since 2000-01-01")):
             values = open_store(store).dataset().load()
             assert values[name].equals(open_store(whole).dataset()[name].load())
     for key in ("units", "long_name"):
-        with changed(store, "g/zarr.json", without("attributes", key)), pytest.raises(MehvarError):
+        with changed_array(store, "g", without("attributes", key)), pytest.raises(MehvarError):
             open_store(store)
+    with changed(store, "g/zarr.json", without("attributes", "units")), pytest.raises(MehvarError, match="contradicts"):
+        open_store(store)
 
 
 def test_another_version_is_refused_by_name_and_not_called_damaged(store: Path) -> None:

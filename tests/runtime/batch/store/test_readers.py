@@ -19,7 +19,7 @@ from mehvar.cli import app
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store import store as store_module
+from mehvar.runtime.batch.store import files
 from mehvar.runtime.batch.store.lock import FILE, Lock, is_abandoned, lock_owner
 from mehvar.runtime.batch.store.records import END, DamageError
 from mehvar.runtime.batch.store.store import open_store
@@ -208,8 +208,8 @@ def test_no_look_at_a_batch_that_is_written_says_damaged(tmp_path: Path, monkeyp
         return looked
 
     monkeypatch.setattr("mehvar.runtime.batch.store.verification._LOOK", 0.0)
-    for name in ("_force_files", "write_record", "_remove_beyond"):
-        monkeypatch.setattr(store_module, name, between(getattr(store_module, name)))
+    for name in ("force_files", "write_record", "remove_beyond"):
+        monkeypatch.setattr(files, name, between(getattr(files, name)))
     campaign = Campaign("pd", n=80, vary={"g": "uniform(1, 9)"}, options={"t_end": 0.05})
     assert run_batch(PENDULUM, campaign, out, chunk=8, until="ci(success) < 0.3").n < 80
     assert len(looks) > 12

@@ -17,7 +17,7 @@ import xarray
 
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store import chunks
+from mehvar.runtime.batch.store import files
 from mehvar.runtime.batch.store import store as store_module
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS, Coordinate, Layout, Variable
 from mehvar.runtime.batch.store.lock import Lock
@@ -134,7 +134,7 @@ def test_a_full_disk_loses_no_block_and_repeats_none(
     store: Store, monkeypatch: pytest.MonkeyPatch, failing: int
 ) -> None:
     store.write(0, values(0, 4))
-    real, count = chunks.write_file, iter(range(100))
+    real, count = files.write_file, iter(range(100))
 
     def full(path: Path, *rest: Any, **options: Any) -> None:
         if next(count) == failing:
@@ -143,7 +143,7 @@ def test_a_full_disk_loses_no_block_and_repeats_none(
             raise OSError(errno.ENOSPC, "No space left on device")
         real(path, *rest, **options)
 
-    monkeypatch.setattr(chunks, "write_file", full)
+    monkeypatch.setattr(files, "write_file", full)
     with store.writing(), pytest.raises(StoreError, match=r"cannot write .*runs.zarr: No space left on device"):
         store.write(1, values(4, 4))
     monkeypatch.undo()
@@ -239,7 +239,7 @@ def test_a_store_that_was_being_cut_is_cut(store: Store, monkeypatch: pytest.Mon
         for name, content in whole.items():
             (store.path / name).parent.mkdir(parents=True, exist_ok=True)
             (store.path / name).write_bytes(content)
-        again, real, count = goes_on(store.path), store_module.replace_file, iter(range(100))
+        again, real, count = goes_on(store.path), files.replace_file, iter(range(100))
 
         def die(*file: Any, stop: int = stop, real: Any = real, count: Any = count) -> None:
             if next(count) == stop:
@@ -247,7 +247,7 @@ def test_a_store_that_was_being_cut_is_cut(store: Store, monkeypatch: pytest.Mon
             real(*file)
 
         with again.writing(), monkeypatch.context() as patch:
-            patch.setattr(store_module, "replace_file", die)
+            patch.setattr(files, "replace_file", die)
             with pytest.raises(KeyboardInterrupt):
                 again.end(4)
         assert not verify(store.path).sound
