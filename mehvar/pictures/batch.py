@@ -85,7 +85,7 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
                 draw_bands(ax, store, name, _largest(store, name))
             else:
                 highest = worst(store, lambda block, name=name: column(store, name, [block]), _WORST)  # type: ignore[misc]
-                draw_histogram(ax, store, name, marked=highest)
+                draw_histogram(ax, store, name, marked=[run for run, _ in highest])
         return figure
 
 
@@ -169,7 +169,7 @@ def _largest(store: Store, name: str) -> list[int]:
         low, high = (column(store, f"{end}({name})", [block]) for end in ("minimum", "maximum"))
         return np.fmax(np.abs(low), np.abs(high))
 
-    return worst(store, magnitude, _WORST)
+    return [run for run, _ in worst(store, magnitude, _WORST)]
 
 
 def bin_edges(values: FloatArray) -> FloatArray:

@@ -374,7 +374,7 @@ def _verdict(
 def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
     """Return numbers and values of the worst runs among those that count."""
     bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
-    return tuple((run, _badness(store, requirement, run)) for run in bad)
+    return tuple((run, value if requirement.largest or math.isinf(value) else -value) for run, value in bad)
 
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
@@ -388,9 +388,3 @@ def _sequential(store: Store, requirement: Requirement, confidence: float) -> Ev
         if rule.holds([fulfilled], runs):
             break
     return evidence(fulfilled, runs, confidence, False)
-
-
-def _badness(store: Store, requirement: Requirement, run: int) -> float:
-    block = next(block for block in store.stored() if run in store.runs(block))
-    value = float(requirement.badness(store, block)[run - store.runs(block).start])
-    return value if requirement.largest or math.isinf(value) else -value

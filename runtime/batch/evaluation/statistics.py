@@ -302,8 +302,10 @@ def drawn_names(store: Batch) -> list[str]:
     return names
 
 
-def worst(store: Batch, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
-    """Return the runs with the largest values, largest first; runs without a value are omitted.
+def worst(
+    store: Batch, values: Callable[[int], FloatArray], most: int, before: int | None = None
+) -> list[tuple[int, float]]:
+    """Return the runs with the largest values and these, largest first; runs without a value are omitted.
 
     Parameters
     ----------
@@ -321,7 +323,7 @@ def worst(store: Batch, values: Callable[[int], FloatArray], most: int, before: 
         order = places[np.argsort(-numbers[places], kind="stable")[:most]]
         first = store.runs(block).start
         best = sorted([*best, *((-float(numbers[i]), first + int(i)) for i in order)])[:most]
-    return [run for _, run in best]
+    return [(run, -value) for value, run in best]
 
 
 def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:
@@ -385,25 +387,19 @@ def _unwrapped(values: FloatArray, before: FloatArray | None) -> FloatArray:
 
 def metric_statistics(store: Batch, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
     """Return the statistics of one number per run over some blocks, by a name of `scalars`."""
-    attributes = number_attributes(store, name)
-    finite, total, squares, centre = 0, 0.0, 0.0, 0.0
-    smallest, largest = (-1, math.nan), (-1, math.nan)
-    for block in blocks:
-        values, first = column(store, name, [block]), store.runs(block).start
-        numbers = values[np.isfinite(values)]
-        centre = float(numbers[0]) if numbers.size and not finite else centre
-        finite += numbers.size
-        total += float(np.sum(numbers - centre))
-        squares += float(np.sum((numbers - centre) ** 2))
-        for run, value in _ends(values):
-            if not smallest[1] <= value:
-                smallest = (first + run, value)
-            if not largest[1] >= value:
-                largest = (first + run, value)
-    quantiles, intervals = _quantiles(column(store, name, blocks))
+    attributes, values = number_attributes(store, name), column(store, name, blocks)
+    runs = np.concatenate([store.runs(block) for block in blocks])
+    ends = np.cumsum([len(store.runs(block)) for block in blocks])
+    parts = [part[np.isfinite(part)] for part in np.split(values, ends[:-1])]
+    finite, centre = sum(part.size for part in parts), next((float(part[0]) for part in parts if part.size), 0.0)
+    # block by block, so that the sums do not depend on how blocks are read
+    total = sum(float(np.sum(part - centre)) for part in parts)
+    squares = sum(float(np.sum((part - centre) ** 2)) for part in parts)
+    variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
+    smallest, largest = (_end(runs, values, find) for find in (np.argmin, np.argmax))
+    quantiles, intervals = _quantiles(values)
     if design in NO_INTERVAL:
         intervals = dict.fromkeys(QUANTILES, (math.nan, math.nan))
-    variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
     return MetricStatistics(
         name=name,
         unit=attributes["units"],
@@ -426,13 +422,13 @@ def number_attributes(store: Batch, name: str) -> Mapping[str, Any]:
     return {"units": scalars(store)[name], "long_name": "where the run ended" if name.startswith("final(") else name}
 
 
-def _ends(values: FloatArray) -> list[tuple[int, float]]:
-    """Return index and value of the smallest and the largest number; empty without numbers."""
+def _end(runs: NDArray[np.int_], values: FloatArray, find: Callable[[FloatArray], np.intp]) -> tuple[int, float]:
+    """Return run and value of the smallest or the largest number; run -1 without numbers."""
     places = np.flatnonzero(~np.isnan(values))
     if not places.size:
-        return []
-    ends = (places[np.argmin(values[places])], places[np.argmax(values[places])])
-    return [(int(place), float(values[place])) for place in ends]
+        return -1, math.nan
+    place = places[find(values[places])]
+    return int(runs[place]), float(values[place])
 
 
 def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tuple[float, float]]]:

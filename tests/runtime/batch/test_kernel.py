@@ -80,7 +80,7 @@ def test_a_lane_is_the_run_alone(case):
     block = kernel.run(3, *vectors, seed=5, t_end=t_end, dt=dt, save_every=dt)
     expected = run_alone(model(name), kernel, *vectors, t_end=t_end, dt=dt, seed=5, first_run=3)
     equal(block, expected)
-    np.testing.assert_allclose(block.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(block.metric_values, expected.metric_values, rtol=1e-12, atol=1e-13)
     assert (block.status == Status.DONE).sum() >= 4
     assert (block.error > 0).all()
     assert kernel.loop.method == "rk4" or (block.error <= 1).all()
@@ -123,8 +123,8 @@ def test_every_kind_of_metric_is_that_of_the_run_alone(law, pendulum, tmp_path):
     kernel = compile_kernel(model, law, options=RunOptions(hold=hold))
     block = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.05)
     expected = run_alone(model, kernel, *vectors, x0, t_end=3.0, dt=0.05)
-    np.testing.assert_allclose(block.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
-    assert np.mean([len({*column}) > 1 for column in expected.metrics.T]) > 0.5  # else they say little
+    np.testing.assert_allclose(block.metric_values, expected.metric_values, rtol=1e-12, atol=1e-13)
+    assert np.mean([len({*column}) > 1 for column in expected.metric_values.T]) > 0.5  # else they say little
 
 
 @pytest.mark.parametrize(
