@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of a batch: interface of stores and of datasets in memory."""
+"""Runs of a batch in its dataset."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from .layout import NOT_RUN, STATUS, Coordinate, Variable
+from .layout import NOT_RUN, STATUS, Coordinate, Runs, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -18,29 +18,6 @@ if TYPE_CHECKING:
 
 Batch: TypeAlias = "Store | DatasetBatch"
 """Recorded runs of a batch."""
-
-
-class Runs:
-    """Runs of a batch, stored in blocks of `chunk` runs."""
-
-    n: int
-    chunk: int
-
-    def has(self, block: int) -> bool:
-        """Return True if a run of a block is stored."""
-        raise NotImplementedError
-
-    def blocks(self) -> int:
-        """Return the number of blocks, stored or not."""
-        return -(-self.n // self.chunk)
-
-    def runs(self, block: int) -> range:
-        """Return the run numbers of a block."""
-        return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
-
-    def stored(self) -> list[int]:
-        """Return the blocks that are stored, in order."""
-        return [block for block in range(self.blocks()) if self.has(block)]
 
 
 class DatasetBatch(Runs):

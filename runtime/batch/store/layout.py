@@ -116,6 +116,29 @@ class Layout:
         return Record(self.about(runs=self.n), digests)
 
 
+class Runs:
+    """Runs of a batch, stored in blocks of `chunk` runs."""
+
+    n: int
+    chunk: int
+
+    def has(self, block: int) -> bool:
+        """Return True if a run of a block is stored."""
+        raise NotImplementedError
+
+    def blocks(self) -> int:
+        """Return the number of blocks, stored or not."""
+        return -(-self.n // self.chunk)
+
+    def runs(self, block: int) -> range:
+        """Return the run numbers of a block."""
+        return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
+
+    def stored(self) -> list[int]:
+        """Return the blocks that are stored, in order."""
+        return [block for block in range(self.blocks()) if self.has(block)]
+
+
 def number_units(variables: Iterable[Variable], coordinate: Callable[[str], Coordinate]) -> dict[str, str]:
     """Return the unit of every number of a run by its name in conditions."""
     wide = coordinate("variable")

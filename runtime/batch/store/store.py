@@ -28,9 +28,8 @@ from mehvar.base.errors import InputError, MehvarError
 from ...interrupts import deferred
 from .arrays import ROOT, Array, read_group
 from .attributes import NAMES
-from .dataset import Runs
 from .files import Files, Folder, Memory, lay_again, remove_beyond, zarr_store
-from .layout import STATUS, Coordinate, Layout, Variable
+from .layout import STATUS, Coordinate, Layout, Runs, Variable
 from .lock import Lock, is_abandoned, lock_owner
 from .paths import special_files
 from .records import (
