@@ -19,7 +19,7 @@ from ..run.problem import Status
 from ..run.results import attributes_of
 from ..run.ticks import rows_of
 from .kernel import compile_kernel
-from .numerics import Numerics, numerics_of, provenance
+from .numerics import numerics_of, provenance
 from .plan import Plan
 from .sampling import FloatArray
 from .store.layout import NOT_RUN, STATUS, Coordinate, Variable, number_units
@@ -56,8 +56,8 @@ class Blocks:
     ----------
     instants : array
         Instants of the stored series, s.
-    numerics : Numerics
-        All settings that affect the rounding of runs on this machine.
+    numerics : str
+        JSON of all that affects the rounding of runs on this machine.
     provenance : mapping
         The origin of the blocks.
 
@@ -81,7 +81,7 @@ class Blocks:
         self.notes = undetermined({metric.name: metric for metric in self.metrics}, self._t_end, self._dt)
         self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
-        self.numerics: Numerics = numerics_of(self._kernel, plan.campaign.sampling, effective)
+        self.numerics = numerics_of(self._kernel, plan.campaign.sampling, effective)
         self.provenance: Provenance = provenance(self._kernel)
 
     @property

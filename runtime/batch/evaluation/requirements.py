@@ -25,11 +25,12 @@ from ...run.problem import COMPLETE
 from ...units import read_value
 from ..blocks import IMPOSSIBLE
 from ..sampling import FloatArray
+from ..store.dataset import Batch
 from ..store.layout import STATUS
 from ..store.store import Store
 from .binomial import lower_bound
 from .conditions import Criterion, Number
-from .statistics import Success, column, design_of, notes, scalars, whole_blocks, worst
+from .statistics import Rule, Success, column, design_of, notes, scalars, whole_blocks, worst
 
 DECIDED = "decided"
 """Name of the stop rule that ends a batch as soon as all requirements are decided."""
@@ -81,11 +82,11 @@ class Requirement:
     limit: float = math.nan
     units: str = ""
 
-    def fulfilled(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
+    def fulfilled(self, store: Batch, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return True for each stored run of some blocks that fulfils the condition; see `Success`."""
         return Success(self.condition, self.name)(store, blocks)
 
-    def badness(self, store: Store, block: int) -> FloatArray:
+    def badness(self, store: Batch, block: int) -> FloatArray:
         """Return a number for each run of a block, larger for worse runs; NaN for irrelevant ones."""
         if not self.number:
             return np.where(self.fulfilled(store, [block]), math.nan, 1.0)
@@ -246,8 +247,8 @@ def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evide
     return Evidence(runs, fulfilled, bound(fulfilled, runs, confidence), 1 - bound(runs - fulfilled, runs, confidence))
 
 
-class DecisionRule:
-    """Stop rule that ends a batch as soon as all requirements are decided.
+class DecisionRule(Rule):
+    """Rule that ends a batch as soon as all requirements are decided.
 
     Parameters
     ----------
@@ -265,6 +266,7 @@ class DecisionRule:
     """
 
     def __init__(self, requirements: Sequence[Requirement], confidence: float, design: str) -> None:
+        super().__init__()
         if not requirements:
             raise bad_value("until", DECIDED, "left out without a requirement")
         if design != "random":
@@ -272,7 +274,7 @@ class DecisionRule:
         self._requirements, self._open = requirements, set(range(len(requirements)))
         self._needed = -math.log1p(-confidence)
 
-    def count(self, store: Store, block: int) -> tuple[int, ...]:
+    def count(self, store: Batch, block: int) -> tuple[int, ...]:
         """Return the number of runs in a block that fulfil each requirement."""
         return tuple(int(np.count_nonzero(r.fulfilled(store, [block]))) for r in self._requirements)
 
@@ -379,12 +381,8 @@ def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
     """Return the evidence after the first decisive block or, without one, after the last block before a gap."""
-    rule, fulfilled, runs = DecisionRule([requirement], confidence, "random"), 0, 0
+    rule = DecisionRule([requirement], confidence, "random")
     for place, block in enumerate(store.stored()):
-        if block != place:
+        if block != place or rule.holds_with(store, block):
             break
-        fulfilled += rule.count(store, block)[0]
-        runs += len(store.runs(block))
-        if rule.holds([fulfilled], runs):
-            break
-    return evidence(fulfilled, runs, confidence, False)
+    return evidence(sum(rule.counts), rule.runs, confidence, False)

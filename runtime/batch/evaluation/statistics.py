@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -75,8 +76,43 @@ class Success:
             self._criterion.check(units, notes)
 
 
-class StopRule:
-    """Condition on the runs so far that ends a batch.
+class Rule(ABC):
+    """Condition on consecutive runs from 0 that ends a batch.
+
+    Attributes
+    ----------
+    runs : int
+        Number of these runs so far.
+    counts : tuple of int
+        Sums of the counts of their blocks.
+    """
+
+    def __init__(self) -> None:
+        self.runs, self.counts = 0, tuple[int, ...]()
+        self._next, self._by_block = 0, dict[int, tuple[int, ...]]()
+
+    @abstractmethod
+    def count(self, store: Batch, block: int) -> tuple[int, ...]:
+        """Return the counts of a stored block."""
+
+    @abstractmethod
+    def holds(self, counts: Sequence[int], runs: int) -> bool:
+        """Return True if the sums over the first runs suffice; each call adds runs."""
+
+    def holds_with(self, store: Batch, block: int) -> bool:
+        """Count a stored block, in any order of blocks; return True if the rule holds for the runs up to `runs`."""
+        self._by_block[block] = self.count(store, block)
+        while (counts := self._by_block.pop(self._next, None)) is not None:
+            self.runs += len(store.runs(self._next))
+            self.counts = tuple(map(sum, zip(self.counts or (0,) * len(counts), counts, strict=True)))
+            self._next += 1
+            if self.holds(self.counts, self.runs):
+                return True
+        return False
+
+
+class StopRule(Rule):
+    """Rule on the interval of the success probability.
 
     Parameters
     ----------
@@ -84,7 +120,6 @@ class StopRule:
         Rule such as "ci(success) < 0.01", on the full width of the exact 95 % interval of the success probability.
     design : str
         Design of the runs, as of `design_of`. Only independent points and the Sobol sequence can end early.
-
     success : Success, optional
         Definition of success; default: reaching the end.
 
@@ -95,6 +130,7 @@ class StopRule:
     """
 
     def __init__(self, text: str, design: str, success: Success | None = None) -> None:
+        super().__init__()
         match = _RULE.match(text)
         try:
             self._width = float(match.group(1)) if match else 0.0
@@ -106,7 +142,6 @@ class StopRule:
             raise InputError(f"until = {text!r} needs random draws: values(...) lists are not random")
         if design not in OPEN_DESIGNS:
             raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {design} needs all n runs")
-
         self._success = success or Success(None)
 
     def count(self, store: Batch, block: int) -> tuple[int, ...]:
