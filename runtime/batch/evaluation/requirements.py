@@ -189,10 +189,13 @@ def sequential_bound(successes: int, runs: int, confidence: float) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Numbers of counted runs and of runs that fulfil the condition, with bounds of the share of all runs."""
+    """Bounds of the share of all runs that fulfil the condition, from counted runs.
+
+    `fulfilled` is None for a search, which does not count fulfilling runs.
+    """
 
     runs: int
-    fulfilled: int
+    fulfilled: int | None
     low: float
     high: float
 
@@ -209,26 +212,11 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class RareEvidence:
-    """Runs of a search for rare failures, with bounds of the share of runs that fail."""
+class RareEvidence(Evidence):
+    """Bounds of the share of runs that fail, from a search for rare failures."""
 
-    runs: int
     least: float
     most: float
-
-    @property
-    def low(self) -> float:
-        """Lower bound of the share that fulfils the condition."""
-        return 1 - self.most
-
-    @property
-    def high(self) -> float:
-        """Upper bound of the share that fulfils the condition."""
-        return 1 - self.least
-
-    @property
-    def fulfilled(self) -> None:
-        """None, because a search does not count fulfilling runs."""
 
     def answer(self, share: float) -> Answer:
         """Return the verdict of the bounds on a required share."""
@@ -236,9 +224,8 @@ class RareEvidence:
 
     def text(self, share: float) -> str:
         """Return the evidence in words, compared with a required share."""
-        return (
-            f"{self.runs} runs; of all runs between {self.least:.3g} and {self.most:.3g} fail, allowed {1 - share:.3g}"
-        )
+        between = f"{self.least:.3g} and {self.most:.3g}"
+        return f"{self.runs} runs; of all runs between {between} fail, allowed {1 - share:.3g}"
 
 
 def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evidence:
@@ -297,7 +284,7 @@ class Verdict:
         The requirement.
     answer : str
         "holds", "does not hold" or "undecided".
-    evidence : Evidence, RareEvidence or None
+    evidence : Evidence or None
         Counts and bounds; None if the runs prove nothing.
     reason : str
         Why it is undecided, or how the bounds were computed.
@@ -310,7 +297,7 @@ class Verdict:
 
     requirement: Requirement
     answer: Answer
-    evidence: Evidence | RareEvidence | None
+    evidence: Evidence | None
     reason: str
     worst: tuple[tuple[int, float], ...]
     failures: Mapping[str, FloatArray] = field(default_factory=dict)

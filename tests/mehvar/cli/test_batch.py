@@ -26,6 +26,7 @@ from mehvar.campaign import read_campaign
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.units import read_value
 from tests import commands
+from tests.runtime.batch.forgery import contents
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
 VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")
@@ -41,10 +42,6 @@ def refused(*arguments: str, cwd: Path) -> str:
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done.stderr
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")

@@ -16,33 +16,18 @@ import pytest
 from mehvar.base.errors import InputError, MehvarError
 from mehvar.runtime.batch.evaluation.sensitivity import sensitivities
 from mehvar.runtime.batch.evaluation.statistics import summarise
-from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.lock import FILE, Lock
 from mehvar.runtime.batch.store.records import END, STORE, read_record
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from tests.fuzz.campaign import in_process
-from tests.runtime.batch.forgery import edit, seal
-from tests.runtime.batch.test_damage import CAMPAIGN, CHUNK, PENDULUM, contents, mend
+from tests.runtime.batch.forgery import PENDULUM, contents, edit, mend, seal
 
 OTHERS: tuple[Any, ...] = (None, 1.5, "text", [3], {"a": 1}, 10**40)
 """One of each kind that JSON has."""
 HARMLESS = {"title", "model_source", "flags", "compiler", "versions", "until"}
 """Texts for people; `model_source` is not taken without trust."""
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("whole") / "runs.zarr"
-    run_batch(PENDULUM, CAMPAIGN, path, chunk=CHUNK)
-    return path
-
-
-@pytest.fixture
-def store(whole: Path, tmp_path: Path) -> Path:
-    shutil.copytree(whole, tmp_path / "runs.zarr")
-    return tmp_path / "runs.zarr"
 
 
 @contextmanager

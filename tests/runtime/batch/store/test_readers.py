@@ -26,7 +26,7 @@ from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from tests.fuzz.campaign import in_process
 from tests.mehvar.test_effects import parameters_of
-from tests.runtime.batch.test_damage import CAMPAIGN, CHUNK, PENDULUM, contents, flip, mend
+from tests.runtime.batch.forgery import CAMPAIGN, CHUNK, PENDULUM, contents, flip, mend
 
 COMMANDS = {
     "verify": [("verify", "{}")],
@@ -98,6 +98,7 @@ def test_a_block_that_belongs_elsewhere_is_refused_by_every_reader(
 ) -> None:
     """Its digests are right; only its record says whose it is."""
     copied(whole[seed], block, store, 1)
+    assert [damage.block for damage in mehvar.verify(store).damaged] == [1]
     for line in LINES:
         status, said = in_process(*(word.format(store) for word in line))
         assert status in (1, 2), line
@@ -245,8 +246,3 @@ def test_what_is_being_made_is_not_abandoned(tmp_path: Path) -> None:
     lock.release()
     (tmp_path / FILE).write_text("process 1 on nowhere\n")
     assert is_abandoned(tmp_path)
-
-
-def test_a_store_is_verified_from_python_too(store: Path, whole: dict[int, Path]) -> None:
-    copied(whole[1], 1, store, 1)
-    assert [damage.block for damage in mehvar.verify(store).damaged] == [1]

@@ -24,6 +24,7 @@ from mehvar.runtime.batch.store.lock import Lock
 from mehvar.runtime.batch.store.records import block_record, read_record
 from mehvar.runtime.batch.store.store import Store, StoreError, create, open_store, resume
 from mehvar.runtime.batch.store.verification import verify
+from tests.runtime.batch.forgery import contents
 
 VARIABLES = [
     Variable("m1", "float64", attributes={"units": "kg", "long_name": "mass"}),
@@ -206,10 +207,6 @@ def test_what_a_living_process_makes_is_not_removed(tmp_path: Path) -> None:
 def fill(store: Store) -> None:
     for block in range(store.blocks()):
         store.write(block, values(store.runs(block).start, len(store.runs(block))))
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_a_store_cut_short_keeps_whole_blocks(store: Store, tmp_path: Path) -> None:
