@@ -33,7 +33,7 @@ VARIABLES = [
     Variable(STATUS, "uint8"),
 ]
 COORDINATES = {"state": Coordinate(["a", "b"]), "t": Coordinate(np.array([0.0, 0.5, 1.0]), {"units": "s"})}
-CAMPAIGN = Campaign("law", n=10, seed=3)
+CAMPAIGN = Campaign("law", n=10, seed=3, options={"method": "rk4", "rtol": 1e-6})
 IDENTITY = {
     **{"model": "m", "model_hash": "0", "campaign": CAMPAIGN.json_text(), "success": "", "until": ""},
     "numerics": '{"generated": "0", "options": "{}", "profile": "portable"}',
