@@ -225,7 +225,7 @@ def _opened(
 def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]) -> Layout:
     variables = blocks.variables()
     check_names(variables)
-    manifest, campaign = plan.model.manifest, plan.campaign
+    manifest, campaign, facts = plan.model.manifest, plan.campaign, plan.facts()
     bytes_per_run = sum(np.dtype(v.dtype).itemsize * max(v.size, 1) for v in variables)
     return Layout(
         n=campaign.n,
@@ -233,23 +233,18 @@ def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]
         variables=variables,
         coordinates=blocks.coordinates(),
         identity={
-            **{"model": manifest.model, "model_hash": manifest.hash, "campaign": campaign.json_text(), **rules},
-            **{"numerics": blocks.numerics},
+            **{name: facts.pop(name) for name in ("model", "model_hash")},
+            **{"campaign": campaign.json_text(), **rules, "numerics": blocks.numerics},
             **({} if plan.own is None else {"law": plan.own.text}),
         },
         attributes={
             "title": f"{manifest.title}: {plan.law.title}",
             "model_source": _source(plan.model),
-            "controller": plan.law.name,
-            "scenario": plan.scenario.name,
-            "seed": campaign.seed,
-            "drawn": json.dumps(plan.labels()),
+            **facts,
             "metrics": json.dumps([metric.name for metric in blocks.metrics]),
             "profile": plan.options.profile,
             "flags": blocks.provenance["flags"],
             "compiler": blocks.provenance["compiler"],
-            "nominal": json.dumps(plan.nominal.values),
-            "structure": json.dumps(manifest.structure),
             "versions": json.dumps({**manifest.versions, **versions()}),
         },
     )

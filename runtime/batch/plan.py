@@ -184,6 +184,20 @@ class Plan:
         quantities = {q.name: Quantity(q.name, q.unit, q.description) for q in rows}
         return tuple(quantities[name] for name in self.names)
 
+    def facts(self) -> dict[str, Any]:
+        """Return the attributes of a store that follow from the campaign and the model."""
+        manifest = self.model.manifest
+        return {
+            "model": manifest.model,
+            "model_hash": manifest.hash,
+            "controller": self.law.name,
+            "scenario": self.scenario.name,
+            "seed": self.campaign.seed,
+            "drawn": json.dumps(self.labels()),
+            "nominal": json.dumps(self.nominal.values),
+            "structure": json.dumps(manifest.structure),
+        }
+
     def draw(self, first: int, count: int, points: FloatArray | None = None) -> Draw:
         """Return the runs first ... first + count - 1; a run does not depend on the runs drawn with it.
 

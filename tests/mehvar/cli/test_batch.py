@@ -231,6 +231,7 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
         (("batch", "triangle", "-n", "1"), "a run of triangle needs a law: --controller sliding or path"),
         ((*BATCH, "-n", "1"), "a batch needs a store: --out STORE.zarr"),
         ((*ONE, "--vary", "R"), "--vary = 'R': must be NAME=DIST(...)"),
+        ((*ONE, "--vary", " =normal(0, 1)"), "--vary = ' =normal(0, 1)': must be NAME=DIST(...)"),
         ((*ONE, "--vary", "R=normal(0.9, 0.01)"), "must be in (0, 0.707106781187)"),
         ((*ONE, "--vary", "R=nrmal(1, 2)"), "unknown distribution 'nrmal' of R"),
         ((*ONE, "--vary", "R=choice(1)", "--vary", "R=choice(2)"), "--vary R is given twice"),

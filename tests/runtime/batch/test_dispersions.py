@@ -15,7 +15,7 @@ from scipy.special import ndtri
 
 import mehvar
 from mehvar.base.errors import InputError
-from mehvar.runtime.batch.dispersions import read_dispersions, split
+from mehvar.runtime.batch.dispersions import read_dispersions
 from mehvar.runtime.batch.repeat import plan_of, repeat_run
 from mehvar.runtime.batch.sampling import DESIGNS, Sampler, exponential, normal_quantile, permuted, stream, uniforms
 from mehvar.runtime.batch.store.store import open_store
@@ -228,13 +228,6 @@ def test_a_design_that_needs_another_number_of_runs_says_which() -> None:
         Sampler("saltelli", [("a",), ("b",)], 1000, 1)
     with pytest.raises(InputError, match="sampling = 'halton'"):
         Sampler("halton", [("a",)], 10, 1)  # type: ignore[arg-type]
-
-
-def test_a_name_and_its_distribution_are_taken_apart():
-    assert split(" a , b = normal([0, 0], [[1, 0], [0, 1]])") == ("a , b", "normal([0, 0], [[1, 0], [0, 1]])")
-    for text in ("a", "=normal(0, 1)", "a=", " =normal(0, 1)", "a= "):
-        with pytest.raises(InputError, match=r"--vary = .*: must be NAME=DIST\(...\)"):
-            split(text)
 
 
 @pytest.mark.parametrize("value", ["bar", 3.0, [1.0]])
