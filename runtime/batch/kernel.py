@@ -28,7 +28,7 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.calls import check_loop, jacobian_name
 from ..run.metrics import COUNT, event_number
-from ..run.options import AUTO, Profile, RunOptions, check_effects, first_integrator, read_options
+from ..run.options import AUTO, Profile, RunOptions, first_integrator
 from ..run.problem import check_delay, check_hold, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from ..run.user.law import PythonLaw
@@ -123,7 +123,7 @@ def compile_kernel(
     choices : mapping, optional
         Choices of the model, as in {"plant": "reduced"}.
     options : RunOptions, optional
-        Integration and sampling options; end time and sampling step are given with the runs.
+        Integration and sampling options, checked by `Plan`; end time and sampling step are given with the runs.
     lanes : int, optional
         Number of runs that a thread computes at once: 1, 2, 4 or 8; default: by the processor's registers.
     own : OwnLaw, optional
@@ -140,10 +140,8 @@ def compile_kernel(
     """
     law = model.manifest.controller(controller) if own is None else own.controller
     suffix = variant_suffix(model.manifest, choices or {}, origin)
-    given = (options or RunOptions()).changes()
-    options, _ = read_options(given, "batch", origin)
+    options = options or RunOptions()
     sampled = options.hold is not None or law.period is not None
-    check_effects(given, options.method, sampled, model.manifest.random(sampled), origin)
     check_loop(model.manifest, law, options.method, None if own else options.hold, sampled, origin)
     if lanes not in (None, 1, 2, 4, 8):
         raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)

@@ -20,21 +20,7 @@ from mehvar.runtime.batch.store.records import END, STORE, DamageError, read_rec
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from tests.fuzz.campaign import in_process
-from tests.runtime.batch.forgery import CAMPAIGN, CHUNK, DAMAGES, PENDULUM, contents, cut, flip, mend, remove
-
-
-@pytest.mark.soak
-def test_every_file_is_held_against_a_record(store: Path, whole: Path) -> None:
-    """No file of a store can be damaged in any of these ways without a word."""
-    for number, (name, content) in enumerate(sorted(contents(whole).items())):
-        damage = DAMAGES[number % len(DAMAGES)]
-        damage(store / name)
-        assert not verify(store).complete, name
-        if (name, damage) != (END, remove):
-            with pytest.raises(DamageError, match="is damaged: "):
-                summarise(open_store(store))
-        (store / name).write_bytes(content)
-    assert verify(store).complete
+from tests.runtime.batch.forgery import CAMPAIGN, CHUNK, DAMAGES, PENDULUM, contents, cut, empty, flip, mend, remove
 
 
 def test_a_key_that_is_there_twice_is_damage(store: Path) -> None:
@@ -175,5 +161,8 @@ def test_a_file_is_either_held_against_a_record_or_named(store: Path, file: int)
     beside = place.with_name(f"{place.name}.copy")
     beside.write_bytes(place.read_bytes())
     assert beside.relative_to(store).as_posix() in verify(store).others
-    cut(place)
+    damage = (flip, cut, empty, remove)[file % 4 if place.name != "end.json" else 0]
+    damage(place)
     assert not verify(store).sound
+    with pytest.raises(DamageError, match="is damaged: "):
+        summarise(open_store(store))

@@ -90,32 +90,30 @@ def test_blocks_may_be_computed_at_the_same_time(triangle: runtime.Model, whole:
         assert np.array_equal(np.concatenate([values[name] for values in found if values]), whole.read(name)), name
 
 
-@pytest.mark.parametrize("law", ["path", "sliding"])
-@pytest.mark.parametrize("number", [0, 3, 11])
+VARY = {"theta_0": "normal(1, 0.1)", "rho": "uniform(0.1, 0.3)", "k_phi": "uniform(2, 3)"}
+HELD = {"t_end": 2.0, "hold": 0.05, "delay": 1}
+SLOSH = {"phi1": "uniform(-0.2, 0.2)"}
+ALONE = [
+    *(
+        (("triangle", Campaign(law, n=12, seed=1, vary=VARY, options=HELD)), k)
+        for law in ("path", "sliding")
+        for k in (0, 3, 11)
+    ),
+    *((("slosh", Campaign(law, n=3, vary=SLOSH, options={"t_end": 2.0})), 2) for law in ("lyapunov-v1", "lyapunov-v2")),
+    *((("satellite", SATELLITE), k) for k in (0, 9)),
+]
+"""Batches whose law is sampled, reports what a store does not keep, or has noise; and a run."""
+
+
+@pytest.mark.parametrize(("batch", "number"), ALONE)
 @pytest.mark.share(3)
-def test_a_run_of_the_triangle_alone_is_the_same_bits(triangle: runtime.Model, law: str, number: int) -> None:
-    vary = {"theta_0": "normal(1, 0.1)", "rho": "uniform(0.1, 0.3)", "k_phi": "uniform(2, 3)"}
-    campaign = Campaign(law, n=12, seed=1, vary=vary, options={"t_end": 2.0, "hold": 0.05, "delay": 1})
-    store = run_batch(triangle, campaign)
-    plan = Plan(triangle, campaign)
-    assert difference(repeat_run(plan, store, number), plan, store, number) == ""
-
-
-@pytest.mark.parametrize("law", ["lyapunov-v1", "lyapunov-v2"])
-@pytest.mark.share(2)
-def test_a_run_whose_law_reports_is_the_same_bits_alone(law: str) -> None:
-    """A store does not keep what a law reports."""
-    campaign = Campaign(law, n=3, vary={"phi1": "uniform(-0.2, 0.2)"}, options={"t_end": 2.0})
-    store = run_batch("slosh", campaign)
-    assert difference(repeat_run(plan_of(store), store, 2), plan_of(store), store, 2) == ""
-
-
-@pytest.mark.parametrize("number", [0, 9])
-def test_a_run_with_noise_alone_is_the_same_bits(tmp_path: Path, number: int) -> None:
-    """And the noise of each run is its own."""
-    store = run_batch("satellite", SATELLITE, tmp_path / "runs.zarr")
+def test_a_run_alone_is_the_same_bits(batch: tuple[str, Campaign], number: int) -> None:
+    store = run_batch(*batch)
     plan = plan_of(store)
     assert difference(repeat_run(plan, store, number), plan, store, number) == ""
+
+
+def test_the_noise_of_each_run_is_its_own() -> None:
     quiet = run_batch("satellite", replace(SATELLITE, vary={}))
     assert len(np.unique(quiet.read("final")[:, 0])) == quiet.n
 

@@ -15,6 +15,7 @@ from mehvar.base.manifest import METRIC_KINDS
 from mehvar.runtime import InputError
 from mehvar.runtime.batch import kernel as kernel_module
 from mehvar.runtime.batch.kernel import Block, compile_kernel, kernel_flags
+from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.compiling.compiler import require_compiler
 from mehvar.runtime.model.parameters import resolve
 from mehvar.runtime.run.options import RunOptions
@@ -202,11 +203,11 @@ def test_refuses_what_it_cannot_do():
     with pytest.raises(InputError, match=r"profile = 'quick'.*portable or fast"):
         RunOptions(profile="quick")
     with pytest.raises(InputError, match=r"real = 'float'.*a batch computes in double"):
-        compile_kernel(triangle, "path", options=RunOptions(real="float"))
+        Plan(triangle, Campaign("path", n=1, options={"real": "float"}))
     with pytest.raises(InputError, match=r"lanes = 3.*1, 2, 4 or 8"):
         compile_kernel(triangle, "path", lanes=3)
     with pytest.raises(InputError, match=r"delay = 1.*hold"):
-        compile_kernel(triangle, "path", options=RunOptions(delay=1))
+        Plan(triangle, Campaign("path", n=1, options={"delay": 1}))
     p, c, s, x0 = dispersed("satellite", "pd", 2)
     p[1, satellite.parameter_names.index("Ts")] *= 2
     with pytest.raises(InputError, match=r"Ts.*same in all runs"):
