@@ -70,7 +70,7 @@ class Campaign:
     parameters: Mapping[str, float] = field(default_factory=dict)
     initial: Mapping[str, float] = field(default_factory=dict)
     sampling: Design = word_option("random", "Design of the drawn points", DESIGNS)
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, float | str] = field(default_factory=dict)
     save_every: float | None = number_option(
         None, "Step of the stored series", "s", otherwise="none are stored", above=0.0, name="save"
     )
