@@ -266,6 +266,21 @@ class Parameters:
         return self._entry(dataclasses.replace(kind, bounds=bounds), name, value, name[-2:])
 
 
+def generic(values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[SimpleNamespace, dict[str, set[sp.Symbol]]]:
+    """Return values with new symbols for all numbers of given fields, also for zeros; and these symbols by field."""
+    result, symbols = SimpleNamespace(**vars(values)), {}
+    for name, kind in declared.items():
+        if getattr(values, name, None) is None:
+            continue
+        entries = [sp.Symbol(f"any_{name}_{k}", positive=True) for k in range(_COUNTS.get(kind.form, 3))]
+        value = entries[0] if kind.form == "scalar" else sp.Matrix(entries)
+        if kind.form == "tensor":
+            value = sp.Matrix(3, 3, [entries[k] for k in (0, 1, 2, 1, 3, 4, 2, 4, 5)])
+        setattr(result, name, value)
+        symbols[name] = set(entries)
+    return result, symbols
+
+
 def listed(value: Any, where: str, count: int) -> Sequence[Any]:
     """Return a number of entries as a list; refuse any other number of them."""
     if isinstance(value, str) or not isinstance(value, Sequence | sp.MatrixBase) or len(value) != count:
@@ -295,6 +310,7 @@ def check_numbers(kind: Kind, value: Any, where: str) -> None:
 
 
 _DEPTHS = {"scalar": 0, "tensor": 2}
+_COUNTS = {"scalar": 1, "tensor": 6}
 
 
 def _leaves(value: Any, depth: int) -> Iterator[Any]:
