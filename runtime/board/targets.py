@@ -216,6 +216,7 @@ def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple
 
 
 def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socket.socket:
+    """Return the socket of QEMU's serial port; end the process and refuse if it does not open in time."""
     line = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     for _ in range(_START_TRIES):
         try:
@@ -230,6 +231,7 @@ def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socke
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
+    """Close the pipes of a process and end it, by force if it does not stop within _LAST seconds."""
     pipes: list[IO[bytes]] = [pipe for pipe in (process.stdin, process.stdout) if pipe]
     for pipe in pipes:
         pipe.close()
