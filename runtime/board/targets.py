@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
-from mehvar.base.errors import InputError, MissingError
+from mehvar.base.errors import InputError, MehvarError, MissingError
 
 from .image.build import Image
 from .image.elf import read_elf
@@ -111,8 +111,12 @@ class SocketPort:
     def __init__(self, image: Image, options: tuple[str, ...] = ()) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
         path, log = Path(self._folder.name) / "line", Path(self._folder.name) / "log"
-        self.name, self._process = _qemu(image, f"unix:{path},server=on,wait=on", log, options)
-        self._line = _connected(path, self._process, log)
+        try:
+            self.name, self._process = _qemu(image, f"unix:{path},server=on,wait=on", log, options)
+            self._line = _connected(path, self._process, log)
+        except MehvarError:
+            self._folder.cleanup()
+            raise
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -226,6 +230,7 @@ def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socke
             if process.poll() is not None:
                 break
             time.sleep(_START_PAUSE)
+    line.close()
     _end(process)
     raise LinkError(f"qemu-system-arm did not start: {log.read_text(errors='replace').strip()}")
 
