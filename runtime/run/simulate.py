@@ -415,8 +415,7 @@ def _changed_values(
     manifest: Manifest, law: Controller, case: Scenario, given: Mapping[str, object], resolved: Resolved
 ) -> dict[str, float]:
     """Return the given parameters that differ from the scenario."""
-    parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
-    defaults = {q.name: q.default for q in parameters}
+    defaults = {q.name: q.default for q in all_parameters(manifest, law)}
     plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
     return {name: resolved.values[name] for name in given if resolved.values[name] != plain[name]}
 
