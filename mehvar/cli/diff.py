@@ -134,6 +134,7 @@ def _deliver(text: str, out: Path | None, summary: Sequence[str]) -> None:
 
 
 def _text(diff: Diff, form: str) -> str:
+    """Return a comparison in the format of `--format`; imports wait for the choice, since HTML loads templates."""
     if form == "json":
         return diff.json_text()
     if form == "html":
@@ -148,6 +149,7 @@ def _text(diff: Diff, form: str) -> str:
 
 
 def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
+    """Return ledgers of papers as JSON, HTML or plain text."""
     if form == "json":
         return json.dumps({"schema": 1, "papers": list(ledgers)}, indent=1, ensure_ascii=False) + "\n"
     if form == "html":

@@ -236,6 +236,7 @@ class _Problem:
             )
 
     def _known(self, run: xr.Dataset) -> None:
+        """Refuse free names that are unknown, and those that determine the law's sample times."""
         names = {*json.loads(run.attrs["parameters"]), *self._model.state_names}
         law = self._law()
         for name in self._free:
@@ -273,6 +274,7 @@ class _Problem:
         return np.where(np.isfinite(residuals), residuals, _FAR)
 
     def _jacobian(self, relative: FloatArray) -> FloatArray:
+        """Return the derivatives of the residuals, (residuals, free), by central differences, one-sided at a bound."""
         columns: list[FloatArray] = []
         low, high = self._bounds()
         for k in range(len(relative)):

@@ -517,6 +517,7 @@ class _Sweep(_Response):
         return np.unique(np.concatenate([grid, natural[(natural > grid[0]) & (natural < self._highest)]]))
 
     def _given(self, frequencies: Sequence[float]) -> FloatArray:
+        """Return the given frequencies, rad/s; refuse any that do not increase from above 0 to at most pi/Ts."""
         try:
             grid = np.asarray(frequencies, dtype=np.float64)
         except (TypeError, ValueError):

@@ -176,6 +176,7 @@ def _series_of_a_run(result: xarray.Dataset) -> dict[str, Column]:
 
 
 def _row_per_run(dataset: xarray.Dataset) -> dict[str, Column]:
+    """Return columns with a row per run; a summary per state, variable or event becomes a column for each."""
     units = _units(dataset)
     columns = {"run": _column(dataset["run"])}
     for name, array in dataset.data_vars.items():
@@ -189,6 +190,7 @@ def _row_per_run(dataset: xarray.Dataset) -> dict[str, Column]:
 
 
 def _row_per_sample(dataset: xarray.Dataset) -> dict[str, Column]:
+    """Return columns with a row per run and instant; none if the store has no series."""
     series = {str(name): array for name, array in dataset.data_vars.items() if array.dims == ("run", "t")}
     if not series:
         return {}

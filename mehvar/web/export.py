@@ -160,6 +160,7 @@ def page_data(
 
 
 def _case(case: Case, ticks: Sequence[FloatArray]) -> dict[str, Any]:
+    """Return a case for the page's script; "ticks" is the position of its instants in `ticks`."""
     run = case.run
     return {
         "law": run.controller.name,
@@ -204,6 +205,7 @@ def _by_size(quantities: Sequence[Quantity], series: Sequence[FloatArray]) -> li
 
 
 def _parameters(parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
+    """Return parameters for the page's script; an infinite bound is None, since JSON has no infinity."""
     return [plain(Parameter, q) | {"interval": q.interval} for q in parameters]
 
 

@@ -42,6 +42,7 @@ def _check_reset(system: System, event: Event) -> None:
 
 
 def _check_distinct(events: Iterable[Event]) -> None:
+    """Refuse events with an invalid direction, end, name or title, and names that occur twice."""
     seen: set[str] = set()
     for event in events:
         where = f"{event.origin}: event {event.name!r}"

@@ -106,6 +106,7 @@ def _check_geometry(system: System) -> None:
 
 
 def _check_law(law: Controller) -> None:
+    """Refuse fields that need a period or memory if the law has none, since they would be ignored."""
     for names, missing in ((_OF_SAMPLES, "period"), (_OF_MEMORY, "memory")):
         for name in names:
             if name == "applied" and law.every:
@@ -206,6 +207,7 @@ def _linear(row: sp.Expr, symbols: Sequence[sp.Symbol]) -> bool:
 
 
 def _check_choices(system: System) -> None:
+    """Refuse choices without two values, and variants other than all combinations but the first."""
     options = [choice.values for choice in system.choices]
     for choice in system.choices:
         if len(choice.values) < 2 or len(set(choice.values)) < len(choice.values):
@@ -247,6 +249,7 @@ def _check_messages(system: System) -> None:
 
 
 def _check_conditions(what: str, conditions: Iterable[Condition], names: Sequence[str], shows: bool) -> None:
+    """Refuse messages with unknown places, and values to show without a place."""
     for condition in conditions:
         where = f"{condition.origin}: message of {what}"
         if condition.shown and not shows:

@@ -38,6 +38,7 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def _check(value: Any, hint: Any, where: str, origin: str) -> None:
+    """Refuse a value that does not fit its type hint; `where` names the value in the message."""
     kind, inner = get_origin(hint), get_args(hint)
     if kind in (Union, types.UnionType):
         options = [part for part in inner if part is not type(None)]

@@ -143,6 +143,7 @@ def elements(values: Mapping[str, Any], names: Collection[str], origin: str = ""
 
 
 def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[str, Any]:
+    """Return an array by the names of its elements; of mirrored elements only one is a parameter."""
     numbers = unmasked(value)
     places = np.ndindex(numbers.shape)
     given = {"_".join((name, *(str(k + 1) for k in place))): numbers[place].item() for place in places}
@@ -252,6 +253,7 @@ def check_values(
 def _settings(
     controller: Controller, scenario: Scenario, values: Mapping[str, object], origin: str
 ) -> dict[str, Setting]:
+    """Return values with their origins; the user's have precedence, then the scenario's for this law."""
     law = controller.name
     special = scenario.controllers.get(law, {})
     return {

@@ -156,6 +156,7 @@ def _csv(dataset: xarray.Dataset) -> bytes:
 
 
 def _arrow_table(dataset: xarray.Dataset) -> pyarrow.Table:
+    """Return series as columns with their units; attributes and metrics are metadata of the table."""
     import pyarrow
 
     series = _series(dataset)

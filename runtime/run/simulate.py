@@ -334,6 +334,7 @@ def _attempt(problem: Problem) -> Trajectory:
 
 
 def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
+    """Return a problem whose law is a function in C or Python, called once per sample."""
     if problem.own is not None or problem.hold is None or problem.model.backend != "c":
         raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
     if problem.stiff_test:

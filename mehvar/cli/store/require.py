@@ -71,6 +71,7 @@ def command(
 
 
 def _requirements(texts: list[str] | tuple[str, ...]) -> dict[str, str]:
+    """Return requirements by name; refuse one without a name, and a name that occurs twice."""
     requirements: dict[str, str] = {}
     for text in texts:
         name, _, requirement = text.partition("=")
