@@ -189,7 +189,7 @@ def _law(law: Controller) -> dict[str, Any]:
 
 
 def _quantities(quantities: Sequence[Quantity]) -> list[dict[str, str]]:
-    return [{"name": q.name, "unit": q.unit, "description": q.description} for q in quantities]
+    return [plain(Quantity, q) for q in quantities]
 
 
 def _by_size(quantities: Sequence[Quantity], series: Sequence[FloatArray]) -> list[dict[str, Any]]:
@@ -206,20 +206,7 @@ def _by_size(quantities: Sequence[Quantity], series: Sequence[FloatArray]) -> li
 
 def _parameters(parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
     """Return parameters for the page's script; an infinite bound is None, since JSON has no infinity."""
-    return [
-        {
-            "name": q.name,
-            "unit": q.unit,
-            "description": q.description,
-            "formula": q.formula,
-            "lower": q.lower if np.isfinite(q.lower) else None,
-            "upper": q.upper if np.isfinite(q.upper) else None,
-            "lower_open": q.lower_open,
-            "upper_open": q.upper_open,
-            "interval": q.interval,
-        }
-        for q in parameters
-    ]
+    return [plain(Parameter, q) | {"interval": q.interval} for q in parameters]
 
 
 def _packed(content: bytes) -> str:

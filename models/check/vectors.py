@@ -148,8 +148,7 @@ def _balance(system: System, receives: tuple[Group, ...]) -> Vector:
     """Return mass x' - rhs row by row, to check that all terms of a row have the same unit."""
     rates = [sp.Dummy(f"rate of {q.name}", real=True) for q in system.states]
     units = {rate: f"{q.unit}/s" for rate, q in zip(rates, system.states, strict=True)}
-    rows = zip(mass_rows(system, rates), system.rhs, strict=False)
-    left = tuple(row - entry if isinstance(entry, sp.Expr) else row for row, entry in rows)
+    left = tuple(row - entry for row, entry in zip(mass_rows(system, rates), system.rhs, strict=False))
     return Vector("mass", left, (), receives, system.origin, of_time=True, more=units)
 
 
@@ -257,7 +256,7 @@ def _function(system: System, function: Function) -> Vector:
     if chart:  # the chart's coordinates for the state and input of the function
         pairs = (*zip(chart.states, chart.from_state, strict=False), *zip(chart.inputs, chart.from_input, strict=False))
         for quantity, value in pairs:
-            if isinstance(value, sp.Expr) and free_symbols([value], system.definitions) <= received | more.keys():
+            if free_symbols([value], system.definitions) <= received | more.keys():
                 more[quantity.symbol] = quantity.unit
     return Vector(
         f"results of function {function.name!r}",
@@ -334,5 +333,4 @@ def _motion(system: System) -> tuple[Group, ...]:
 
 
 def _moves(system: System) -> bool:
-    expressions = [entry for entry in system.reference if isinstance(entry, sp.Expr)]
-    return TIME.symbol in free_symbols(expressions, system.definitions)
+    return TIME.symbol in free_symbols(system.reference, system.definitions)
