@@ -407,6 +407,7 @@ class Spacecraft:
         return sp.Matrix([by_axis.get(axis, sp.S.Zero) for axis in AXES])
 
     def _states(self) -> list[State]:
+        """Return the states of hub, chart and parts, whose starts become parameters of the scenario."""
         hub = [start(q, self._scenario) for q in (*self._velocity, *self._rate)]
         names = ("yaw",) if self.motion == "plane" else ANGLES
         at = {

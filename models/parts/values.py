@@ -194,6 +194,7 @@ class Parameters:
         return SimpleNamespace(**read | {f: unit(vector) for f, vector in given.items()}, given_directions=given)
 
     def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
+        """Return a field as a symbol, a column or a matrix of symbols; a direction is divided by its length."""
         if value is None:
             return None
         value = plain(value)
@@ -242,6 +243,7 @@ class Parameters:
         return self.number(kind, name, value, f"{kind.meaning}, {which}")
 
     def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
+        """Return a symmetric inertia from three moments, with zeros as products, or from three rows."""
         rows = sp.zeros(3, 3)
         if not isinstance(value, Sequence) or isinstance(value, str):
             raise ModelError(f"{where} = {value_text(value)}: must be three moments, or three rows")
