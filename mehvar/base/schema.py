@@ -27,7 +27,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
-from mehvar.base.errors import MehvarError, either, printable, suggestion, value_text
+from mehvar.base.errors import InputError, MehvarError, either, printable, suggestion, value_text
 
 Upper = Annotated[float, math.inf]
 Lower = Annotated[float, -math.inf]
@@ -154,6 +154,32 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _no_number(word: str) -> float:
     raise ValueError(f"{word} is not a JSON number")
+
+
+def read_data(path: Path, kind: type[T]) -> T:
+    """Read a TOML file as a dataclass.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : type
+        The dataclass.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, is not TOML, or has a field that is missing, unknown or of the wrong type; the
+        message names file and field.
+    """
+    try:
+        return read(kind, parse_toml(path.read_text(encoding="utf-8-sig")), "table")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not TOML: {error}") from error
+    except SchemaError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 Form = Literal["exact", "table", "any_age"]
@@ -338,6 +364,8 @@ def _writer(kind: Any) -> Callable[[Any], Any]:
     if is_dataclass(kind):
         rows = [(f.name, key, _writer(hint)) for f, key, hint in _rows(kind)]
         return lambda value: {key: write(getattr(value, name)) for name, key, write in rows}
+    if origin is Literal:
+        return str
     return list if issubclass(kind, tuple) else kind
 
 

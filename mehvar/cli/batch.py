@@ -169,6 +169,7 @@ def _save(text: str | None) -> Save | None:
 
 
 def _client(scheduler: str | None) -> Any:
+    """Return a client of dask's scheduler as a context; one that does nothing for a batch on this machine."""
     if scheduler is None:
         return nullcontext()
     from mehvar.runtime.batch.workers import connect

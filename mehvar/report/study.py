@@ -71,6 +71,7 @@ def run_study(model: Model, study: Study, advance: Callable[[float, str], None])
 
 
 def _figure(study: Study, stores: Sequence[tuple[str, Store]]) -> Figure:
+    """Return the bands over time, with a row per series and a column per law."""
     figure = new_figure(10.0, 0.4 + 2.2 * len(study.bands))
     axes = figure.subplots(len(study.bands), len(stores), sharex=True, sharey="row", squeeze=False)
     for row, (name, band) in zip(axes, study.bands.items(), strict=True):

@@ -385,6 +385,5 @@ def _within(parameters: Sequence[Parameter], values: FloatArray) -> NDArray[np.b
     """Return True for the rows in which every parameter is within its bounds."""
     good = np.array(np.isfinite(values).all(axis=1))
     for parameter, column in zip(parameters, values.T, strict=True):
-        good &= column > parameter.lower if parameter.lower_open else column >= parameter.lower
-        good &= column < parameter.upper if parameter.upper_open else column <= parameter.upper
+        good &= parameter.allows(column)
     return good

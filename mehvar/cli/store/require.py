@@ -11,7 +11,7 @@ import typer
 from mehvar.base.errors import InputError, bad_value
 from mehvar.report.verdicts import Verdicts, require
 from mehvar.runtime.batch.evaluation.requirements import checked_confidence
-from mehvar.runtime.files import check_file, write_atomic
+from mehvar.runtime.files import check_file, checked_ending, write_atomic
 from mehvar.settings import AsJson, read_settings
 from mehvar.terminal import print_json, progress
 
@@ -50,8 +50,7 @@ def command(
     """
     checked_confidence(confidence, "--confidence")
     if page is not None:
-        if page.suffix.lower() != ".html":
-            raise bad_value("page", str(page), "a file name that ends in .html", "--page")
+        checked_ending("page", page, [".html"], "--page")
         check_file(page)
     requirements = _requirements(texts) or None
     if path.suffix == ".toml":
@@ -73,6 +72,7 @@ def command(
 
 
 def _requirements(texts: list[str] | None) -> dict[str, str]:
+    """Return requirements by name; refuse one without a name, and a name that occurs twice."""
     requirements = read_settings(texts, "--that", _USAGE)
     for name, text in requirements.items():
         if not name.isidentifier():  # a comparison has an equals sign too
