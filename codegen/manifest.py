@@ -39,8 +39,8 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         model=system.name,
         structure=dict(system.structure),
         hash="",
-        **{name: _quantities(getattr(system, name)) for name in ("states", "inputs", "references", "outputs")},
-        coordinates=_quantities(system.coordinates.states) if system.coordinates else (),
+        **{name: getattr(system, name).quantities for name in ("states", "inputs", "references", "outputs")},
+        coordinates=system.coordinates.states.quantities if system.coordinates else (),
         parameters=_parameters(system.parameters, listing),
         scenario_parameters=_parameters(system.scenario_parameters, listing),
         controllers={law.name: _controller(law, listing) for law in system.controllers},
@@ -48,11 +48,11 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         limits_of_state=_of_state(system),
         constraints=_messages(system.constraints),
         reference_constant=not reference_moves(system),
-        noise=_quantities(sensor.noise) if sensor else (),
-        measured=_quantities(sensor.seen) if sensor else (),
+        noise=sensor.noise.quantities if sensor else (),
+        measured=sensor.seen.quantities if sensor else (),
         delays=dict(system.delays),
-        wiener=_quantities(diffusion.wiener) if diffusion else (),
-        random_step=_quantities(random_step.noise) if random_step else (),
+        wiener=diffusion.wiener.quantities if diffusion else (),
+        random_step=random_step.noise.quantities if random_step else (),
         **{name: {part.name: part for part in getattr(system, name)} for name in ("choices", "scenarios", "metrics")},
         geometry=tuple(_as(numeric.Shape, shape, points=len(shape.points)) for shape in system.geometry),
         events=_events(system.events),
@@ -82,10 +82,6 @@ def _as(kind: type[_T], part: object, **others: object) -> _T:
     return kind(**{name: getattr(part, source) for name, source in known}, **others)
 
 
-def _quantities(group: Group) -> tuple[numeric.Quantity, ...]:
-    return tuple(_as(numeric.Quantity, q) for q in group)
-
-
 def _parameters(group: Group, listing: Sequence[Reader], law: str = "") -> tuple[numeric.Parameter, ...]:
     names = readers_of(group, listing, law)
     return tuple(_parameter(q, names[q.name]) for q in group if isinstance(q, Parameter))
@@ -100,7 +96,7 @@ def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controlle
     return _as(
         numeric.Controller,
         law,
-        memory=_quantities(law.memory),
+        memory=law.memory.quantities,
         period=law.period or None,
         delay=law.delay or None,
         parameters=_parameters(law.parameters, listing, law.name),

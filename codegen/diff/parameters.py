@@ -136,6 +136,7 @@ def _together(members: Sequence[ParameterChange], side: str) -> str:
 
 
 def _symbol_changes(old: Document, new: Document, renaming: Renaming) -> Iterator[ParameterChange]:
+    """Yield renamed, added and removed names, and differing units, bounds, sources and signs."""
     for role, names in (("law", renaming.laws), ("scenario", renaming.scenarios)):
         yield from (ParameterChange(name, role, "renamed", former, name) for former, name in names.items())
     renamed = {name: former for former, name in renaming.quantities.items()}

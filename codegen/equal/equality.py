@@ -132,7 +132,7 @@ class EqualityTest:
         return self._by_reals(old, new)
 
     def _by_reals(self, old: Expression, new: Expression) -> Verdict:
-        """Decide by ordinary real points or, if the sides agree there, by their branches."""
+        """Decide by points with 50 digits, also where only one side exists; without a difference, by branches."""
         matches = 0
         for worlds in self.real.where([old, new], _COMPARED):
             matches += 1

@@ -146,7 +146,7 @@ class FieldPoints:
         return self.pool.cached(self._rooted[meaning], root, lambda node: self._is_root(meaning, node))
 
     def _is_root(self, meaning: Meaning, node: int) -> bool:
-        """Return True if a node is or contains such a root, given the answers for its operands."""
+        """Return True if a node is, or depends on, an even root or inverse function: the field draws its sign."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = meaning.targets(operands[0])

@@ -59,6 +59,7 @@ def _build(
     results: Sequence[tuple[str, Sequence[Expr]]],
     shared: SharedDefinitions,
 ) -> FunctionGraph:
+    """Return a request as a CasADi graph, with the definitions in it as named steps for the labels of the code."""
     vectors = [shared.vector(group)[0] for group in request.arguments]
     symbols = {
         symbol: element

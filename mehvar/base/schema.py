@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Conversion of dataclasses to and from JSON, and from TOML, with their type hints as the schema.
 
-A hint is str, int, float, bool, Any, Path, a Literal of texts, `X | None`, `tuple[X, ...]`, `tuple[X, Y]`,
-`Mapping[str, X]`, a dataclass, or a NamedTuple, which is a list in JSON. Three rules are special:
+A hint is str, int, float, bool, a union of these, Any, Path, a Literal of texts, `X | None`, `tuple[X, ...]`,
+`tuple[X, Y]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which is a list in JSON. Three rules are special:
 
 - In a mapping of dataclasses with a `name` the key is the entry's name.
 - `Upper` and `Lower` are floats whose infinity becomes null, because JSON has no infinity.
@@ -21,12 +21,13 @@ import re
 import tomllib
 import types
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
-from mehvar.base.errors import MehvarError, either, printable, suggestion, value_text
+from mehvar.base.errors import InputError, MehvarError, either, printable, suggestion, value_text
 
 Upper = Annotated[float, math.inf]
 Lower = Annotated[float, -math.inf]
@@ -155,6 +156,32 @@ def _no_number(word: str) -> float:
     raise ValueError(f"{word} is not a JSON number")
 
 
+def read_data(path: Path, kind: type[T]) -> T:
+    """Read a TOML file as a dataclass.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : type
+        The dataclass.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, is not TOML, or has a field that is missing, unknown or of the wrong type; the
+        message names file and field.
+    """
+    try:
+        return read(kind, parse_toml(path.read_text(encoding="utf-8-sig")), "table")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not TOML: {error}") from error
+    except SchemaError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
 Form = Literal["exact", "table", "any_age"]
 """Demands on data: exactly the fields; a table that people write, without fields that have a default; data of another
 version, also with unknown fields."""
@@ -205,6 +232,8 @@ def _reader(kind: Any, form: Form) -> _Convert:
         return lambda value: value
     if origin is Literal:
         return partial(_read_word, inner)
+    if origin is types.UnionType and types.NoneType not in inner:
+        return partial(_read_either, inner)
     if origin is Annotated or origin is types.UnionType:
         convert, null = _reader(inner[0], form), inner[1] if origin is Annotated else None
         return lambda value: null if value is None else convert(value)
@@ -231,6 +260,13 @@ def _read_scalar(kind: Any, value: Any) -> Any:
     if kind is float and type(value) is int and abs(value) < 2**1023:
         return float(value)
     raise _wrong(value, _SCALARS[kind])
+
+
+def _read_either(kinds: Sequence[Any], value: Any) -> Any:
+    for kind in kinds:
+        with suppress(SchemaError):
+            return _read_scalar(kind, value)
+    raise _wrong(value, either([_SCALARS[kind] for kind in kinds]))
 
 
 def _read_word(words: Sequence[str], value: Any) -> Any:
@@ -328,6 +364,8 @@ def _writer(kind: Any) -> Callable[[Any], Any]:
     if is_dataclass(kind):
         rows = [(f.name, key, _writer(hint)) for f, key, hint in _rows(kind)]
         return lambda value: {key: write(getattr(value, name)) for name, key, write in rows}
+    if origin is Literal:
+        return str
     return list if issubclass(kind, tuple) else kind
 
 

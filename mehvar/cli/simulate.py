@@ -270,6 +270,7 @@ def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False
 
 
 def _summary(run: Run, notes: Sequence[str]) -> None:
+    """Print the end of a run, its notes, metrics and events, and a note if Python ran it instead of C."""
     law, case = run.controller.name, run.scenario.name
     typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
     for text in notes:
@@ -311,6 +312,7 @@ def _unexpected(run: Run) -> list[str]:
 
 
 def _facts(run: Run, notes: Sequence[str]) -> dict[str, object]:
+    """Return the results of a run for `--json`; the key "events" is absent if law and model have none."""
     values = metrics(run, run.manifest)
     return {
         "model": run.manifest.model,
@@ -330,6 +332,7 @@ def _facts(run: Run, notes: Sequence[str]) -> dict[str, object]:
 
 
 def _save(run: Run, out: Path | None, plot: Path | None, quiet: bool) -> None:
+    """Write result file and picture; with `quiet`, stdout belongs to the JSON, and messages go to stderr."""
     if out is None and plot is None:
         return
     from mehvar.runtime.run.formats import save

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from mehvar.base.schema import read_data
+
 from .beyond import Beyond, read_beyond
 from .claims import (
     AMPLITUDES,
@@ -19,7 +21,6 @@ from .claims import (
     count,
     not_essential,
 )
-from .data import read_data
 from .paper import Reproduction, read_reproduction
 from .runs import Runs
 

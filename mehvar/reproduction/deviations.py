@@ -81,6 +81,7 @@ def table_claims(manifest: Manifest, numbers: Sequence[Deviation]) -> list[Claim
 
 
 def _run_claim(number: str, scenario: Scenario, law: str, row: Sequence[Deviation]) -> Claim:
+    """Return the claim that a run has all expected numbers; its text names the largest deviation."""
     wrong = [d for d in row if not d.holds]
     worst = max(row, key=lambda d: abs(d.size) / d.allowed)
     size = f"{worst.size:+g}" if worst.metric.kind == "sign_changes" else f"{100 * worst.size:+.2g} %"

@@ -76,6 +76,7 @@ class Model:
         return displayed_formulas(rates(self.manifest))
 
     def _repr_html_(self) -> str:
+        """Return quantities, equations, parameters, laws and scenarios as tables in HTML."""
         manifest, columns = self.manifest, ("name", "unit", "meaning")
         groups = (("states x", manifest.states), ("inputs u", manifest.inputs), ("outputs y", manifest.outputs))
         laws = [(law.name, law.title) for law in manifest.controllers.values()]

@@ -7,6 +7,7 @@ import math
 import re
 import string
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -70,6 +71,14 @@ def number(name: str, value: object, origin: str = "") -> float:
     if not math.isfinite(result):
         raise bad_value(name, value, "a finite number", origin)
     return result
+
+
+def number_above(least: float, name: str, value: object, allowed: str, origin: str = "") -> float:
+    """Return a value as a finite float above `least`; for all others InputError says what is allowed."""
+    with suppress(InputError):
+        if (result := number(name, value)) > least:
+            return result
+    raise bad_value(name, value, allowed, origin)
 
 
 def checked(parameter: Parameter, setting: Setting) -> float:
@@ -143,6 +152,7 @@ def elements(values: Mapping[str, Any], names: Collection[str], origin: str = ""
 
 
 def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[str, Any]:
+    """Return an array by the names of its elements; of mirrored elements only one is a parameter."""
     numbers = unmasked(value)
     places = np.ndindex(numbers.shape)
     given = {"_".join((name, *(str(k + 1) for k in place))): numbers[place].item() for place in places}
@@ -252,6 +262,7 @@ def check_values(
 def _settings(
     controller: Controller, scenario: Scenario, values: Mapping[str, object], origin: str
 ) -> dict[str, Setting]:
+    """Return values with their origins; the user's have precedence, then the scenario's for this law."""
     law = controller.name
     special = scenario.controllers.get(law, {})
     return {

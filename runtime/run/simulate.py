@@ -334,6 +334,7 @@ def _attempt(problem: Problem) -> Trajectory:
 
 
 def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
+    """Return a problem whose law is a function in C or Python, called once per sample."""
     if problem.own is not None or problem.hold is None or problem.model.backend != "c":
         raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
     if problem.stiff_test:
@@ -414,8 +415,7 @@ def _changed_values(
     manifest: Manifest, law: Controller, case: Scenario, given: Mapping[str, object], resolved: Resolved
 ) -> dict[str, float]:
     """Return the given parameters that differ from the scenario."""
-    parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
-    defaults = {q.name: q.default for q in parameters}
+    defaults = {q.name: q.default for q in all_parameters(manifest, law)}
     plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
     return {name: resolved.values[name] for name in given if resolved.values[name] != plain[name]}
 

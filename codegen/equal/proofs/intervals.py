@@ -73,7 +73,7 @@ class Ranges:
         return (low > 0 or high < 0) if sign == 0 else high <= 0 if sign > 0 else low >= 0
 
     def _of(self, node: int) -> Interval:
-        """Return the interval of a node, given those of its operands."""
+        """Return an interval of all values of a node, given those of its operands."""
         operation, *rest = self.pool.nodes[node]
         operands = [self._intervals[o] for o in self.pool.operands(node)]
         if operation == "num":
@@ -166,6 +166,7 @@ def _total(values: Sequence[float]) -> Interval:
 
 
 def _product(parts: Sequence[Interval]) -> Interval:
+    """Return the interval of a product, rounded outwards unless exact; zero times infinity is zero."""
     low, high = 1.0, 1.0
     for a, b in parts:
         corners = [0.0 if u == 0 or v == 0 else u * v for u in (low, high) for v in (a, b)]
@@ -234,6 +235,7 @@ def _odd(operand: Interval, limits: Interval) -> Interval:
 
 
 def _power(base: Interval, exponent: Fraction | None) -> Interval:
+    """Return the interval of a power with a constant exponent; None stands for any other exponent."""
     low, high = base
     if exponent is None:
         return ALL
