@@ -293,6 +293,7 @@ class Cells:
 
     def _undecided(self, state: State, before: str = "") -> Verdict:
         """Return "undecided", with the branches of a joint state that is open."""
+        state = self.evidence.missing(state)
         texts = map(Printer(self.pool.nodes).text, (node for node, _ in state))
         names = " with ".join(text if len(text) <= _WIDEST else f"{text[:_WIDEST]}..." for text in texts)
         what = "a branch of" if len(state) == 1 else "a combination of branches of" if state else "the expression"

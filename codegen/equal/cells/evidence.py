@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 from ..branches import Way
 from .lines import Spot
@@ -76,6 +77,11 @@ class Evidence:
     def is_decided(self, ways: Sequence[Way]) -> bool:
         """Return True if both sides are equal in a joint state with these branches."""
         return any(state.issuperset(ways) for state in self._decided)
+
+    def missing(self, state: State) -> State:
+        """Return the least part of an open joint state that is not decided: a branch, a pair or all of them."""
+        parts = (*combinations(state, 1), *combinations(state, 2))
+        return next((part for part in parts if not self.is_decided(part)), state)
 
     def undecided(self) -> State | None:
         """Return a joint state in which too few points agree; None if there is none."""

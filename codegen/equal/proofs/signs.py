@@ -218,20 +218,8 @@ class Signs:
         return value is not None and value.denominator == 1 and value % 2 == 1
 
     def _is_positive(self, node: int) -> bool:
-        """Return True if a node's form shows that it is positive almost everywhere."""
-        operation, *operands = self.pool.nodes[node]
-        if operation == "sym":
-            low = self.ranges.bounds.get(operands[0], (None, None))[0]
-            return low is not None and low >= 0
-        if operation == "num":
-            return Fraction(operands[0]) > 0
-        if operation == "pow":
-            exponent = self.pool.constant(operands[1])
-            even = exponent is not None and (exponent.denominator % 2 == 0 or exponent % 2 == 0)
-            return even or self._is_positive(operands[0])
-        if operation in ("add", "mul"):
-            return all(map(self._is_positive, operands))
-        return operation in ("exp", "cosh", "abs", "const", "acos", "acosh")
+        """Return True if a node is provably never negative, and so does not change the sign of a product."""
+        return self.ranges.never_have(node, -1)
 
 
 def _product(signs: Sequence[int]) -> int:

@@ -34,6 +34,15 @@ def test_points_are_enough_with_their_number_and_their_lines():
     assert decided(lines=3, points=1).undecided() == STATE
 
 
+def test_the_least_part_of_an_open_state_is_missing():
+    evidence = Evidence(3)
+    for state in (STATE, ((4, 0), (7, 1)), ((4, 1), (8, 0))):
+        evidence.add(Cell(state, is_equal=True), {})
+    assert evidence.missing(((4, 1), (7, 2))) == ((7, 2),)
+    assert evidence.missing(((4, 0), (7, 0))) == ((4, 0), (7, 0))
+    assert evidence.missing(((4, 1), (7, 0), (8, 0))) == ((7, 0), (8, 0))
+
+
 def test_a_pattern_needs_points_until_its_state_is_known():
     patterns = Patterns()
     assert [patterns.need(b"a") for _ in range(5)] == [True, True, True, False, False]
