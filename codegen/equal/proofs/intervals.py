@@ -152,16 +152,16 @@ def _exact(value: Fraction) -> Interval:
 
 
 def _sum(parts: Sequence[Interval]) -> Interval:
-    if any(math.isinf(v) for part in parts for v in part):
-        low = -math.inf if any(a == -math.inf for a, _ in parts) else math.fsum(a for a, _ in parts)
-        high = math.inf if any(b == math.inf for _, b in parts) else math.fsum(b for _, b in parts)
-        return _out(low, high)
-    return _total([a for a, _ in parts])[0], _total([b for _, b in parts])[1]
+    lows, highs = [a for a, _ in parts], [b for _, b in parts]
+    low = -math.inf if -math.inf in lows else _total(lows)[0]
+    return low, math.inf if math.inf in highs else _total(highs)[1]
 
 
 def _total(values: Sequence[float]) -> Interval:
     """Return a sum, rounded outward only if inexact, so that 1 - 1 is exactly zero."""
     total = math.fsum(values)
+    if not math.isfinite(total):
+        return total, total
     return (total, total) if sum(map(Fraction, values)) == Fraction(total) else _out(total, total)
 
 

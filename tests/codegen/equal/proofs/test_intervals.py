@@ -54,3 +54,12 @@ def test_what_happens_at_a_point_is_not_impossible():
             value = {"": value, "1-": 1 - value, "abs ": abs(value)}[form]
             atoms.append((node(pool, form + text), (value > 0) - (value < 0)))
         assert not Ranges(pool, BOUNDS).exclude(atoms), (values, pool.nodes, atoms)
+
+
+def test_a_sum_of_unbounded_squares_is_never_negative():
+    pool = Pool()
+    squares = [pool.power(pool.intern("sym", name), Fraction(2)) for name in "uvw"]
+    ranges = Ranges(pool, {})
+    assert ranges.never_have(pool.many("add", squares), -1)
+    assert ranges.never_have(pool.many("add", [*squares, pool.number(Fraction(1, 10))]), 0)
+    assert not ranges.never_have(pool.many("add", [*squares, pool.number(Fraction(-1, 10))]), -1)
