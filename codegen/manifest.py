@@ -13,6 +13,8 @@ from mehvar.base.versions import installed
 from mehvar.models.system import Condition, Controller, Event, Group, Parameter, System, free_symbols
 
 from .code.files import PrintedFunction, model_hash
+from .equations import VECTORS
+from .equations.graph import groups
 from .functions.readers import Reader, readers, readers_of
 from .functions.requests import reference_moves
 
@@ -32,15 +34,14 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         SHA-256 of every source file it depends on.
     """
     listing = readers(system)
-    sensor, diffusion, random_step = system.sensor, system.diffusion, system.random_step
+    vectors = groups(system)
     manifest = _as(
         Manifest,
         system,
         model=system.name,
         structure=dict(system.structure),
         hash="",
-        **{name: getattr(system, name).quantities for name in ("states", "inputs", "references", "outputs")},
-        coordinates=system.coordinates.states.quantities if system.coordinates else (),
+        **{name: tuple(vectors.get(role, ())) for name, role in VECTORS.items()},
         parameters=_parameters(system.parameters, listing),
         scenario_parameters=_parameters(system.scenario_parameters, listing),
         controllers={law.name: _controller(law, listing) for law in system.controllers},
@@ -48,11 +49,7 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         limits_of_state=_of_state(system),
         constraints=_messages(system.constraints),
         reference_constant=not reference_moves(system),
-        noise=sensor.noise.quantities if sensor else (),
-        measured=sensor.seen.quantities if sensor else (),
         delays=dict(system.delays),
-        wiener=diffusion.wiener.quantities if diffusion else (),
-        random_step=random_step.noise.quantities if random_step else (),
         **{name: {part.name: part for part in getattr(system, name)} for name in ("choices", "scenarios", "metrics")},
         geometry=tuple(_as(numeric.Shape, shape, points=len(shape.points)) for shape in system.geometry),
         events=_events(system.events),

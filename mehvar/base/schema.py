@@ -18,7 +18,6 @@ import functools
 import json
 import math
 import re
-import tomllib
 import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -97,6 +96,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     tomllib.TOMLDecodeError
         If it is not TOML, or is nested too deeply.
     """
+    import tomllib  # a run reads none
+
     try:
         return tomllib.loads(text)
     except RecursionError as error:
@@ -175,10 +176,10 @@ def read_data(path: Path, kind: type[T]) -> T:
         return read(kind, parse_toml(path.read_text(encoding="utf-8-sig")), "table")
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not TOML: {error}") from error
     except SchemaError as error:
         raise InputError(f"{path}: {error}") from error
+    except ValueError as error:  # of the decoder or of tomllib
+        raise InputError(f"{path} is not TOML: {error}") from error
 
 
 Form = Literal["exact", "table", "any_age"]
