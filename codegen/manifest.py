@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar, cast
 
 from mehvar.base import manifest as numeric
-from mehvar.base.manifest import Manifest
+from mehvar.base.manifest import Manifest, file_of
 from mehvar.base.versions import installed
 from mehvar.models.system import Condition, Controller, Event, Group, Parameter, System, free_symbols
 
@@ -53,7 +53,7 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         **{name: {part.name: part for part in getattr(system, name)} for name in ("choices", "scenarios", "metrics")},
         geometry=tuple(_as(numeric.Shape, shape, points=len(shape.points)) for shape in system.geometry),
         events=_events(system.events),
-        functions={f.name: _function(system.name, f) for f in functions},
+        functions={f.name: _as(numeric.Function, f, file=file_of(system.name, f.part)) for f in functions},
         versions=installed("casadi", "sympy"),
         inputs_sha256=dict(sorted(inputs.items())),
     )
@@ -110,8 +110,3 @@ def _events(events: Sequence[Event]) -> tuple[numeric.Event, ...]:
 
 def _messages(conditions: Sequence[Condition]) -> tuple[str, ...]:
     return tuple(condition.message for condition in conditions)
-
-
-def _function(model: str, f: PrintedFunction) -> numeric.Function:
-    arguments, results = (tuple(numeric.Array(*pair) for pair in pairs) for pairs in (f.arguments, f.results))
-    return _as(numeric.Function, f, arguments=arguments, results=results, file=numeric.file_of(model, f.part))
