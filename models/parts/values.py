@@ -128,8 +128,9 @@ class Complete(ABCMeta):
             if not isinstance(have[name], str):  # a part may read a text, such as a date
                 check_numbers(fields[name], have[name], f"{where or cls.__name__}.{name}")
         for p in declared:
-            if p.name not in have and p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
-                kind = fields.get(p.name)
+            kind, value = fields.get(p.name), have.get(p.name, p.default)
+            nothing = kind is not None and value is None and p.default is not None
+            if nothing or (value is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)):
                 what = f": {kind.meaning}{'' if kind.unit == '1' else f', {kind.unit}'}" if kind else ""
                 raise ModelError(f"{where or cls.__name__}.{p.name} is missing; write it into the call{what}")
         return super().__call__(*args, **given)
