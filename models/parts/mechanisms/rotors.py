@@ -18,7 +18,20 @@ from ..frame import AXES, ZERO, point_inertia
 from ..motion import Motion
 from ..part import Mounted, Part, points
 from ..terms import Aggregates, Coordinate
-from ..values import NO_BODY, Number, Parameters, Value, Vector, direction, of_a_body, place, plain, scalar
+from ..values import (
+    NO_BODY,
+    Number,
+    Parameters,
+    Value,
+    Vector,
+    direction,
+    of_a_body,
+    parameters_text,
+    place,
+    plain,
+    scalar,
+    unit,
+)
 from .joints import polynomial, shifted
 from .wheels import Wheel
 
@@ -191,7 +204,8 @@ class ControlMomentGyro(Part):
         margins = [margin for moment in beside for margin in of_a_body(sp.diag(v.inertia, moment, moment))]
         if v.frame is not None and v.across is not None:
             margins += of_a_body(sp.diag(v.inertia + v.frame, v.gimbal_inertia, v.across))
-        return (*super().constraints(at), *of_no_body(self, v, names, margins))
+        of_bodies = of_no_body(self, v, names, margins)
+        return (*super().constraints(at), *of_bodies, *not_along(self, at, "spin", "gimbal"))
 
     @property
     def gimbal_angle(self) -> sp.Symbol:
@@ -282,6 +296,17 @@ def check_across(part: Part, name: str, axis: str) -> None:
     one, other = (sp.Matrix([x for x in map(_number, vector) if x is not None]) for vector in vectors)
     if len(one) == len(other) == 3 and one.cross(other).norm() <= _FLAT * one.norm() * other.norm():
         raise ModelError(f"{part.name}.{name} = {vectors[0]!r}: must not be along {axis} = {vectors[1]!r}")
+
+
+def not_along(part: Part, at: Mounted, name: str, axis: str) -> tuple[Condition, ...]:
+    """Return the same for other values of the parameters."""
+    one, other = (at.values.given_directions[of] for of in (name, axis))
+    normal = unit(one).cross(unit(other))
+    text = (
+        f"{part.name}.{name}, with {parameters_text(one.free_symbols | other.free_symbols)}: must not be along {axis}"
+    )
+    margin = normal.dot(normal) - sp.Float(_FLAT**2)
+    return (Condition(margin, text),) if margin.free_symbols else ()
 
 
 _FLAT = 1e-9
