@@ -15,7 +15,7 @@ from mehvar import Group, Parameter, Quantity, Scenario, System
 from mehvar.base.errors import InputError
 from mehvar.parts import Bob, ExternalForce, Hub, Spacecraft
 from mehvar.runtime.model.model import Model
-from tests.runtime.batch.test_damage import PENDULUM
+from tests.runtime.batch.forgery import PENDULUM
 
 NOISE = 1e-3
 
