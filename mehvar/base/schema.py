@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Conversion of dataclasses to and from JSON, and from TOML, with their type hints as the schema.
 
-A hint is str, int, float, bool, Any, Path, a Literal of texts, `X | None`, `tuple[X, ...]`, `tuple[X, Y]`,
-`Mapping[str, X]`, a dataclass, or a NamedTuple, which is a list in JSON. Three rules are special:
+A hint is str, int, float, bool, a union of these, Any, Path, a Literal of texts, `X | None`, `tuple[X, ...]`,
+`tuple[X, Y]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which is a list in JSON. Three rules are special:
 
 - In a mapping of dataclasses with a `name` the key is the entry's name.
 - `Upper` and `Lower` are floats whose infinity becomes null, because JSON has no infinity.
@@ -20,6 +20,7 @@ import math
 import re
 import types
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import partial
 from pathlib import Path
@@ -232,6 +233,8 @@ def _codec(kind: Any, form: Form = "exact") -> tuple[_Convert, _Convert]:
         return _same, _same
     if origin is Literal:
         return partial(_read_word, inner), str
+    if origin is types.UnionType and types.NoneType not in inner:
+        return partial(_read_either, inner), _same
     if origin is Annotated or origin is types.UnionType:
         (read, write), null = _codec(inner[0], form), inner[1] if origin is Annotated else None
         return (
@@ -269,6 +272,13 @@ def _read_scalar(kind: Any, value: Any) -> Any:
     if kind is float and type(value) is int and abs(value) < 2**1023:
         return float(value)
     raise _wrong(value, _SCALARS[kind])
+
+
+def _read_either(kinds: Sequence[Any], value: Any) -> Any:
+    for kind in kinds:
+        with suppress(SchemaError):
+            return _read_scalar(kind, value)
+    raise _wrong(value, either([_SCALARS[kind] for kind in kinds]))
 
 
 def _read_word(words: Sequence[str], value: Any) -> Any:

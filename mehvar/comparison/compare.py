@@ -176,7 +176,7 @@ def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
 
 
 def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> ModelDiff:
-    """Compare one model: default structure, other structures, and changed sources that no compared structure uses."""
+    """Return the comparison of a model; undecided if a changed source may affect structures that were not compared."""
     stale = tuple(note for side in (old, new) for note in _stale(side, name))
     if name not in old.folders or name not in new.folders:
         status = ModelStatus.ADDED if name not in old.folders else ModelStatus.REMOVED

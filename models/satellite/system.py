@@ -318,7 +318,7 @@ def _body(craft: _Craft) -> Iterator[Condition]:
 
 
 def _functions(craft: _Craft) -> tuple[Function, ...]:
-    """Return angular momentum and energy, which tests and pictures evaluate along a run."""
+    """Return the functions for angular momentum and energy, by which a run can be checked."""
     rotation, wheels = craft.placed.rotation, craft.wheels
     momentum = tuple(
         Quantity(f"H{i}", "N m s", f"angular momentum of body and wheels along inertial {i}") for i in "xyz"

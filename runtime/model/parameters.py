@@ -7,6 +7,7 @@ import math
 import re
 import string
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -70,6 +71,14 @@ def number(name: str, value: object, origin: str = "") -> float:
     if not math.isfinite(result):
         raise bad_value(name, value, "a finite number", origin)
     return result
+
+
+def number_above(least: float, name: str, value: object, allowed: str, origin: str = "") -> float:
+    """Return a value as a finite float above `least`; for all others InputError says what is allowed."""
+    with suppress(InputError):
+        if (result := number(name, value)) > least:
+            return result
+    raise bad_value(name, value, allowed, origin)
 
 
 def checked(parameter: Parameter, setting: Setting) -> float:
