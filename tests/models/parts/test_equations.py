@@ -94,7 +94,7 @@ def test_a_coordinate_that_moves_no_mass_is_refused():
 
     craft = Spacecraft("idle")
     craft.add(Hub("hub", 2.0, (1.0, 1.5, 2.0)))
-    craft.add(Idle("bead", heavy=False))
+    craft.add(Idle("bead", own=None))
     with pytest.raises(ModelError, match="no mass and no inertia moves with bead_b_dot"):
         craft.system()
 
