@@ -164,6 +164,7 @@ def _hook() -> None:
 
 
 def _note(event: str, arguments: tuple[Any, ...]) -> None:
+    """Record what the model's code opens and lists; refuse programs and network, whose results may change."""
     if _requests is None or event not in _EVENTS:
         return
     if name := opened_file(event, arguments):
