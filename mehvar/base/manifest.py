@@ -529,7 +529,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
             "generate, or restore the file"
         )
     try:
-        manifest = read(Manifest, data, "any_age" if any_age else "exact", folder=path.parent, text=text)
+        manifest = replace(read(Manifest, data, "any_age" if any_age else "exact"), folder=path.parent, text=text)
         if not any_age:
             _check_functions(manifest)
         return manifest

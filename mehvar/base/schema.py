@@ -188,7 +188,7 @@ Form = Literal["exact", "table", "any_age"]
 version, also with unknown fields."""
 
 
-def read(schema: type[T], data: object, form: Form = "exact", **others: object) -> T:
+def read(schema: type[T], data: object, form: Form = "exact") -> T:
     """Convert JSON or TOML data to a dataclass.
 
     Parameters
@@ -199,17 +199,13 @@ def read(schema: type[T], data: object, form: Form = "exact", **others: object) 
         What `json.loads` or `tomllib.loads` returns.
     form : {"exact", "table", "any_age"}
         Fields that data must and may have. A table has fields by their names, not by their keys in JSON.
-    **others : object
-        Values of fields that JSON omits.
 
     Raises
     ------
     SchemaError
         If a field is missing, unknown or of the wrong type.
     """
-    record = _codec(cast(Any, schema), form)[0](data)
-    record.__dict__.update(others)
-    return cast(T, record)
+    return cast(T, _codec(cast(Any, schema), form)[0](data))
 
 
 def plain(schema: type, value: object) -> Any:
