@@ -296,14 +296,18 @@ class Array(NamedTuple):
         return () if self.length is None else (self.length,)
 
 
+Signature = tuple[Array, ...]
+"""Arguments or results of a function."""
+
+
 @dataclass(frozen=True)
 class Function:
     """A generated function: arguments, results, operation count, and the C file that holds it."""
 
     name: str
     description: str
-    arguments: tuple[Array, ...] = field(metadata=json_key("args"))
-    results: tuple[Array, ...]
+    arguments: Signature = field(metadata=json_key("args"))
+    results: Signature
     operations: int
     file: str
 
