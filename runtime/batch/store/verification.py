@@ -233,6 +233,7 @@ def listed(files: Mapping[str, str]) -> str:
 
 
 def _blocks(records: Records, files: dict[str, str], writer: str | None) -> Verification:
+    """Return the verification of all blocks, and of the files that no record lists."""
     folder, store = records.folder, records.store
     end = records.end if isinstance(records.end, Record) else None
     runs, chunk, count = _extent(records, end)
