@@ -105,12 +105,12 @@ class Sensitivity:
         return f"{self.explained:.3f}" if all(share.determined for share in self.first.values()) else "-"
 
 
-def tables(items: Sequence[Sensitivity]) -> Iterator[tuple[str, list[str], list[list[str]]]]:
+def tables(items: Sequence[Sensitivity]) -> Iterator[tuple[str, list[str], list[tuple[str, ...]]]]:
     """Yield the kind, heads and rows of a table for each kind of sensitivity that occurs."""
     for kind in KINDS:
         group = [item for item in items if item.kind == kind]
         names = list(dict.fromkeys(name for item in group for name in item.first))
-        rows = [[item.metric, *map(item.text, names), item.explained_text, str(item.runs)] for item in group]
+        rows = [(item.metric, *map(item.text, names), item.explained_text, str(item.runs)) for item in group]
         if rows:
             yield kind, ["metric", *names, "R^2" if kind == "regression" else "sum", "runs"], rows
 
