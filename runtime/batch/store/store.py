@@ -58,6 +58,7 @@ from .verification import (
     own_files,
     settled,
     store_folder,
+    verification_now,
     verify,
 )
 
@@ -93,6 +94,7 @@ class Store:
 
     def __init__(self, files: Chunks | Memory, layout: Layout | None = None, lock: Lock | None = None) -> None:
         self._files, self._layout, self._lock = files, layout, lock
+        self._writes = False
         self._chunks = None if isinstance(files, Memory) else files
         self.path = None if isinstance(files, Memory) else files.root
         self.attributes = _attributes(files)
@@ -158,7 +160,7 @@ class Store:
     def verify(self) -> Verification:
         """Check every file against its record; a store in memory has no files."""
         if self.path is not None:
-            return verify(self.path)
+            return verification_now(self.path, None) if self._writes else verify(self.path)
         whole = self.stored()
         missing = sorted(set(range(self.blocks())) - set(whole))
         return Verification(self.name, self.n, self.blocks(), tuple(whole), tuple(missing), (), {}, not missing)
@@ -293,9 +295,11 @@ class Store:
             yield
             return
         lock, self._lock = self._lock or Lock(self.path, self.name), None
+        self._writes = True
         try:
             yield
         finally:
+            self._writes = False
             lock.release()
 
     def _cut(self, n: int) -> None:
