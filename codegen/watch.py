@@ -161,6 +161,7 @@ def _hook() -> None:
 
 
 def _note(event: str, arguments: tuple[Any, ...]) -> None:
+    """Record what the model's code opens and lists; refuse programs and network, whose results may change."""
     if _requests is None:
         return
     if name := opened_file(event, arguments):

@@ -137,4 +137,5 @@ def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         # a module that a test edits within a second, in as many bytes, would be taken for the former one
         patch.setattr(sys, "dont_write_bytecode", True)
         patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+        patch.setattr(os, "fsync", lambda _: None)  # a test is not about a loss of power, unless it counts the calls
         yield

@@ -196,6 +196,7 @@ class Printer:
         self._lines += statement.split("\n")
 
     def _place(self, k: int, instruction: Instruction) -> None:
+        """Store the text of an instruction's value, and its precedence if it is no atom."""
         if instruction.op == "const":
             self._text[k] = self._language.constant(instruction.value)
             if self._text[k].startswith("-"):
@@ -222,6 +223,7 @@ class Printer:
         self._add(self._language.sincos.format(angle=angle, sine=self._text[sine], cosine=self._text[cosine]))
 
     def _value(self, k: int, instruction: Instruction) -> None:
+        """Store an instruction's text if one line uses it, else assign it to a name."""
         text = self._expression(k, instruction)
         if k not in self._lined:
             self._text[k] = text
@@ -238,6 +240,7 @@ class Printer:
         return self._language.comment.format(number) if number else ""
 
     def _expression(self, k: int, instruction: Instruction) -> str:
+        """Return an instruction as text, in parentheses only where the order of operations needs them."""
         if instruction.op in _INFIX:
             own = _PRECEDENCE[instruction.op]
             left, right = instruction.args

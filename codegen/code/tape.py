@@ -209,6 +209,7 @@ def _read(function: ca.Function, builder: Builder) -> list[list[int]]:
 
 
 def _operation(builder: Builder, op: int, operands: list[int], function: ca.Function) -> int:
+    """Append an operation of CasADi and return its position; operands become numbers or masks as it needs."""
     if op not in _NAMES:
         raise TapeError(f"{function.name()}: CasADi operation number {op} has no counterpart in generated code")
     name = _NAMES[op]
@@ -359,6 +360,7 @@ def _needed(tape_: Tape) -> list[int]:
 
 
 def _reordered(tape_: Tape, order: Sequence[int]) -> Tape:
+    """Return a tape with its instructions in this order of positions; others are dropped."""
     position = {old: new for new, old in enumerate(order)}
     old, operands = tape_.instructions, tape_.operands
     instructions = tuple(

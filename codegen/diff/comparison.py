@@ -158,6 +158,7 @@ class _Verdicts:
     # One row
 
     def _decide(self, old: Item, new: Item) -> tuple[EquationVerdict, Verdict]:
+        """Return the verdict on a pair of rows: by their texts if these and all definitions agree, else by values."""
         versions = self.versions
         children = versions.children(new)
         unequal = [child for child in children if self._differs(child)]
@@ -330,6 +331,7 @@ class _Verdicts:
     def _equation(
         self, item: Item, explainer: Explainer, users: dict[Key, list[str]], mattering: set[Key]
     ) -> EquationChange:
+        """Return the entry of a row of the new side, with its edits unless another row is the cause."""
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
@@ -360,6 +362,7 @@ class _Verdicts:
         )
 
     def _deletion(self, item: Item, explainer: Explainer, users: dict[Key, list[str]]) -> EquationChange:
+        """Return the entry of a removed definition; "changed" if one edit of it explains all its users."""
         removed = self._removed(item)
         lost = self.lost.get(item.key)
         if lost is None:

@@ -30,6 +30,7 @@ def scale(versions: Versions, old: Item, new: Item) -> str:
 
 
 def _scale(versions: Versions, old: Item, new: Item) -> str:
+    """Return the factor in words: a number, a positive symbol to a power, or a part that is never zero."""
     count = versions.equality.count((versions.before, old.root), (versions.across, new.root))
     before = versions.equality.values(versions.before, old.root, count)
     after = versions.equality.values(versions.across, new.root, count)

@@ -44,6 +44,7 @@ def _uses(versions: Versions, item: Item, removed: Item) -> bool:
 
 
 def _edit(versions: Versions, removed: Item, users: Sequence[Item]) -> Change | None:
+    """Return the edit of a removed definition that gives all its users their new values; None without one."""
     pool = versions.pool
     required = _required(versions, removed, users[0])
     if required is None:

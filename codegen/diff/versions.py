@@ -125,6 +125,7 @@ class Versions:
         return list(children.values())
 
     def _names(self, root: int) -> list[str]:
+        """Return the symbols in an expression; their order, which is fixed, is that of the report."""
         nodes = self.pool.nodes
         seen, stack, names = set(), [root], []
         while stack:
@@ -140,6 +141,7 @@ class Versions:
     # Matching
 
     def _match(self) -> None:
+        """Find each row's partner: by name and value, by value, by name, by text, then by its place in users."""
         left = {item.key: item for item in self.olds}
         self._values: dict[tuple[bool, Key], Any] = {}
         self._new_keys = {item.key: item for item in self.news}

@@ -115,6 +115,7 @@ def _taken(pool: Pool, node: int, taken: Mapping[int, Any]) -> Sequence[int]:
 
 
 def _fixed(pool: Pool, node: int, taken: Mapping[int, Any], numbers: Mapping[int, int]) -> int:
+    """Return a node in its smooth form for the given branch; `numbers` are the nodes of its operands."""
     operation, *operands = pool.nodes[node]
     way = taken.get(node)
     if way is None:

@@ -588,6 +588,7 @@ class Cells:
         return exponent is not None and 0 < exponent <= _BROAD
 
     def _along_inside(self, state: State) -> Verdict | None:
+        """Visit lines through points of a joint state until enough points agree; return a difference, if any."""
         inside = self._insides[state]
         for number in range(_MOST_INSIDE * self._lines_wanted()):
             if self._left < 0 or self._is_enough(inside):

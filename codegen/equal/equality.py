@@ -163,6 +163,7 @@ class EqualityTest:
         return self._rooted[meaning, root]
 
     def _is_root(self, meaning: Meaning, node: int) -> bool:
+        """Return True if a node is, or depends on, an even root or inverse function: the field draws its sign."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = meaning.targets(operands[0])
@@ -274,6 +275,7 @@ class EqualityTest:
         return self._same_at(old, new, _ROOTED) if same and self.count(old, new) == _ROOTED else same
 
     def _same_at(self, old: Expression, new: Expression, count: int) -> bool | None:
+        """Return True if both sides agree at `count` points where both exist; None if there are too few."""
         matches = 0
         for number in range(count * _DRAWS):
             worlds = self.point(number)
@@ -503,6 +505,7 @@ class EqualityTest:
         return Worlds(lambda pool, lookup: SteppedWorld(pool, lookup, point))
 
     def _by_reals(self, old: Expression, new: Expression) -> Verdict:
+        """Decide by points with 50 digits, also where only one side exists; without a difference, by branches."""
         matches = 0
         for worlds in self.real_points([old, new], _BRANCHED):
             matches += 1

@@ -134,6 +134,7 @@ class RealWorld(World[Any]):
         return value
 
     def _computed(self, node: int) -> tuple[Any, int]:
+        """Return a node's value and the binary exponent of its largest part, from those of its operands."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = self.lookup(operands[0])
@@ -178,6 +179,7 @@ class RealWorld(World[Any]):
         raise Undefined("within rounding of a step")
 
     def _strict(self, node: int, operation: str, values: list[Any]) -> Any:
+        """Return the value of an operation, whose branch it records; it is undefined outside the real domain."""
         if operation == "add":
             return _CONTEXT.fsum(values)
         if operation == "mul":
@@ -208,6 +210,7 @@ class RealWorld(World[Any]):
             raise Undefined from error
 
     def _power(self, base: Any, exponent: Any, exact: Fraction | None) -> Any:
+        """Return a real power; whole and half exponents are exact, and negative bases have no others."""
         if base == 0 and exponent < 0:
             raise Undefined
         if exact is not None and exact.denominator == 1:
@@ -219,6 +222,7 @@ class RealWorld(World[Any]):
         return base**exponent
 
     def _piecewise(self, node: int, operands: Sequence[int]) -> tuple[Any, int]:
+        """Return value and size of the first case that applies; undefined if an earlier condition is."""
         for number, operand in enumerate(operands):
             pair = self.memo[operand]
             if pair is None or pair[1] is None:

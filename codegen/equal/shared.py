@@ -71,6 +71,7 @@ class Shared:
         return tuple(numbers[root] for root in roots)
 
     def _rebuilt(self, operation: str, parts: Sequence[Any]) -> int:
+        """Return an operation on rebuilt operands; ceilings and remainders become floors, which may be equal."""
         pool, minus = self.pool, self.pool.number(-1)
         if operation == "ceiling":
             return pool.many("mul", [minus, self._floor(pool.many("mul", [minus, parts[0]]))])

@@ -40,6 +40,7 @@ def slope(pool: Pool, root: int, name: int) -> int | None:
 
 
 def _chain(pool: Pool, node: int, slopes: dict[int, int]) -> int | None:
+    """Return a node's derivative from those of its operands; None if a derivative is missing."""
     operation = pool.nodes[node][0]
     operands = pool.operands(node)
     times, total, number = partial(_many, pool, "mul"), partial(_many, pool, "add"), pool.number

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
@@ -151,6 +152,7 @@ class FieldWorld(World[Any]):
         return self._exact[node, rooted]
 
     def _is_exact(self, node: int, rooted: bool) -> bool:
+        """Return True if a node's value in the field proves differences; it is then a function of exact operands."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = self.lookup(operands[0])
@@ -188,16 +190,11 @@ class FieldWorld(World[Any]):
         return self._strict(node, operation, operands, values)
 
     def _strict(self, node: int, operation: str, operands: Sequence[int], values: list[Any]) -> Any:
+        """Return the value of an operation; functions without a value in the field are hashes of their operands."""
         if operation == "add":
-            total: Element = 0
-            for value in values:
-                total = field.add(total, value)
-            return total
+            return reduce(field.add, [0, *values])
         if operation == "mul":
-            product: Element = 1
-            for value in values:
-                product = field.mul(product, value)
-            return product
+            return reduce(field.mul, [1, *values])
         if operation == "pow":
             exponent = self.pool.constant(operands[1])
             if exponent is None:
@@ -215,6 +212,7 @@ class FieldWorld(World[Any]):
         return field.hashed(operation, *values) % field.P
 
     def _interpreted(self, node: int, operation: str, values: list[Any]) -> Any:
+        """Return the value of a branching operation with drawn signs of its operands; record the branch."""
         if operation in ("abs", "sign"):
             positive = field.sign(values[0])
             self.ways[node] = int(positive > 0)
@@ -238,6 +236,7 @@ class FieldWorld(World[Any]):
         return field.hashed(operation, *values) % field.P
 
     def _piecewise(self, node: int, operands: Sequence[int]) -> Any:
+        """Return the value of the first case that applies and record it; uninterpreted, a hash of all cases."""
         pairs: list[Any] = [self.memo[o] for o in operands]
         if any(pair is None for pair in pairs):
             raise Undefined
@@ -272,6 +271,7 @@ class FieldWorld(World[Any]):
         return self._phases[node]
 
     def _phase(self, node: int) -> Phase:
+        """Return an expression as an angle or exponent; without a rule for its operation, an arbitrary one."""
         operation, *operands = self.pool.nodes[node]
         if operation == "sym":
             target = self.lookup(operands[0])
@@ -296,6 +296,7 @@ class FieldWorld(World[Any]):
         return self._arbitrary(node)
 
     def _phase_of_product(self, node: int, operands: Sequence[int]) -> Phase:
+        """Return a product as an angle or exponent; several factors without pi or turns multiply exponents."""
         constants = [c for c in map(self.pool.constant, operands) if c is not None]
         others = [o for o in operands if self.pool.constant(o) is None]
         factor = constants[0] if constants else Fraction(1)
@@ -310,6 +311,7 @@ class FieldWorld(World[Any]):
         return Phase(product)
 
     def _scaled(self, node: int, phase: Phase, factor: Fraction) -> Phase:
+        """Return a phase times a number; a turn can be halved, but not divided by another number."""
         point = phase.circle
         if point != field.ONE:
             if factor.denominator == 2:
@@ -368,6 +370,7 @@ def _exponent(value: Fraction) -> int:
 
 
 def _total(phases: Sequence[Phase]) -> Phase:
+    """Return the sum of phases; turns are added on the circle."""
     point = field.ONE
     for phase in phases:
         if phase.circle != field.ONE:

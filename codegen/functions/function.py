@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 
-from mehvar.base.manifest import Part
+from mehvar.base.manifest import Part, Signature
 
-Signature = tuple[tuple[str, int | None], ...]
 LEAST = 8
 """Smallest number of equal parts, such as pendulums, for a loop in generated C."""
 MANY = 16

@@ -85,6 +85,7 @@ class _Commands(TyperGroup):
 
 
 def _group(commands: Mapping[str, str], *, hidden: Mapping[str, str] | None = None, **more: Any) -> typer.Typer:
+    """Return a group of commands with help texts; those in `hidden` run but are not listed."""
     group = typer.Typer(
         cls=_Commands,
         no_args_is_help=True,

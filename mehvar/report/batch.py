@@ -225,6 +225,7 @@ def _failed(runs: Runs) -> tuple[list[int], list[str], bool]:
 
 
 def _pictures(runs: Runs, design: str) -> Iterator[Drawing]:
+    """Yield the success rate, the region of success, and figures of _PANELS metrics or bands each."""
     groups = [("metrics", "Metrics of the runs", "Vermillion: runs that do not succeed.", runs.summaries)]
     groups += [("bands", "Series of the runs", "Median and 5 to 95 % of the runs over time.", runs.series)]
     with style():

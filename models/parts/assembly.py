@@ -260,6 +260,7 @@ def _named(frame: Frame, name: str, entries: Sequence[Expr], title: str) -> sp.M
 
 
 def _sums(frame: Frame, parts: Sequence[Contribution], reduced: Sequence[_Reduced]) -> _Sums:
+    """Return the sums over all parts about O; an entry of the inertia and its mirror image share a step."""
     inertia = sp.zeros(3, 3)
     for i in range(3):
         for j in range(i + 1):
@@ -449,6 +450,7 @@ class _Pulls:
 
 
 def _about_origin(frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums) -> _Rigid:
+    """Return the equations about O: the entries of the symmetric mass matrix as terms, and the right-hand side."""
     w = frame.rate
     terms: dict[tuple[int, int], list[Expr]] = {}
     arm = cross_matrix(sums.first)

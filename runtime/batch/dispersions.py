@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ast
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from mehvar.base.errors import InputError, bad_value, unknown_name
 
-from ..arguments import literals_are_numbers
+from ..arguments import parsed
 from .sampling import FloatArray, exponential, normal_quantile
 
 Quantile = Callable[[FloatArray], FloatArray]
@@ -84,14 +83,6 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin})")
     return tuple(dispersions)
-
-
-def split(item: str) -> tuple[str, str]:
-    """Return the names and the distribution in "NAME=DIST(...)"; raise InputError for other texts."""
-    names, sign, text = item.partition("=")
-    if not sign or not names.strip() or not text.strip():
-        raise bad_value("--vary", item, 'NAME=DIST(...), as in "m1=normal(50, 2)"')
-    return names.strip(), text.strip()
 
 
 class _RefusedError(ValueError):
@@ -211,16 +202,12 @@ def _read(names: str, text: str, origin: str) -> Dispersion:
 def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[str, object]]:
     """Return name and arguments of a call in Python syntax; lists become tuples of floats."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them
-            call = ast.parse(text.strip(), mode="eval").body
+        call = parsed(text.strip())
         if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
-            raise ValueError
-        if not literals_are_numbers(call, text.strip()):
             raise ValueError
         arguments = [_numbers(ast.literal_eval(argument)) for argument in call.args]
         keywords = {str(k.arg): _numbers(ast.literal_eval(k.value)) for k in call.keywords}
-    except (AttributeError, SyntaxError, ValueError, TypeError, OverflowError, MemoryError, RecursionError, Warning):
+    except (AttributeError, ValueError, TypeError, OverflowError, MemoryError, RecursionError):
         raise bad_value(names, text, "a distribution with numbers, as in normal(50, 2)", origin) from None
     return call.func.id, arguments, keywords
 

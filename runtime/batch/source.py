@@ -79,8 +79,10 @@ class KernelLoop:
 
     @cached_property
     def sources(self) -> dict[str, str]:
-        """C files of the kernel by name; batch.c is compiled."""
-        return kernel_sources(self)
+        """C files of the kernel by name; batch.c is compiled. A generated folder may lack a function: InputError."""
+        sources = native_headers() | native_sources("step/*.h", "batch/*.[ch]", "random/*.h")
+        generated = {name: generated_text(self.manifest, name) for name in _loop_files(self)}
+        return sources | generated | {"kernel.h": _kernel(self)}
 
     @cached_property
     def stiff(self) -> KernelLoop:
@@ -120,19 +122,6 @@ class KernelLoop:
     def records_command(self) -> bool:
         """True if commanded and acting inputs may differ."""
         return self.sampled or "actuate" in self.manifest.functions
-
-
-def kernel_sources(loop: KernelLoop) -> dict[str, str]:
-    """Return the C files of a kernel by name; batch.c is compiled.
-
-    Raises
-    ------
-    InputError
-        If the generated folder lacks a function.
-    """
-    sources = native_headers() | native_sources("step/*.h", "batch/*.[ch]", "random/*.h")
-    generated = {name: generated_text(loop.manifest, name) for name in _loop_files(loop)}
-    return sources | generated | {"kernel.h": _kernel(loop)}
 
 
 def generated_sources(manifest: Manifest) -> dict[str, str]:

@@ -126,6 +126,7 @@ def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, st
 
 
 def _attributes(run: Run) -> dict[str, str | float]:
+    """Return the attributes of a result, which suffice to repeat the run."""
     manifest: Manifest = run.manifest
     instants, names = zip(*run.events, strict=True) if run.events else ((), ())
     events = {"events": json.dumps({"t": instants, "name": names})} if run.possible_events else {}

@@ -36,7 +36,7 @@ const look = () => {
 };
 look();
 """
-"""Script that ends after a quarter of a second in which nothing moved and charts, pictures and fonts were there. It counts
+"""Script that ends when nothing has moved for a quarter of a second and charts, pictures and fonts are there. It counts
 frames, which come late where the machine is busy."""
 _LANDING = """(() => {
   const target = document.getElementById(arguments[0]), page = document.documentElement;

@@ -113,6 +113,7 @@ def _turn(pool: Pool, edits: Sequence[Change]) -> tuple[int, int, tuple[str, str
 
 
 def _quarter(pool: Pool, edit: Change) -> tuple[int, int, tuple[str, str]] | None:
+    """Return angle, quarter turns and functions of an edit that replaces a sine by a cosine or the reverse."""
     if edit.kind is not Kind.FUNCTION or edit.old is None or edit.new is None:
         return None
     (before, angle), (after, *parts) = pool.nodes[edit.old], pool.nodes[edit.new]

@@ -95,6 +95,7 @@ class Allowed:
                     break
 
     def _points(self, known: Point | None) -> Iterator[Point]:
+        """Yield the known point first, then drawn ones; every other has defaults, as narrow constraints need."""
         sampler = self._equality.sampler
         usual = {name: Fraction(row[2]) for name, row in sampler.names.items() if row[2] is not None}
         drawn = {} if known is None else {name: known[name] for name in known}

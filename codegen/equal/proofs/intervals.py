@@ -108,6 +108,7 @@ def _exact(value: Fraction) -> Interval:
 
 
 def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds) -> Interval:
+    """Return an interval of all values of a node, given intervals of its operands and bounds of names."""
     operation, *rest = pool.nodes[node]
     operands = [box[o] for o in pool.operands(node)]
     if operation == "num":
@@ -198,6 +199,7 @@ def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[
 
 
 def _root(base: int, exponent: Fraction | None, low: float, high: float) -> list[tuple[int, Interval]]:
+    """Return the interval of a power's base if that of the power is known; empty if it narrows nothing."""
     if exponent is None or exponent <= 0 or (high == math.inf and low <= 0):
         return []
     if exponent == Fraction(1, 2):
@@ -225,6 +227,7 @@ def _total(values: Sequence[float]) -> Interval:
 
 
 def _product(parts: Sequence[Interval]) -> Interval:
+    """Return the interval of a product, rounded outwards unless exact; zero times infinity is zero."""
     low, high = 1.0, 1.0
     for a, b in parts:
         corners = [0.0 if u == 0 or v == 0 else u * v for u in (low, high) for v in (a, b)]
@@ -301,6 +304,7 @@ def _odd(operand: Interval, limits: Interval) -> Interval:
 
 
 def _power(base: Interval, exponent: Fraction | None) -> Interval:
+    """Return the interval of a power with a constant exponent; None stands for any other exponent."""
     low, high = base
     if exponent is None:
         return ALL

@@ -52,6 +52,7 @@ class Signs:
         return {part for alternative in alternatives for part, _ in alternative}
 
     def _of(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Return the alternatives, as signs of parts, that give a node a sign; None if there are too many."""
         value = self.pool.constant(node)
         if not sign:
             return [((node, sign),)]
@@ -69,6 +70,7 @@ class Signs:
         return self._of_sum(node, sign) if operation == "add" else [((node, sign),)]
 
     def _of_product(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Return the alternatives for a product: the signs of its factors that multiply to this sign."""
         factors = [factor for factor in self.pool.operands(node) if not self._is_positive(factor)]
         values = [self.pool.constant(factor) for factor in factors]
         rest = [factor for factor, value in zip(factors, values, strict=True) if value is None]
@@ -83,6 +85,7 @@ class Signs:
         return (either if is_max == (sign > 0) else every)([self((part, sign)) for part in parts])
 
     def _of_sum(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Return the alternatives for a sum, by a common factor, an extremum, a root or an inverse function in it."""
         if (flat := self._times(node, Fraction(1))) != node:
             return self((flat, sign))
         terms = self.pool.operands(node)

@@ -111,6 +111,7 @@ def angle_rows(pendulums: Sequence[Pendulum], inertia: str, d: Derivation) -> tu
 
 
 def _named(row: AngleEquation, names: dict[sp.Symbol, Expr], angle: str, spelled: str, d: Derivation) -> AngleEquation:
+    """Return an equation (25) or (26) of an angle with its coefficients as named definitions."""
     number = "(25)" if angle.startswith("phi") else "(26)"
 
     def name(text: str, value: Expr, title: str, unit: str) -> Expr:

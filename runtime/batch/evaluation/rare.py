@@ -132,7 +132,8 @@ class _Seeker:
         if result.problem:
             return Verdict(requirement, "undecided", None, f"undecided after {self._runs} runs: {result.problem}", ())
         least, most = bounds(result.shares, confidence)
-        facts = RareEvidence(self._runs, least if stages.end == 0 else 0.0, most)
+        least = least if stages.end == 0 else 0.0
+        facts = RareEvidence(self._runs, None, 1 - most, 1 - least, least, most)
         reason = f"{len(stages.levels)} levels, {REPETITIONS} repetitions; failures far from all others may be missed"
         reason += "; runs with values that are not allowed count as failures" if self._impossible else ""
         failures = self._values(result.failed)
@@ -166,7 +167,7 @@ class _Seeker:
     def _column(self, values: Values, name: str) -> NDArray[Any]:
         """Return one number per run, by its name in conditions."""
         coordinates = self._blocks.coordinates()
-        array, place = array_of(name, lambda dimension: coordinates[dimension].values)
+        array, place = array_of(name, coordinates.__getitem__)
         return values[array] if place is None else values[array][:, place]
 
     def _values(self, points: FloatArray) -> dict[str, FloatArray]:
