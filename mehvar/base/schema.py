@@ -284,6 +284,7 @@ def _read_word(words: Sequence[str], value: Any) -> Any:
 
 
 def _read_list(convert: _Convert, values: Any) -> Any:
+    """Return the converted values; an error names the index of its value."""
     if type(values) is not list:
         raise _wrong(values, "a list")
     result: list[Any] = []
@@ -296,6 +297,7 @@ def _read_list(convert: _Convert, values: Any) -> Any:
 
 
 def _read_mapping(convert: _Convert, named: bool, form: Form, values: Any) -> Any:
+    """Return the converted values by name; a named record takes its name from the key, not from a field."""
     entries, result = _table(values), {}
     try:
         for name, value in entries.items():
@@ -316,6 +318,7 @@ def _read_row(make: _Convert, allowed: str, converts: Sequence[_Convert], values
 
 
 def _read_record(kind: Any, rows: Mapping[str, tuple[Field[Any], _Convert]], form: Form, data: Any) -> Any:
+    """Return a record; "exact" data have every key, and only data of any age may have unknown ones."""
     if _table(data).keys() != rows.keys():
         for key in data:
             if key not in rows and form != "any_age":
