@@ -426,7 +426,7 @@ def _layout_there(
         If the intact part of the folder does not identify it as this batch.
     """
     records, damage = own_files(path)
-    intact = records.intact()
+    intact = list(records.intact())
     if records.store is not None and ROOT not in damage:
         attributes, _ = stored_group(path, records.store)
         compare(attributes)

@@ -198,7 +198,7 @@ def own_files(folder: Path) -> tuple[Records, dict[str, str]]:
     """
     check_format(folder / STORE)
     records = Records(folder)
-    if not records.intact():
+    if next(records.intact(), None) is None:
         try:
             stored_group(folder, None)
         except InputError as error:
