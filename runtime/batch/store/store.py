@@ -430,7 +430,7 @@ def _layout_there(
     if records.store is not None and ROOT not in damage:
         attributes, _ = stored_group(path, records.store)
         compare(attributes)
-        own = {name: value for name, value in attributes.items() if name not in (*layout.identity, *NAMES)}
+        own = {name: value for name, value in attributes.items() if name not in NAMES}
         layout = replace(layout, chunk=records.store.about["chunk"], attributes=own)
     elif intact:
         layout = replace(layout, chunk=intact[0].about["chunk"])
