@@ -164,6 +164,7 @@ class Criterion:
         return nested
 
     def _nested(self, node: ast.expr) -> Any:
+        """Return a part of the condition as nested lists; chained comparisons become comparisons of pairs."""
         if (name := _name(node)) is not None:
             return self._quantities[name].value if name in self._quantities else name
         match node:
