@@ -224,6 +224,7 @@ def _opened(
 
 
 def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]) -> Layout:
+    """Return the layout of a store: its arrays, what identifies its numbers, and what describes them."""
     variables = blocks.variables()
     check_names(variables)
     manifest, campaign = plan.model.manifest, plan.campaign

@@ -248,6 +248,7 @@ class Criterion(_Expression):
         return nested
 
     def _nested(self, node: ast.expr) -> Any:
+        """Return a part of the condition as nested lists; chained comparisons become comparisons of pairs."""
         if (name := _name(node)) is not None:
             return self._quantities[name].value if name in self._quantities else name
         match node:

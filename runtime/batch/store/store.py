@@ -45,7 +45,16 @@ from .records import (
     leftovers,
     write_file,
 )
-from .verification import Verification, listed, own_files, settled, store_folder, stored_group, verify
+from .verification import (
+    Verification,
+    listed,
+    own_files,
+    settled,
+    store_folder,
+    stored_group,
+    verification_now,
+    verify,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -80,7 +89,7 @@ class Store(Runs):
     def __init__(self, files: Files, layout: Layout | None = None, lock: Lock | None = None) -> None:
         self.path = files.root if isinstance(files, Folder) else None
         self.name = str(self.path) if self.path else "the store in memory"
-        self._layout, self._lock = layout, lock
+        self._layout, self._lock, self._writes = layout, lock, False
         self._open(files)
 
     def _open(self, files: Files) -> None:
@@ -114,7 +123,7 @@ class Store(Runs):
     def verify(self) -> Verification:
         """Check every file against its record; a store in memory has no files."""
         if self.path is not None:
-            return verify(self.path)
+            return verification_now(self.path, None) if self._writes else verify(self.path)
         whole = self.stored()
         missing = sorted(set(range(self.blocks())) - set(whole))
         return Verification(self.name, self.n, self.blocks(), tuple(whole), tuple(missing), (), {}, not missing)
@@ -228,9 +237,11 @@ class Store(Runs):
             yield
             return
         lock, self._lock = self._lock or Lock(self.path, self.name), None
+        self._writes = True
         try:
             yield
         finally:
+            self._writes = False
             lock.release()
 
     def _writable(self) -> Layout:

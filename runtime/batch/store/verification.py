@@ -137,7 +137,7 @@ def verify(path: str | os.PathLike[str]) -> Verification:
         If there is no store of this version, or its attributes are not those of a batch.
     """
     folder = store_folder(path)
-    return settled(folder, lambda writer: _verification(folder, writer), lambda verification: verification.sound)
+    return settled(folder, lambda writer: verification_now(folder, writer), lambda verification: verification.sound)
 
 
 def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T], bool]) -> T:
@@ -161,7 +161,8 @@ def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T
     return result
 
 
-def _verification(folder: Path, writer: str | None) -> Verification:
+def verification_now(folder: Path, writer: str | None) -> Verification:
+    """Check every file once, also while a process writes: for the writer itself."""
     records, files = own_files(folder)
     if isinstance(records.end, str):
         files[END] = records.end
@@ -233,6 +234,7 @@ def listed(files: Mapping[str, str]) -> str:
 
 
 def _blocks(records: Records, files: dict[str, str], writer: str | None) -> Verification:
+    """Return the verification of all blocks, and of the files that no record lists."""
     folder, store = records.folder, records.store
     end = records.end if isinstance(records.end, Record) else None
     runs, chunk, count = _extent(records, end)

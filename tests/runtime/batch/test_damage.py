@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -70,6 +71,12 @@ def test_a_damaged_block_is_named_and_it_alone_is_computed_again(
     again = {name for name in before if (store / name).stat().st_mtime_ns != before[name]}
     assert {name.split("/")[2] for name in again if "/c/" in name} <= {"1"}
     assert contents(store) == contents(whole)
+
+
+def test_a_batch_that_mends_its_store_does_not_wait_for_itself(store: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flip(store / "angle" / "c" / "1" / "0")
+    monkeypatch.setattr("mehvar.runtime.batch.store.verification.time", SimpleNamespace(sleep=pytest.fail))
+    mend(store)
 
 
 def test_a_whole_store_is_left_as_it_is(store: Path) -> None:

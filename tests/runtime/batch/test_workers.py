@@ -298,7 +298,7 @@ def test_a_cluster_without_workers_is_refused_and_the_store_can_go_on(client: Cl
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://no.such.host.invalid:8786"])
 def test_a_scheduler_that_is_not_there_is_named(address: str) -> None:
     with pytest.raises(InputError, match=rf"scheduler = '{address}': must be the address of a running dask scheduler"):
-        connect(address, timeout=1)
+        connect(address, timeout=0.1)
 
 
 @pytest.mark.soak
