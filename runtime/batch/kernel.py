@@ -374,10 +374,10 @@ _Schedule, _Metric, _Signal, _Job, _Own = (
 
 
 LEAST_PARALLEL = 5
-"""Operations of a loop for each one in its longest chain. With fewer, the processor waits for results most of the time, so
-lanes fill two registers, whose operations alternate. The loops of the triangle have 3; they then take 0.70 to 0.74 of the
-time with AVX2, 0.80 to 0.86 with AVX-512. Loops of slosh have 8 to 13 and would take 1.09 to 1.13 times as long. Half this
-value excludes the triangle; twice includes slosh.
+"""Operations of a loop for each one in its longest chain. With fewer, the processor mostly waits for results, so lanes
+fill two registers, whose operations alternate. The loops of the triangle have 3; they then take 0.70 to 0.74 of the
+time with AVX2, 0.80 to 0.86 with AVX-512. Loops of slosh have 8 to 13 and would take 1.09 to 1.13 times as long. Half
+this value excludes the triangle; twice includes slosh.
 """
 
 
