@@ -44,8 +44,8 @@
 #define ROWS_KEPT (PASSES ? (GAMMA ? 3 : 5) + DENSE : 0) /* of a step, see dense.h */
 #define KEPT_SIZE (PASSES ? ROWS_KEPT * NQ + 3 : 0) /* numbers */
 /* Bytes of a lane for steps with which it is ahead of the ticks, while other lanes with shorter steps catch up. Own.
- * In a block of eight lanes, runs of the triangle under `path` with gains from 0.3 to 0.7 take 10 400 slopes with this
- * value and 12 400 with half of it; the longest of the eight runs takes as many alone. Twice as much is no faster. */
+ * In a block of eight lanes, runs of the triangle under `path` with gains from 0.3 to 0.7 take 10 660 slopes with this
+ * value and 12 440 with half of it; alone a run takes 10 270. Twice as much is no faster. */
 #define AHEAD (1 << 18)
 #define MOST_KEPT (AHEAD / ((KEPT_SIZE + 1) * (int64_t)sizeof(scalar)) + 1)
 #define KEPT (MEHVAR_LANES == 1 ? 1 : MOST_KEPT)
