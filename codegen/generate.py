@@ -344,6 +344,7 @@ def _law(tree: Tree, model: str, structure: Mapping[str, str], plant_tree: Tree,
 
 
 def _whole(tree: Tree, model: str, structure: Mapping[str, str]) -> System:
+    """Return the system with a structure from the model's code; refuse one that declares another structure."""
     package = load_model(tree, model)
     folder = tree.root / "models" / model
     if not hasattr(package, "system"):
@@ -471,6 +472,7 @@ def _plant_inputs(tree: Tree, model: str) -> dict[str, str] | None:
 
 
 def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> Iterable[tuple[str, str]]:
+    """Yield each source that differs from the record, with "is new", "was removed" or "changed"."""
     for name in sorted({*before, *now}):
         if name not in before:
             yield name, "is new"

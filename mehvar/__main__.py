@@ -35,6 +35,7 @@ def main() -> None:
 
 
 def _run() -> None:
+    """Run the command; an expected error ends with its message and exit status, without a traceback."""
     from mehvar.base.errors import MehvarError, is_shortage
     from mehvar.cli.app import app
 

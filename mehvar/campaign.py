@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from mehvar.base.errors import InputError
-from mehvar.base.schema import SchemaError, parse_toml, read
+from mehvar.base.schema import read_data
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import Design
 from mehvar.runtime.model.catalogue import find_folder, find_model
@@ -101,13 +100,6 @@ def read_campaign(path: Path) -> CampaignFile:
     InputError
         If the file cannot be read, is not TOML, or has an invalid field, which the message names.
     """
-    try:
-        file = read(CampaignFile, parse_toml(path.read_text(encoding="utf-8-sig")), "table")
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not TOML: {error}") from error
-    except SchemaError as error:
-        raise InputError(f"{path}: {error}") from error
+    file = read_data(path, CampaignFile)
     out = None if file.out is None else path.parent / file.out
     return replace(file, model=str(find_folder(file.model, path.parent)), out=out)

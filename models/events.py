@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 import sympy as sp
 from sympy.core.relational import Relational
 
+from mehvar.base.manifest import Direction
+
 from . import arguments
 from .derivation import Derivation, Expr
 from .quantities import Located
@@ -45,7 +47,7 @@ class Event(Located):
 
     name: str
     guard: Expr
-    direction: str = "either"
+    direction: Direction = "either"
     reset: Mapping[sp.Symbol, Expr] = field(default_factory=dict)
     ends: bool | str = False
     title: str = ""

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
+from mehvar.base.manifest import ShapeKind
+
 from .derivation import Expr
 from .quantities import Located
 
@@ -33,7 +35,7 @@ class Shape(Located):
     """
 
     name: str
-    kind: str
+    kind: ShapeKind
     points: tuple[tuple[Expr, Expr, Expr], ...]
     color: str = "blue"
 

@@ -14,6 +14,7 @@ from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from mehvar.base import manifest
 from mehvar.base.display import table
 from mehvar.base.errors import MehvarError, value_text
 from mehvar.base.intervals import REALS, Interval
@@ -94,7 +95,7 @@ def _expressions(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(manifest.Quantity):
     """A named number with a unit.
 
     Parameters
@@ -114,9 +115,6 @@ class Quantity:
         use it to state "for every i".
     """
 
-    name: str
-    unit: str
-    description: str
     latex: str = ""
     positive: bool = False
     family: str = field(default="", kw_only=True)

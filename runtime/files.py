@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mehvar.base.errors import InputError, bad_value
+from mehvar.base.errors import InputError, bad_value, either
 
 
 @contextmanager
@@ -107,6 +107,14 @@ def check_file(path: str | os.PathLike[str]) -> None:
         raise bad_value("output file", name, "in a folder that exists")
     if os.path.isdir(name) or not os.access(folder, os.W_OK):  # noqa: PTH112
         raise bad_value("output file", name, "a file in a folder that can be written")
+
+
+def checked_ending(field: str, path: str | os.PathLike[str], endings: Iterable[str], origin: str = "") -> str:
+    """Return the ending of a file's name in lower case; refuse all but the given ones."""
+    ending, known = Path(path).suffix.lower(), list(endings)
+    if ending not in known:
+        raise bad_value(field, os.fspath(path), f"a file name that ends in {either(known)}", origin)
+    return ending
 
 
 _MAKERS = ".mehvar"

@@ -141,6 +141,7 @@ def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, str]:
 
 
 def _converted(text: str, number: str, given: str, unit: str, name: str, origin: str) -> float:
+    """Return a number in `unit`; unlike pint, refuse a number without angle for an angle."""
     from pint import PintError
 
     units = _units()

@@ -80,6 +80,7 @@ class RolledPrinter(Printer):
         return f"{name}[{constants[element] if constants else element}"
 
     def _block(self, number: int, block: Block) -> None:
+        """Add the lines of a block: common values, then a loop over the equal parts with their sums and results."""
         for k in block.values:
             if k not in self._text:
                 self._place(k, self._tape.instructions[k])

@@ -62,6 +62,7 @@ def mutations(pool: Pool, root: int, path: Path, atoms: Sequence[int]) -> Iterat
 
 
 def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]) -> Iterator[Change]:
+    """Yield the small edits of one node: another number, sign, factor, symbol or function, or a lost term."""
     operation = pool.nodes[node][0]
     if operation in ("exprcondpair", "const"):
         return
@@ -74,13 +75,7 @@ def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]
     if term and operation != "num":
         yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", costs.INNER_TERM)
         for number in (Fraction(-1), Fraction(2), Fraction(1, 2)):
-            new = pool.many("mul", [node, pool.number(number)])
-            kind = Kind.SIGN if number == -1 else Kind.COEFFICIENT
-            coefficient = coefficient_of(pool, node)
-            says = f"coefficient {coefficient} became {coefficient * number}"
-            if kind is Kind.SIGN:
-                says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
-            yield Change(kind, path, node, new, new, says, costs.INNER_TERM)
+            yield multiplied(pool, node, path, number, costs.INNER_TERM)
     if operation in ("sym", "sin", "cos", "tan"):
         for atom in atoms:
             if atom != node and (operation == "sym" or pool.nodes[atom][0] != "sym"):
@@ -88,7 +83,17 @@ def _mutated(pool: Pool, node: int, path: Path, term: bool, atoms: Sequence[int]
                 yield Change(kind, path, node, atom, atom, f"{{{node}}} became {{{atom}}}", costs.INNER_NAME)
 
 
-def coefficient_of(pool: Pool, node: int) -> Fraction:
+def multiplied(pool: Pool, node: int, path: Path, number: Fraction, cost: float) -> Change:
+    """Return the edit of a term that multiplies its coefficient; for -1 a flipped sign."""
+    new, coefficient = pool.many("mul", [node, pool.number(number)]), _coefficient(pool, node)
+    if number == -1:
+        says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
+        return Change(Kind.SIGN, path, node, new, new, says, cost)
+    says = f"coefficient {coefficient} became {coefficient * number}"
+    return Change(Kind.COEFFICIENT, path, node, new, new, says, cost)
+
+
+def _coefficient(pool: Pool, node: int) -> Fraction:
     """Return the numeric factor of a product."""
     return next((c for c in map(pool.constant, pool.factors(node)) if c is not None), Fraction(1))
 

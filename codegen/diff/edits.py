@@ -21,7 +21,7 @@ from ..equal.pool import Pool
 from ..equal.values import FieldWorld
 from ..equations.document import reached
 from . import costs
-from .changes import Change, Values, coefficient_of, mutations, rational, replaced
+from .changes import Change, Values, multiplied, mutations, rational, replaced
 from .report import Kind, Path
 
 _FUNCTIONS = frozenset(("sin", "cos", "tan"))
@@ -138,6 +138,7 @@ class Edits:
                     yield operand, tuple(field.power(n, int(power)) for n in needed), (*path, 0), True
 
     def _edits(self, node: int, value: Values, needed: Values, path: Path, term: bool, inner: bool) -> Iterator[Change]:
+        """Yield the edits of a node that give it the required values; `term` is true for a term of a sum."""
         operation, *operands = self.pool.nodes[node]
         if term:
             yield from self._term_edits(node, value, needed, path, inner)
@@ -161,6 +162,7 @@ class Edits:
             yield self._rewritten(node, new, path, cost + costs.PART_ALIKE * alike)
 
     def _term_edits(self, node: int, value: Values, needed: Values, path: Path, inner: bool) -> Iterator[Change]:
+        """Yield the edits of a term as a whole: lost, or times a number or a power of a symbol."""
         if not any(needed):
             if inner:
                 yield Change(Kind.TERM_REMOVED, path, node, None, None, "term lost", costs.LOST_TERM)
@@ -169,19 +171,13 @@ class Edits:
             return
         ratio = _each(field.mul, needed, _inverse(value))
         number = rational(ratio)
-        coefficient = coefficient_of(self.pool, node)
-        if number is not None:
-            new = self.pool.many("mul", [node, self.pool.number(number)])
-            if number == -1:
-                says = "sign flipped: + became -" if coefficient > 0 else "sign flipped: - became +"
-                yield Change(Kind.SIGN, path, node, new, new, says, costs.SIGN)
-            else:
-                says = f"coefficient {coefficient} became {coefficient * number}"
-                yield Change(Kind.COEFFICIENT, path, node, new, new, says, costs.COEFFICIENT)
-            return
-        yield from self._factors(node, ratio, path)
+        if number is None:
+            yield from self._factors(node, ratio, path)
+        else:
+            yield multiplied(self.pool, node, path, number, costs.SIGN if number == -1 else costs.COEFFICIENT)
 
     def _factors(self, node: int, ratio: Values, path: Path) -> Iterator[Change]:
+        """Yield the powers of symbols, with a number, whose product with a term has the required values."""
         for values, atom in self._atoms.items():
             if 0 in values:
                 continue
@@ -203,6 +199,7 @@ class Edits:
     def _factor_change(
         self, node: int, new: int, atom: int, exponent: int, factor: int, number: Fraction, path: Path
     ) -> Change:
+        """Return the edit of a term times number * atom^exponent: a gained or lost factor, or another exponent."""
         extra = 0.0 if number == 1 else costs.ALSO_SIGN if number == -1 else costs.ALSO_NUMBER
         times = (
             "" if number == 1 else " and the sign flipped" if number == -1 else f" and the coefficient times {number}"
@@ -227,6 +224,7 @@ class Edits:
         return self.pool.many("mul", [*rest, self.pool.power(atom, total), self.pool.number(number)])
 
     def _other_name(self, node: int, needed: Values, path: Path) -> Iterator[Change]:
+        """Yield the symbol or function, perhaps negative, that has the required values instead of this one."""
         operation = self.pool.nodes[node][0]
         if operation not in ("sym", *_FUNCTIONS):
             return
@@ -242,6 +240,7 @@ class Edits:
             yield Change(kind, path, node, new, new, says, costs.NAME + further)
 
     def _exponents(self, node: int, operands: Sequence[Any], needed: Values, path: Path) -> Iterator[Change]:
+        """Yield other exponents of a power that give it the required values."""
         base, before = self.old(operands[0]), self.pool.constant(operands[1])
         if base is None or before is None:
             return
@@ -256,6 +255,7 @@ class Edits:
                 yield Change(Kind.EXPONENT, path, node, new, new, says, costs.EXPONENT)
 
     def _added(self, value: Values, needed: Values, path: Path) -> Iterator[Change]:
+        """Yield the terms that a sum lacks: a part of the new expression or a number."""
         missing = _each(field.sub, needed, value)
         for sign in (1, -1):
             part = self._parts.get(missing if sign == 1 else tuple(field.sub(0, v) for v in missing))

@@ -100,22 +100,24 @@ class Renaming:
 
 
 def exchange(old: Document, new: Document) -> Renaming | None:
-    """Return the renaming by which parts exchanged their names, if some did."""
-    pairs = exchanged_parts(old.manifest.parts, new.manifest.parts) if old.manifest and new.manifest else {}
-    if not pairs:
-        return None
-    before, after = _words(old), _words(new)
-    any_of = re.compile("|".join(sorted(map(re.escape, pairs), key=len, reverse=True)))
-    names = {name: any_of.sub(lambda part: pairs[part[0]], name) for name in sorted(before) if any_of.search(name)}
-    return Renaming(pairs, {}, {}, {name: other for name, other in names.items() if other in after}, {})
+    """Return the renaming by which parts took names of others, if some did."""
+    parts = exchanged_parts(old.manifest.parts, new.manifest.parts) if old.manifest and new.manifest else {}
+    return _renaming(old, new, parts) if parts else None
 
 
 def renaming(old: Document, new: Document) -> Renaming:
     """Match parts, laws, scenarios and quantities that only one side has."""
+    return _renaming(
+        old, new, renamed_parts(old.manifest.parts, new.manifest.parts) if old.manifest and new.manifest else {}
+    )
+
+
+def _renaming(old: Document, new: Document, parts: Mapping[str, str]) -> Renaming:
+    """Match laws, scenarios and quantities that only one side has, and the quantities of renamed parts."""
     before, after = old.manifest, new.manifest
-    parts, laws, scenarios = (
+    laws, scenarios = (
         renamed_parts(described(before), described(after)) if before and after else {}
-        for described in (lambda manifest: manifest.parts, _laws, _scenarios)
+        for described in (_laws, _scenarios)
     )
     owned = dict(_owned({**parts, **laws}, _words(old), _words(new)))
     first = Renaming(parts, laws, scenarios, owned, {})
@@ -164,10 +166,11 @@ def _owned(owners: Mapping[str, str], old: set[str], new: set[str]) -> Iterator[
         return
     any_of = "|".join(sorted(map(re.escape, owners), key=len, reverse=True))
     apart = rf"(?<![A-Za-z0-9])(?:{any_of})(?![A-Za-z0-9])"
-    for name in sorted(old - new):
+    shared = old & new if owners.keys() & {*owners.values()} else set()  # where parts exchanged their names
+    for name in sorted((old - new) | shared):
         for pattern, count in ((apart, 0), (any_of, 0), (apart, 1)):
             other = re.sub(pattern, lambda owner: owners[owner[0]], name, count=count)
-            if other in new - old:
+            if other != name and other in (new - old) | shared:
                 yield name, other
                 break
 

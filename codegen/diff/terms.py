@@ -30,6 +30,7 @@ class Account(Edits):
         return self._rewritten(old, new, ())
 
     def _explain(self, old: int, new: int, path: Path) -> list[Change]:
+        """Return the likely edits of a pair of parts: one edit unless several inside it are less costly together."""
         required = self.new(new)
         if old == new or (required is not None and self.old(old) == required):
             return []
@@ -47,6 +48,7 @@ class Account(Edits):
         return several
 
     def _by_structure(self, old: int, new: int, path: Path) -> list[Change]:
+        """Return the edits inside two parts with the same operation; empty if their operands do not correspond."""
         operations = {self.pool.nodes[old][0], self.pool.nodes[new][0]}
         if "add" in operations:
             return self._terms(old, new, path)
@@ -80,6 +82,7 @@ class Account(Edits):
         return [left.pop(0) if b is None else b for b in order]
 
     def _terms(self, old: int, new: int, path: Path) -> list[Change]:
+        """Return the edits of two sums, whose equal terms are left out; empty if too many terms remain."""
         before, after = self._summands(old, path), [node for node, _ in self._summands(new, ())]
         before, after = self._without_equal(before, after)
         if len(before) == 1 and len(after) == 1:
@@ -99,6 +102,7 @@ class Account(Edits):
     def _without_equal(
         self, before: list[tuple[int, Path]], after: list[int]
     ) -> tuple[list[tuple[int, Path]], list[int]]:
+        """Return the operands of both sides without pairs of equal value."""
         left, rest = list(after), []
         for node, place in before:
             value = self.old(node)
@@ -135,6 +139,7 @@ class Account(Edits):
         return changes
 
     def _factors_of(self, old: int, new: int, path: Path) -> list[Change]:
+        """Return the edits of two products without their equal factors; empty if the others do not correspond."""
         before = [(operand, (*path, k)) for k, operand in enumerate(self.pool.operands(old))]
         before, after = self._without_equal(before, list(self.pool.operands(new)))
         if len(before) == 1 and len(after) == 1:

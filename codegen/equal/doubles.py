@@ -5,14 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..equations.document import reached
 from .pool import Pool, fraction
-from .reals import PointSampler
+from .sampler import PointSampler
 
 Array = NDArray[np.float64]
 TURNS = 4
@@ -53,6 +53,7 @@ def values(pool: Pool, nodes: Sequence[int], point: Mapping[str, Array]) -> dict
 
 
 def _value(pool: Pool, node: int, found: Mapping[int, Any], point: Mapping[str, Array]) -> Any:
+    """Return a node's values at all points from those of its operands; NaN if it has none."""
     operation, *rest = pool.nodes[node]
     if operation == "sym":
         return point[rest[0]]
@@ -68,10 +69,7 @@ def _value(pool: Pool, node: int, found: Mapping[int, Any], point: Mapping[str, 
     if operation == "pow":
         return _power(operands[0], operands[1], pool.constant(rest[1]))
     if operation in _MANY:
-        total = operands[0]
-        for operand in operands[1:]:
-            total = _MANY[operation](total, operand)
-        return total
+        return reduce(_MANY[operation], operands)
     return _FUNCTIONS[operation](*operands) if operation in _FUNCTIONS else np.nan
 
 
@@ -106,6 +104,7 @@ def draw(names: Iterable[str], sampler: PointSampler, count: int, seed: int) -> 
 
 
 def _drawn(generator: np.random.Generator, sampler: PointSampler, name: str, count: int) -> Array:
+    """Draw values of a name: evenly between two bounds, else over decades, turns and around the default."""
     low, high, default = sampler.names.get(name, (None, None, None))
     bounds = (-np.inf if low is None else float(low), np.inf if high is None else float(high))
     if low is not None and high is not None:
@@ -153,7 +152,7 @@ def suspects(
     seen : list of int
         Number of points at which both sides of each pair have a value.
     """
-    nodes = reached(pool.nodes, [node for pair in pairs for node in pair])
+    nodes = pool.reached(*(node for pair in pairs for node in pair))
     names = {pool.nodes[node][1] for node in nodes if pool.nodes[node][0] == "sym"}
     worst: list[list[tuple[float, int, int]]] = [[] for _ in pairs]
     seen = [0] * len(pairs)

@@ -179,6 +179,7 @@ class Document:
         return {self.nodes[k][1] for k in self.reached(root) if self.nodes[k][0] == "sym"}
 
     def _check(self, where: str) -> None:
+        """Refuse nodes that refer to later ones, and rows that use names before their definition."""
         for number, (_, *operands) in enumerate(self.nodes):
             if any(isinstance(o, int) and o >= number for o in operands):
                 raise DocumentError(f"{where}: node {number} refers to a later node")

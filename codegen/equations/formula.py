@@ -139,6 +139,7 @@ class Printer:
         return text if self._marks.isdisjoint(paths) else self.spelling.mark(text)
 
     def _plain(self, node: int, path: Path) -> tuple[str, int]:
+        """Return a part without mark, with its binding strength."""
         operation, *operands = self.nodes[node]
         if operation == "sym":
             return self.spelling.name(operands[0], self.names.latex.get(operands[0], "")), _ATOM
@@ -245,6 +246,7 @@ class Printer:
         return _Factor(self._key(base, alone), text, exponent < 0, alone)
 
     def _powered(self, base: int, path: Path, size: Fraction) -> str:
+        """Return a base with a positive exponent; half is a root, and functions take the exponent at their name."""
         operation, *operands = self.nodes[base]
         part = self._print(base, path)
         if size == 1:

@@ -69,6 +69,7 @@ class Graph:
         return self._memo[expr]
 
     def _parts(self, expr: sp.Basic) -> tuple[str, list[int | str]]:
+        """Return operation and operands of an expression; the operands of commutative ones are sorted by content."""
         if isinstance(expr, sp.Symbol):
             return "sym", [expr.name]
         if isinstance(expr, sp.Rational | sp.Float):
@@ -197,6 +198,7 @@ def _rows(value: object) -> str:
 
 
 def _step(graph: Graph, step: Definition | Equation) -> dict[str, Any]:
+    """Return the row of a definition, or of an equation that is only shown."""
     named = isinstance(step, Definition)
     return {
         "name": step.symbol.name if isinstance(step, Definition) else step.left,
@@ -302,6 +304,7 @@ def rate_latex(quantity: Quantity) -> str:
 
 
 def _law(system: System, law: Controller) -> Iterator[Outcome]:
+    """Yield commands, memory, outputs, constraints and warnings of a law."""
     inputs = system.coordinates.inputs if system.coordinates else system.inputs
     yield from _named(inputs, law.command, "law", f"{law.name}.{{}}")
     yield from _named(law.memory, law.start, "memory at start", f"{law.name}.{{}}(0)", "{}(0)")
@@ -361,6 +364,7 @@ def groups(system: System) -> dict[str, Iterable[Quantity]]:
 
 
 def _symbols(system: System) -> list[dict[str, Any]]:
+    """Return the rows of all symbols; the time has one only if an expression uses it."""
     rows = [_symbol(role, q) for role, group in groups(system).items() for q in group]
     rows += [_bare(symbol, "rate") for symbol in system.rates.values()]
     names = {row["name"] for row in rows} | {symbol.name for symbol in system.definitions}
@@ -379,6 +383,7 @@ def _reached(system: System, symbols: Iterable[sp.Symbol]) -> set[sp.Symbol]:
 
 
 def _symbol(role: str, q: Quantity) -> dict[str, Any]:
+    """Return the row of a quantity; a parameter has bounds and source, too."""
     row: dict[str, Any] = {
         "name": q.name,
         "role": role,

@@ -124,6 +124,7 @@ class _Writer:
         self._explained: set[sp.Symbol] = set()
 
     def _names(self) -> SymbolNames:
+        """Return LaTeX and rank of all names; the rank sorts the factors of a product."""
         latex = {symbol.name: quantity_latex(q) for symbol, q in self._quantities.items()}
         rank = {q.name: rank_of(role) for role, group in groups(self.system).items() for q in group}
         for step in self.system.steps:

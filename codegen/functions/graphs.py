@@ -11,6 +11,7 @@ from itertools import islice
 import casadi as ca
 import sympy as sp
 
+from mehvar.base.manifest import Array
 from mehvar.models.system import Expr, Group, System
 
 from .derivatives import derivatives
@@ -59,6 +60,7 @@ def _build(
     results: Sequence[tuple[str, Sequence[Expr]]],
     shared: SharedDefinitions,
 ) -> FunctionGraph:
+    """Return a request as a CasADi graph, with the definitions in it as named steps for the labels of the code."""
     vectors = [shared.vector(group)[0] for group in request.arguments]
     symbols = {
         symbol: element
@@ -75,8 +77,8 @@ def _build(
     steps = ca.Function("steps", vectors, [_vector(values)])
     lean = ca.cse(outputs)
     groups = {group.name: group for group in request.arguments if not _is_scalar(system, group)}
-    signature = tuple((g.name, len(g) if g.name in groups else None) for g in request.arguments)
-    sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
+    signature = tuple(Array(g.name, len(g) if g.name in groups else None) for g in request.arguments)
+    sizes = tuple(Array(name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
     graph = ca.Function(request.name, vectors, lean, argument_names, [f"res_{name}" for name, _ in results])
     function = FunctionGraph(

@@ -150,6 +150,7 @@ class Converter:
         return self.memo[root]
 
     def _children(self, node: sp.Basic) -> tuple[sp.Basic, ...]:
+        """Return the expressions to convert before a node; a symbol has its definition as child."""
         if isinstance(node, sp.Symbol):
             if node not in self._definitions:
                 raise LoweringError(f"symbol {node.name!r} has neither a value nor a definition")
@@ -161,6 +162,7 @@ class Converter:
         return tuple(node.args)
 
     def _convert(self, node: sp.Basic) -> ca.SX:
+        """Return the SX of a node from those of its children."""
         if isinstance(node, sp.Symbol | sp.ITE | sp.Xor):
             value = self.memo[self._children(node)[0]]
             if value.is_constant() and not math.isfinite(float(value)):
@@ -191,6 +193,7 @@ class Converter:
         raise LoweringError(missing_counterpart(node))
 
     def _power(self, node: sp.Pow) -> ca.SX:
+        """Return a power: small whole and half exponents as products, which round less than pow."""
         base, exponent = self.memo[node.base], node.exp
         if not exponent.is_Rational:
             return ca.power(base, self.memo[exponent])

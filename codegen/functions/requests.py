@@ -82,6 +82,7 @@ def _picture(system: System) -> list[Request]:
 
 
 def _plant(system: System) -> list[Request]:
+    """Return the functions of the plant; which ones exist depends on the features of the system."""
     x, u, r, p = system.states, system.inputs, system.references, system.parameters
     margins = _margins(system.limits)
     functions = [
@@ -170,6 +171,7 @@ def _own(function: Function) -> Request:
 
 
 def _law(system: System, law: Controller) -> list[Request]:
+    """Return the functions of a law: evaluation or loop, constraints, warnings, start, outputs and defaults."""
     x, r, p, c, s = system.states, system.references, system.parameters, law.parameters, system.scenario_parameters
     name, margins, derived = identifier(law.name), _margins(law.constraints), tuple(formulas(c).values())
     functions = _sampled(system, law) if law.period else _continuous(system, law)
@@ -220,6 +222,7 @@ def _reports_memory(system: System, law: Controller) -> bool:
 
 
 def _continuous(system: System, law: Controller) -> list[Request]:
+    """Return evaluation and loop of a continuous law, the guards in it, and its loop for each variant."""
     x, r, p, c = system.states, system.references, system.parameters, law.parameters
     q, rhs = _integrated(system), system.coordinates.rhs if system.coordinates else system.rhs
     name = identifier(law.name)

@@ -18,7 +18,7 @@ import sympy as sp
 
 from mehvar.models.paper import Erratum, ErratumKind, Kind, Names, Paper, Printed, Reading, Relation, Side
 
-from ..equal.reals import Counterexample, Verdict
+from ..equal.verdicts import Counterexample, Verdict
 from .meanings import Meanings
 from .misprints import Edit, edits
 from .relations import compare, residuals
@@ -223,6 +223,7 @@ def _entry(printed: Printed, meanings: Meanings, erratum: Erratum | None = None)
 
 
 def _reading(reading: Reading, printed: Printed, meanings: Meanings) -> ReadingVerdict:
+    """Return the verdict on a reading: the worst of its lines; definitions, conditions and data are definitions."""
     lines = tuple(_line(relation, meanings) for relation in reading.relations)
     verdicts = {line.verdict for line in lines}
     if EntryVerdict.DIFFERS in verdicts:

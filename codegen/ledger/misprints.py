@@ -56,6 +56,7 @@ def edits(printed: Side, corrected: Side) -> tuple[Edit, ...]:
 
 
 def _edits(printed: Any, corrected: Any) -> Iterator[Edit]:
+    """Yield the edits that turn a printed expression into the corrected one, as far inside as possible."""
     if printed == corrected:
         return
     if isinstance(printed, sp.MatrixBase) and isinstance(corrected, sp.MatrixBase):

@@ -52,6 +52,7 @@ class Sides(Graph):
         return [self._numbers[node] for row in matrix for node in row]
 
     def _parts(self, expr: sp.Basic) -> tuple[str, list[int | str]]:
+        """Return operation and operands; an entry or the trace of a matrix is an expression of its entries."""
         if isinstance(expr, sp.Trace):
             matrix = self._matrix(expr.arg)
             return self._again(self._combined("add", *(matrix[k][k] for k in range(len(matrix)))))
@@ -81,6 +82,7 @@ class Sides(Graph):
         return [[self.add(side)]]
 
     def _operations(self) -> dict[type, Callable[..., Matrix]]:
+        """Return for each operation on matrices the function that returns the entries of its result as nodes."""
         return {
             sp.Identity: lambda side: self._matrix(side.as_explicit()),
             sp.ZeroMatrix: lambda side: self._matrix(side.as_explicit()),

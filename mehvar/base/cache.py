@@ -107,6 +107,7 @@ def is_private(folder: Path) -> bool:
 
 
 def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
+    """Return the new folder of an entry, moved once it is filled; start again if someone clears the cache meanwhile."""
     for _ in range(_TRIES):
         place = cache_folder() / kind / name
         scratch = place.with_name(f"build-{secrets.token_hex(8)}")

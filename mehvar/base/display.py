@@ -70,6 +70,7 @@ class CellProgress:
         self._thread.join()
 
     def _show(self) -> None:
+        """Display the progress if the work takes long, renew it until the end, and then clear it."""
         if self._ended.wait(_PATIENCE):
             return
         from IPython.display import display

@@ -6,7 +6,7 @@ from __future__ import annotations
 import difflib
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import PurePath
 
 _LONGEST = 200
@@ -104,6 +104,13 @@ def either(words: Iterable[str]) -> str:
     """Return words joined as in "a, b or c"."""
     *others, last = words
     return f"{', '.join(others)} or {last}" if others else last
+
+
+def first_names(names: Sequence[str], most: int, spare: int = 0) -> str:
+    """Return the first names and the number of others; up to `spare` more than `most` are all named."""
+    if len(names) <= most + spare:
+        return ", ".join(names)
+    return f"{', '.join(names[:most])} and {len(names) - most} more"
 
 
 def suggestion(word: str, names: Iterable[str]) -> str:

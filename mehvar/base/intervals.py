@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -17,9 +18,13 @@ class Interval:
     upper_open: bool
 
     def __contains__(self, value: float) -> bool:
-        above = value > self.lower if self.lower_open else value >= self.lower
-        below = value < self.upper if self.upper_open else value <= self.upper
-        return above and below
+        return bool(self.allows(value))
+
+    def allows(self, values: Any) -> Any:
+        """Return True for allowed values: a number gives a truth value, an array an array."""
+        above = values > self.lower if self.lower_open else values >= self.lower
+        below = values < self.upper if self.upper_open else values <= self.upper
+        return above & below
 
     def __str__(self) -> str:
         return f"{'(['[not self.lower_open]}{_exact(self.lower)}, {_exact(self.upper)}{')]'[not self.upper_open]}"

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal, NamedTuple, Self, get_args
+from typing import Any, Literal, NamedTuple, Self, get_args
 
 from mehvar.base.display import heading, table
 from mehvar.base.errors import InputError, unknown_name
@@ -38,14 +38,16 @@ METRIC_KINDS = (
 OF_SECONDS = ("settling", "settling_about_end")
 """Kinds of metrics that measure a settling time."""
 
-DIRECTIONS = ("either", "rising", "falling")
+Direction = Literal["either", "rising", "falling"]
+DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 """Directions in which a guard may cross zero to trigger its event."""
 
 ENDS = ("", "run", "failure", "success")
 """Effects of an event on the run: no end, or an end that counts as regular, as failure or as success. See
 native/step/schedule.h."""
 
-SHAPE_KINDS: Mapping[str, tuple[int, float]] = {
+ShapeKind = Literal["rod", "arrow", "ball", "box", "face"]
+SHAPE_KINDS: Mapping[ShapeKind, tuple[int, float]] = {
     "rod": (2, math.inf), "arrow": (2, 2), "ball": (1, 1), "box": (4, 4), "face": (3, math.inf),
 }  # fmt: skip
 """Kinds of shapes of a picture, with their smallest and largest number of points."""
@@ -82,9 +84,9 @@ class Parameter:
     description: str
     readers: tuple[str, ...] = ()
 
-    def allows(self, value: float) -> bool:
-        """Return True for a value within the bounds; NaN never is."""
-        return value in Interval(self.lower, self.upper, self.lower_open, self.upper_open)
+    def allows(self, values: Any) -> Any:
+        """Return True for values within the bounds; NaN never is. An array gives an array."""
+        return Interval(self.lower, self.upper, self.lower_open, self.upper_open).allows(values)
 
     @property
     def interval(self) -> str:
@@ -150,7 +152,7 @@ class Event:
     """
 
     name: str
-    direction: str
+    direction: Direction
     resets: bool
     ends: str
     title: str
@@ -158,7 +160,7 @@ class Event:
     @property
     def numbers(self) -> tuple[int, int, int]:
         """Direction, resets and ends as the numbers of native/step/state.h."""
-        return {"either": 0, "rising": 1, "falling": -1}[self.direction], int(self.resets), ENDS.index(self.ends)
+        return (0, 1, -1)[DIRECTIONS.index(self.direction)], int(self.resets), ENDS.index(self.ends)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -271,7 +273,7 @@ class Shape:
     """Part of a picture of the system. The function `geometry` returns the points of all shapes."""
 
     name: str
-    kind: str
+    kind: ShapeKind
     points: int
     color: str
 
@@ -293,6 +295,10 @@ class Array(NamedTuple):
         return () if self.length is None else (self.length,)
 
 
+Signature = tuple[Array, ...]
+"""Arguments or results of a function."""
+
+
 @dataclass(frozen=True)
 class Function:
     """A generated function: arguments, results, and the C file that holds it.
@@ -307,8 +313,8 @@ class Function:
 
     name: str
     description: str
-    arguments: tuple[Array, ...] = field(metadata=json_key("args"))
-    results: tuple[Array, ...]
+    arguments: Signature = field(metadata=json_key("args"))
+    results: Signature
     operations: int
     chain: int
     file: str
@@ -531,7 +537,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
             "generate, or restore the file"
         )
     try:
-        manifest = read(Manifest, data, "any_age" if any_age else "exact", folder=path.parent, text=text)
+        manifest = replace(read(Manifest, data, "any_age" if any_age else "exact"), folder=path.parent, text=text)
         if not any_age:
             _check_functions(manifest)
         return manifest

@@ -41,16 +41,45 @@ def renamed_parts(old: Parts, new: Parts) -> dict[str, str]:
 
 
 def exchanged_parts(old: Parts, new: Parts) -> dict[str, str]:
-    """Return new names by old ones of parts that both assemblies have, whose fields changed places.
+    """Return new names by old ones, also of parts with names of their own, if a part took the name of another.
 
     Parameters
     ----------
     old, new : Parts
         The assemblies.
     """
-    shared = [name for name in old if name and old[name] != new.get(name, old[name])]
-    names = {name: other for name in shared for other in shared if new[other] == old[name]}
-    return names if set(names) == set(names.values()) else {}
+    names: dict[str, str] = {}
+    for with_names in (False, True):  # what a part names, such as its wheel, is renamed before the part
+        names |= _moved(_rewritten(old, names), new, names, with_names)
+    gone = {name: part for name, part in _rewritten(old, names).items() if name not in (*names, *new)}
+    names |= renamed_parts(gone, {name: part for name, part in new.items() if name not in (*names.values(), *old)})
+    while kept := {name for name, other in names.items() if other in old and other not in names}:
+        names = {name: other for name, other in names.items() if name not in kept}  # two parts would have a name
+    return names if any(other in old for other in names.values()) else {}
+
+
+def _moved(old: Parts, new: Parts, names: Mapping[str, str], with_names: bool) -> dict[str, str]:
+    """Match parts without a name up to now whose fields occur under another name."""
+    moved: dict[str, str] = {}
+    for name, part in old.items():
+        if name in ("", *names) or part == new.get(name) or (not with_names and _named_in(part)):
+            continue
+        taken = {*names.values(), *moved.values()}
+        other = next((n for n in new if n not in taken and new[n] == part and old.get(n) != part), None)
+        moved |= {name: other} if other else {}
+    return moved
+
+
+def _named_in(part: Mapping[str, str]) -> bool:
+    return any(map(_QUOTED.search, part.values()))
+
+
+def _rewritten(parts: Parts, names: Mapping[str, str]) -> dict[str, dict[str, str]]:
+    """Return parts whose fields have the new names of other parts."""
+    return {
+        name: {field: _QUOTED.sub(lambda word: names.get(word[0], word[0]), text) for field, text in part.items()}
+        for name, part in parts.items()
+    }
 
 
 def part_changes(
@@ -69,12 +98,7 @@ def part_changes(
     """
     names = renamed_parts(old, new) if names is None else names
     lines = [f"{name}: renamed to {other}" for name, other in names.items()]
-    old = {
-        names.get(name, name): {
-            field: _QUOTED.sub(lambda word: names.get(word[0], word[0]), text) for field, text in part.items()
-        }
-        for name, part in old.items()
-    }
+    old = {names.get(name, name): part for name, part in _rewritten(old, names).items()}
     lines += [f"{name}: removed" for name in old if name not in new]
     shared = [[name for name in one if name and name in other] for one, other in ((old, new), (new, old))]
     if shared[0] != shared[1]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mehvar.base.errors import InputError, bad_value, either
+from mehvar.base.errors import InputError, bad_value
 from mehvar.base.names import WORK
 from mehvar.codegen.workspace import find_tree, installed_tree
 from mehvar.comparison.compare import diff_versions
@@ -19,7 +19,7 @@ from mehvar.comparison.result import Diff
 from mehvar.comparison.sources import names_model
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
-from mehvar.runtime.files import check_file, write_atomic
+from mehvar.runtime.files import check_file, checked_ending, write_atomic
 from mehvar.terminal import pages, plain_text, print_lines, progress
 
 if TYPE_CHECKING:
@@ -134,6 +134,7 @@ def _deliver(text: str, out: Path | None, summary: Sequence[str]) -> None:
 
 
 def _text(diff: Diff, form: str) -> str:
+    """Return a comparison in the format of `--format`; imports wait for the choice, since HTML loads templates."""
     if form == "json":
         return diff.json_text()
     if form == "html":
@@ -148,6 +149,7 @@ def _text(diff: Diff, form: str) -> str:
 
 
 def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
+    """Return ledgers of papers as JSON, HTML or plain text."""
     if form == "json":
         return json.dumps({"schema": 1, "papers": list(ledgers)}, indent=1, ensure_ascii=False) + "\n"
     if form == "html":
@@ -163,9 +165,7 @@ def _format(form: str | None, out: Path | None) -> str:
     """Return the output format from the option or the file's ending; default: text."""
     if form is not None and form not in FORMATS:
         raise bad_value("--format", form, " or ".join(FORMATS))
-    implied = None if out is None else _ENDINGS.get(out.suffix.lower())
-    if out is not None and implied is None:
-        raise bad_value("--out", str(out), f"a file name that ends in {either(_ENDINGS)}")
+    implied = None if out is None else _ENDINGS[checked_ending("--out", out, _ENDINGS)]
     if None not in (form, implied) and form != implied:
         raise bad_value("--format", form, f"left out or {implied}, as {out} ends")
     chosen = form or implied or "text"

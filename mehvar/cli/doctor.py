@@ -75,6 +75,7 @@ def _print_summary(rows: Sequence[Sequence[str]]) -> None:
 
 
 def _compiler_row() -> list[str]:
+    """Return the row of the C compiler: tool, version or state, command or use, and what installs it."""
     try:
         compiler = find_compiler()
     except InputError as error:

@@ -57,6 +57,7 @@ def command(
 
 
 def _page(subject: str) -> Page:
+    """Return the page about a NetCDF file, a store or a model; a model's name has precedence over a folder."""
     from mehvar.report.accessor import Results
     from mehvar.report.page import Page
     from mehvar.report.subjects import model_sections

@@ -114,6 +114,7 @@ def _in_background() -> Iterator[ThreadPoolExecutor]:
 
 
 def _failures(reports: Sequence[PaperReport]) -> list[str]:
+    """Return a line for each kind of failure, with the claims, laws or functions that fail."""
     kinds: dict[str, Callable[[PaperReport], Iterable[str]]] = {
         "claims that do not hold": lambda report: (c.number for c in report.claims if c.verdict is ClaimVerdict.FAILS),
         "claims beyond the papers that do not hold": lambda report: (
@@ -139,6 +140,7 @@ def _part(advance: Advance | None, index: int, count: int) -> Advance:
 
 
 def _write(out: Path, reports: Sequence[PaperReport], pages: Mapping[str, str], live: Iterable[str]) -> None:
+    """Write pages, figures, claims as JSON, and pages that run the models in `live`, to the folder `out`."""
     with filling(out, _MAKER) as folder:
         for report in (report for report in reports if report.manifest.model in live):
             study = report.paper.study

@@ -29,6 +29,7 @@ def command(
 
 
 def _show(manifest: Manifest) -> None:
+    """Print structure, quantities, parameters, choices, limits, scenarios and functions of a model."""
     structure = ", ".join(f"{name}\u00a0=\u00a0{value}" for name, value in manifest.structure.items())  # kept on a line
     lines = textwrap.fill(f"structure: {structure or 'fixed'}", PAGE, subsequent_indent="  ").replace("\u00a0", " ")
     typer.echo(f"{manifest.model}: {manifest.title}\n{lines}\n")
@@ -60,6 +61,7 @@ def _quantities(title: str, quantities: Sequence[Quantity]) -> None:
 
 
 def _parameters(title: str, parameters: Sequence[Parameter]) -> None:
+    """Print a table of parameters; a formula takes the place of the default."""
     rows = [
         [
             q.name,

@@ -16,7 +16,7 @@ from mehvar.runtime.files import check_file
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
-from mehvar.runtime.run.metrics import grouped_notes, metrics
+from mehvar.runtime.run.metrics import deviations_of, grouped_notes, metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.results import notes_of
 from mehvar.runtime.run.simulate import Run
@@ -270,6 +270,7 @@ def _finish(run: Run, out: Path | None, plot: Path | None, as_json: bool = False
 
 
 def _summary(run: Run, notes: Sequence[str]) -> None:
+    """Print the end of a run, its notes, metrics and events, and a note if Python ran it instead of C."""
     law, case = run.controller.name, run.scenario.name
     typer.echo(f"{run.manifest.model} {law} {case}: {run.reason}, t = {run.t_stop:g} s, {run.run_seconds * 1e3:.1f} ms")
     for text in notes:
@@ -300,9 +301,7 @@ def _unexpected(run: Run) -> list[str]:
     """Report metrics that differ from the scenario's expected values, with the tolerances of the papers' report."""
     if run.controller.name not in run.scenario.expect:
         return []
-    from mehvar.reproduction.deviations import of_run
-
-    numbers = of_run(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
+    numbers = deviations_of(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
     return [
         f"the scenario {d.scenario} expects {d.metric.name} = {d.expected:.6g}, not {d.measured:.6g}"
         for d in numbers
@@ -311,6 +310,7 @@ def _unexpected(run: Run) -> list[str]:
 
 
 def _facts(run: Run, notes: Sequence[str]) -> dict[str, object]:
+    """Return the results of a run for `--json`; the key "events" is absent if law and model have none."""
     values = metrics(run, run.manifest)
     return {
         "model": run.manifest.model,
@@ -330,6 +330,7 @@ def _facts(run: Run, notes: Sequence[str]) -> dict[str, object]:
 
 
 def _save(run: Run, out: Path | None, plot: Path | None, quiet: bool) -> None:
+    """Write result file and picture; with `quiet`, stdout belongs to the JSON, and messages go to stderr."""
     if out is None and plot is None:
         return
     from mehvar.runtime.run.formats import save

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import mehvar.codegen
 from mehvar.base import cache
-from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.errors import InputError, bad_value, first_names, unknown_name
 from mehvar.base.manifest import Manifest
 from mehvar.base.names import WORK
 from mehvar.base.parts import part_changes
@@ -162,6 +162,7 @@ def read_equations(path: Path) -> Document:
 
 
 def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
+    """Return the models to compare; a version that is a single folder limits them to its own."""
     names = sorted({*before.models, *after.models})
     if model is not None and model not in names:
         raise unknown_name("model", model, names, "--model")
@@ -175,6 +176,7 @@ def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
 
 
 def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> ModelDiff:
+    """Return the comparison of a model; undecided if a changed source may affect structures that were not compared."""
     stale = tuple(note for side in (old, new) for note in _stale(side, name))
     if name not in old.folders or name not in new.folders:
         status = ModelStatus.ADDED if name not in old.folders else ModelStatus.REMOVED
@@ -191,7 +193,7 @@ def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> 
 
 def _stale(side: Version, model: str) -> Iterator[str]:
     if reasons := side.stale.get(model):
-        yield f"generated/{model} of {side.label} is stale, derived anew: {_several(reasons)}"
+        yield f"generated/{model} of {side.label} is stale, derived anew: {first_names(reasons, _NAMED)}"
 
 
 def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str]:
@@ -199,7 +201,8 @@ def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str
     if sources:
         instead = "other combinations were" if compared else "other structures than the default were"
         mend = "name them with --structures NAME=VALUE,NAME=VALUE" if compared else "--structures all compares them"
-        yield f"undecided: {instead} not compared, and {_several(sources)} changed, which they may use; {mend}"
+        named = first_names(sources, _NAMED)
+        yield f"undecided: {instead} not compared, and {named} changed, which they may use; {mend}"
 
 
 def _others(model: ModelDiff, variants: Sequence[Variant]) -> tuple[tuple[ModelDiff, ...], list[str]]:
@@ -274,11 +277,6 @@ def _contents(comparison: Comparison, equation: EquationChange) -> Iterator[str]
         yield from (Printer(nodes).text(node) if node is not None else "" for nodes, node in sides)
 
 
-def _several(names: Sequence[str]) -> str:
-    rest = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return ", ".join(names[:_NAMED]) + rest
-
-
 def _document(folder: Path) -> Document:
     try:
         document = Document.read(folder)
@@ -290,6 +288,7 @@ def _document(folder: Path) -> Document:
 
 
 def _status(comparison: Comparison) -> ModelStatus:
+    """Return the most severe kind of difference: equations, numbers, the picture, then names."""
     material = [equation for equation in comparison if equation.matters]
     if any(equation.verdict is not EquationVerdict.UNDECIDED for equation in material):
         return ModelStatus.CHANGED

@@ -226,6 +226,7 @@ class _Sheet:
         )
 
     def _card(self, equation: EquationChange, group: EquationGroup | None = None) -> _Card:
+        """Return the card of an equation; pictures, added parts and inherited changes have no formulas."""
         unshown = equation.extended or equation.kind == PICTURE or equation.verdict is EquationVerdict.INHERITED
         old, new = (None, None) if unshown else self._sides(equation)
         kind = "same" if not equation.matters else "changed"
@@ -266,6 +267,7 @@ class _Sheet:
         return "".join(term for term, _ in _terms(nodes, root, self._old_latex if old else self._new_latex))
 
     def _marks(self, equation: EquationChange) -> tuple[Marks, Marks]:
+        """Return the places to mark on both sides: those of the edits, else the differences of both texts."""
         if equation.old_node is None or equation.new_node is None or equation.verdict is EquationVerdict.SAME:
             return frozenset(), frozenset()
         old, new = (
@@ -349,6 +351,7 @@ def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
 
 
 def _notes(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> list[str]:
+    """Return the remarks below an equation: group, example, evidence, users and causes."""
     notes = [group.says if group else "", example(equation), evidence(equation), following(comparison, equation)]
     if equation.users:
         notes.append(f"Inherited by {labels(comparison, equation.users)}.")

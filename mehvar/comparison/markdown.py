@@ -52,6 +52,7 @@ def markdown(diff: Diff) -> str:
 
 
 def _model(model: ModelDiff) -> Iterator[str]:
+    """Yield the section of a model: counts, parts, equations, parameters, runs, and the complete text, folded."""
     yield f"### {model.name}: {HEADLINES[model.status]}"
     yield ""
     yield counted(model.comparison)
@@ -84,6 +85,7 @@ def _sources(model: ModelDiff) -> Iterator[str]:
 
 
 def _source(model: ModelDiff, equation: EquationChange, group: EquationGroup | None) -> Iterator[str]:
+    """Yield the lines of a changed equation: verdict, edits as a diff, and one line of remarks."""
     about = title(equation, group.names if group else ())
     yield f"**{EquationVerdict(equation.verdict).value}** {_code(about)}"
     if group:

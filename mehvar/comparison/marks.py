@@ -40,6 +40,7 @@ class Alignment:
         return frozenset(places[0]), frozenset(places[1])
 
     def _compare(self, old: _Place, new: _Place, places: _Places) -> None:
+        """Add the places at which two parts differ, as far inside as they have the same operation."""
         if self._same(old, new):
             return
         operations = {self._operation(0, old), self._operation(1, new)}
@@ -55,6 +56,7 @@ class Alignment:
         _mark(places, [old], [new])
 
     def _compare_parts(self, operation: str, old: _Place, new: _Place, places: _Places) -> None:
+        """Add the places of differing terms or factors; of those that are alike, the places inside."""
         before, after = self._parts(0, operation, old), self._parts(1, operation, new)
         before, after = self._without_common(before, after)
         if operation == "mul" and any(self._is_number(side, p) for side, ps in enumerate((before, after)) for p in ps):
@@ -73,6 +75,7 @@ class Alignment:
         _mark(places, before, after)
 
     def _without_common(self, before: list[_Place], after: list[_Place]) -> tuple[list[_Place], list[_Place]]:
+        """Return the parts of each side that the other side lacks; a part counts as often as it occurs."""
         contents = [[self._content[side][node] for node, _ in places] for side, places in enumerate((before, after))]
         common = Counter(contents[0]) & Counter(contents[1])
         rest = []

@@ -17,7 +17,7 @@ from mehvar.base.manifest import read_manifest
 from mehvar.base.schema import parse_toml
 from mehvar.codegen.generate import Tree, own_inputs
 from mehvar.codegen.structures import all_structures
-from mehvar.runtime.model.derived import run_python
+from mehvar.runtime.model.derived import last_line, run_python
 from mehvar.settings import read_settings
 from mehvar.terminal import progress
 
@@ -95,6 +95,7 @@ def _means_the_same(name: str, old: Tree, new: Tree) -> bool:
 
 
 def _meaning(path: Path) -> object:
+    """Return what a source defines, without comments and docstrings, which change no equation."""
     content = path.read_bytes()
     if path.suffix == ".toml":
         return _without_words(parse_toml(content.decode("utf-8-sig")))
@@ -102,14 +103,9 @@ def _meaning(path: Path) -> object:
         return content
     tree = ast.parse(content)
     for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if (
-            isinstance(body, list)
-            and body
-            and isinstance(body[0], ast.Expr)
-            and isinstance(body[0].value, ast.Constant)
-        ):
-            del body[0]  # a docstring
+        match body := getattr(node, "body", None):
+            case [ast.Expr(value=ast.Constant()), *_]:
+                del body[0]  # a docstring
     return ast.dump(tree)
 
 
@@ -197,6 +193,5 @@ def _call(version: Version, function: str, *arguments: object) -> Any:
     assert version.tree is not None
     process = run_python(version.tree.root, "-c", _CALL, function, *map(json.dumps, arguments))
     if process.returncode:
-        reason = (process.stderr.strip() or "no answer").splitlines()[-1]
-        raise InputError(f"{version.label}: the structures cannot be read: {reason}")
+        raise InputError(f"{version.label}: the structures cannot be read: {last_line(process) or 'no answer'}")
     return json.loads(process.stdout)

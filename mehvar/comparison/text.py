@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from rich.text import Text
 
+from mehvar.base.errors import first_names
 from mehvar.codegen.diff.parameters import PARTS
 from mehvar.codegen.diff.report import (
     PICTURE,
@@ -156,9 +157,7 @@ def following(comparison: Comparison, equation: EquationChange | None = None) ->
 
 
 def _many(names: Sequence[str]) -> str:
-    rest = f" and {len(names) - _NAMED} more" if len(names) > _NAMED + 1 else ""
-    shown = names[:_NAMED] if rest else names
-    return f"{len(names)} equation{'s' * (len(names) > 1)}: {', '.join(shown)}{rest}"
+    return f"{len(names)} equation{'s' * (len(names) > 1)}: {first_names(names, _NAMED, spare=1)}"
 
 
 def is_quiet(equation: EquationChange) -> bool:
@@ -202,12 +201,11 @@ def listed_parameters(comparison: Comparison) -> list[ParameterChange]:
 def labels(comparison: Comparison, names: Sequence[str]) -> str:
     """Return the shortest unambiguous names of equations, without duplicates."""
     shortest = {equation.name: label(equation) for equation in reversed(comparison.equations)}
-    every = list(dict.fromkeys(shortest.get(name, name) for name in names))
-    rest = f" and {len(every) - _NAMED} more" if len(every) > _NAMED + 1 else ""
-    return ", ".join(every[:_NAMED] if rest else every) + rest
+    return first_names(list(dict.fromkeys(shortest.get(name, name) for name in names)), _NAMED, spare=1)
 
 
 def _equations(comparison: Comparison) -> Iterator[Line]:
+    """Yield the changed equations: the first ones with edits, others briefly or counted by section."""
     for says in stories(comparison):
         yield 2, Text(says, "bold")
     more: dict[tuple[EquationVerdict, str], list[tuple[EquationChange, EquationGroup | None]]] = {}
@@ -228,9 +226,7 @@ def _equations(comparison: Comparison) -> Iterator[Line]:
     for verdict in (EquationVerdict.ADDED, EquationVerdict.REMOVED):
         quiet = [label(e) for e in comparison.of(verdict) if is_quiet(e) and not e.extended]
         if quiet:
-            rest = f" and {len(quiet) - _NAMED} more" if len(quiet) > _NAMED + 1 else ""
-            names = ", ".join(quiet[:_NAMED] if rest else quiet)
-            yield 2, Text.assemble((f"{verdict.value} ", "cyan"), names, rest)
+            yield 2, Text.assemble((f"{verdict.value} ", "cyan"), first_names(quiet, _NAMED, spare=1))
 
 
 def _short(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Line:
@@ -261,6 +257,7 @@ def harmless(comparison: Comparison, equation: EquationChange) -> str:
 
 
 def _source(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> Iterator[Line]:
+    """Yield the lines below a changed equation: group, edits, example, evidence, users and what follows."""
     if group:
         yield 4, Text(group.says)
     for edit in equation.edits:
@@ -276,6 +273,7 @@ def _source(comparison: Comparison, equation: EquationChange, group: EquationGro
 
 
 def _edit(edit: Edit) -> Iterator[Line]:
+    """Yield an edit: a lost or added part with its sign, else the title and, unless that has both, both parts."""
     if edit.old is None or edit.new is None:
         sign, part, style = ("-", edit.old, "red") if edit.old else ("+", edit.new, "green")
         yield 4, Text.assemble((f"{sign} {part.text if part else ''}", style), f"   {edit_title(edit)}")
@@ -288,6 +286,7 @@ def _edit(edit: Edit) -> Iterator[Line]:
 
 
 def _equivalent(comparison: Comparison) -> Iterator[Line]:
+    """Yield the equations that only look different, grouped by verdict and proof."""
     groups: dict[tuple[EquationVerdict, str], list[str]] = {}
     for equation in comparison.equivalent:
         name = label(equation)

@@ -18,6 +18,7 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Controller
 from mehvar.runtime.arguments import check_arguments, check_units
 from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.model.parameters import number_above
 from mehvar.runtime.run.ticks import fraction, multiples
 from mehvar.runtime.run.user.law import LawFunction
 
@@ -199,8 +200,7 @@ class _Problem:
         for name, value in (sigma or {}).items():
             if name not in shown:
                 raise unknown_name("state or output of the data", name, shown, "sigma")
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-                raise bad_value(name, value, "a number > 0", "sigma")
+            number_above(0, name, value, "a number > 0", "sigma")
         self._variables = list(sigma or sorted(shown))
         if not self._variables:
             raise InputError(f"data: must have a state or output of {model.name} over t: {', '.join(sorted(known))}")
@@ -236,6 +236,7 @@ class _Problem:
             )
 
     def _known(self, run: xr.Dataset) -> None:
+        """Refuse free names that are unknown, and those that determine the law's sample times."""
         names = {*json.loads(run.attrs["parameters"]), *self._model.state_names}
         law = self._law()
         for name in self._free:
@@ -273,6 +274,7 @@ class _Problem:
         return np.where(np.isfinite(residuals), residuals, _FAR)
 
     def _jacobian(self, relative: FloatArray) -> FloatArray:
+        """Return the derivatives of the residuals, (residuals, free), by central differences, one-sided at a bound."""
         columns: list[FloatArray] = []
         low, high = self._bounds()
         for k in range(len(relative)):

@@ -23,6 +23,7 @@ from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.model.functions import FloatArray
 from mehvar.runtime.model.linear import COUNTER, ClosedLoop, LinearSystem, modes
 from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.model.parameters import number_above
 from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
@@ -206,13 +207,11 @@ def _sizes(model: Model, size: object) -> list[tuple[str, float]]:
     if isinstance(size, Mapping) and not size:
         raise bad_value("size", size, "a number, or amplitudes of one input or more")
     sizes: Mapping[Any, object] = size if isinstance(size, Mapping) else dict.fromkeys(model.input_names, size)
-    for name, value in sizes.items():
-        if name not in model.input_names:
-            raise unknown_name("input", name, model.input_names, "size")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-            unit = model.manifest.inputs[model.input_names.index(name)].unit
-            raise bad_value(f"size of {name}", value, f"a number > 0, {unit}")
-    return [(name, float(value)) for name, value in sizes.items()]  # type: ignore[arg-type]
+    units = {q.name: q.unit for q in model.manifest.inputs}
+    for name in sizes:
+        if name not in units:
+            raise unknown_name("input", name, units, "size")
+    return [(name, number_above(0, f"size of {name}", v, f"a number > 0, {units[name]}")) for name, v in sizes.items()]
 
 
 def linear_loop(model: Model, run: Run, sample: int = -1) -> LinearSystem:
@@ -517,6 +516,7 @@ class _Sweep(_Response):
         return np.unique(np.concatenate([grid, natural[(natural > grid[0]) & (natural < self._highest)]]))
 
     def _given(self, frequencies: Sequence[float]) -> FloatArray:
+        """Return the given frequencies, rad/s; refuse any that do not increase from above 0 to at most pi/Ts."""
         try:
             grid = np.asarray(frequencies, dtype=np.float64)
         except (TypeError, ValueError):

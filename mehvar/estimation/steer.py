@@ -18,6 +18,7 @@ from mehvar.api import simulate
 from mehvar.base.errors import InputError, MehvarError, bad_value, unknown_name
 from mehvar.runtime.arguments import check_arguments
 from mehvar.runtime.model.model import Model, load
+from mehvar.runtime.model.parameters import number_above
 from mehvar.runtime.model.tools.replacement import library
 from mehvar.runtime.run.options import OPTIONS, Option
 from mehvar.runtime.run.problem import sampled_parameters
@@ -166,8 +167,7 @@ def _check(model: Model, to: Mapping[str, float], limits: Mapping[str, float]) -
         for name, value in given.items():
             if name not in names:
                 raise unknown_name("state" if field == "to" else "input", name, names, field)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not least < value < math.inf:
-                raise bad_value(name, value, "a finite number" if field == "to" else "a number > 0", field)
+            number_above(least, name, value, "a finite number" if field == "to" else "a number > 0", field)
     if manifest.algebraic or any(event.resets for event in manifest.events):
         what = "algebraic states" if manifest.algebraic else "events that reset it"
         raise InputError(

@@ -50,6 +50,7 @@ def refusals(subject: Subject) -> list[str]:
 
 
 def _bound(subject: Subject, place: int, parameter: Parameter) -> list[str]:
+    """Return the C line that refuses a parameter outside its bounds; no line for one without bounds."""
     inside = []
     if math.isfinite(parameter.lower):
         inside.append(f"v[{place}] {'>' if parameter.lower_open else '>='} {float(parameter.lower)!r}")
@@ -63,6 +64,7 @@ def _bound(subject: Subject, place: int, parameter: Parameter) -> list[str]:
 
 
 def _conditions(subject: Subject, name: str, messages: Sequence[str], groups: str) -> list[str]:
+    """Return C code that refuses margins that are not positive; those of scenario parameters only `as_scenario`."""
     if not messages:
         return []
     function = subject.model.functions[name]

@@ -61,6 +61,7 @@ def description(subject: Subject, version: Version, interface: Interface, name: 
 
 
 def _interface(root: Element, subject: Subject, two: bool, interface: Interface, name: str) -> None:
+    """Add the element of model exchange or co-simulation with its capabilities; FMI 2.0 lists the sources, too."""
     store = (
         ("canGetAndSetFMUstate", "canSerializeFMUstate") if two else ("canGetAndSetFMUState", "canSerializeFMUState")
     )
@@ -92,6 +93,7 @@ def _units(root: Element, subject: Subject) -> None:
 
 
 def _variables(root: Element, subject: Subject, two: bool) -> None:
+    """Add the variables; a derivative names its state by index from 1 in FMI 2.0, by value reference in FMI 3.0."""
     first_state, first_rate = subject.first("Q"), subject.first("D")
     parent = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(subject.variables):
@@ -110,6 +112,7 @@ def _variables(root: Element, subject: Subject, two: bool) -> None:
 
 
 def _kind(variable: Variable) -> dict[str, str]:
+    """Return causality, variability and initial of a variable, which follow from its role."""
     table: dict[str, tuple[str, str, str | None]] = {
         "time": ("independent", "continuous", None),
         "parameter": ("parameter", "fixed", "exact"),
@@ -126,6 +129,7 @@ def _kind(variable: Variable) -> dict[str, str]:
 
 
 def _value(variable: Variable) -> dict[str, str]:
+    """Return the attributes for unit, start and finite bounds of a variable."""
     value = {} if variable.unit == "1" else {"unit": variable.unit}
     if variable.role in ("parameter", "constant", "input", "state"):
         value["start"] = repr(variable.start)
@@ -138,6 +142,7 @@ def _value(variable: Variable) -> dict[str, str]:
 
 
 def _structure(root: Element, subject: Subject, two: bool, interface: Interface) -> None:
+    """Add the outputs, derivatives and initial unknowns; in FMI 3.0 also event indicators and dependencies."""
     structure = SubElement(root, "ModelStructure")
     references = range(len(subject.variables))
     outputs = [k for k in references if subject.variables[k].role in ("output", "discrete")]

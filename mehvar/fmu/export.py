@@ -97,6 +97,7 @@ def _binary_path(name: str, fmi: Version) -> str:
 
 
 def _build_description(name: str) -> bytes:
+    """Return buildDescription.xml of FMI 3.0, which lists the C sources."""
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<fmiBuildDescription fmiVersion="3.0">\n'

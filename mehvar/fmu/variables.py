@@ -166,6 +166,7 @@ def _group(
 def _parameters(
     prefix: str, parameters: Sequence[Parameter], values: FloatArray, acting: frozenset[str]
 ) -> tuple[Variable, ...]:
+    """Return the variables of parameters; one without effect is a constant, and its description says so."""
     roles = ["parameter" if q.name in acting else "constant" for q in parameters]
     return tuple(
         Variable(

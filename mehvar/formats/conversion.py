@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, bad_value
 from mehvar.runtime.batch.store.layout import NOT_RUN, STATUS
-from mehvar.runtime.files import check_file, write_atomic
+from mehvar.runtime.files import check_file, checked_ending, write_atomic
 from mehvar.runtime.run.formats import checked_format, columnar, matlab5, matlab_values, open_result, save
 
 from .attitude import attitude, kernel, message
@@ -122,8 +122,7 @@ def convert(
     if to not in ENDINGS:
         raise bad_value("to", to, f"one of {', '.join(ENDINGS)}")
     target = Path(out)
-    if target.suffix.lower() != ENDINGS[to]:
-        raise bad_value("out", os.fspath(out), f"a file name that ends in {ENDINGS[to]}")
+    checked_ending("out", target, [ENDINGS[to]])
     if about and to not in _MESSAGES:
         raise bad_value("to", to, f"one of {', '.join(_MESSAGES)} with {ORIGIN}")
     if to not in _MESSAGES:
@@ -176,6 +175,7 @@ def _series_of_a_run(result: xarray.Dataset) -> dict[str, Column]:
 
 
 def _row_per_run(dataset: xarray.Dataset) -> dict[str, Column]:
+    """Return columns with a row per run; a summary per state, variable or event becomes a column for each."""
     units = _units(dataset)
     columns = {"run": _column(dataset["run"])}
     for name, array in dataset.data_vars.items():
@@ -189,6 +189,7 @@ def _row_per_run(dataset: xarray.Dataset) -> dict[str, Column]:
 
 
 def _row_per_sample(dataset: xarray.Dataset) -> dict[str, Column]:
+    """Return columns with a row per run and instant; none if the store has no series."""
     series = {str(name): array for name, array in dataset.data_vars.items() if array.dims == ("run", "t")}
     if not series:
         return {}

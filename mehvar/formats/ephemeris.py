@@ -154,6 +154,7 @@ def _attitude(path: Path, segment: _Segment) -> dict[str, tuple[FloatArray, str]
 
 
 def _dataset(path: Path, segment: _Segment, columns: Mapping[str, tuple[FloatArray, str]]) -> xarray.Dataset:
+    """Return a segment over seconds since its first epoch; refuse epochs that do not increase."""
     import xarray as xr
 
     instants = [_instant(path, number, words[0]) for number, words in segment.rows]

@@ -27,6 +27,7 @@ def matlab73(values: Mapping[str, Any]) -> bytes:
 
 
 def _fill(group: Any, values: Mapping[str, Any]) -> None:
+    """Write values to a group as MATLAB does: mappings as structs, arrays transposed, empty arrays as their shape."""
     for name, value in values.items():
         if isinstance(value, Mapping):
             place, kind = group.create_group(name), "struct"

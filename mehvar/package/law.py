@@ -168,6 +168,7 @@ def _vector(
     text: str,
     values: Sequence[float],
 ) -> Vector:
+    """Return the elements of a vector that the C text uses; all of them for `whole` and for text with loops."""
     used = set(re.findall(rf"\b{prefix}_(\w+)", text))
     loops = "for (" in text  # indices are then computed from the first of a family
     places = [k for k, q in enumerate(quantities) if whole or loops or identifier(q.name).upper() in used]
@@ -193,6 +194,7 @@ def _layout(vectors: Sequence[Vector], name: str) -> str:
 def _ranges(
     ranges: Mapping[str, tuple[float, float]], inputs: Sequence[Quantity | Parameter]
 ) -> tuple[list[float], list[float]]:
+    """Return the least and the largest value of each input; without a range, those of a float."""
     names = [q.name for q in inputs]
     for name, (least, most) in ranges.items():
         if name not in names:

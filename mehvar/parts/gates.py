@@ -49,6 +49,7 @@ def gates(craft: Spacecraft) -> dict[str, float]:
 def _of_craft(
     craft: Spacecraft, balances: Balances, other: Balances, x: Mapping[str, float], u: Mapping[str, float]
 ) -> Iterator[tuple[str, float]]:
+    """Yield the laws of mechanics with the error of the craft in each, at a state and input."""
     rates = balances.rates(x, u)
     energy, momentum = balances.errors(x, u)
     yield "energy changes by the power of loads, motors and dampers", energy

@@ -66,6 +66,7 @@ class Machine:
         return self._graphs[name]
 
     def _lowered(self, request: Request) -> ca.Function:
+        """Return a request as a CasADi function of its vectors and of weights; all results form one column."""
         vectors = [ca.SX.sym(group.name, max(len(group), 1)) for group in request.arguments]
         weights = ca.SX.sym("weights", len(self._symbols))
         symbols = {s: weights[k] for k, s in enumerate(self._symbols)}

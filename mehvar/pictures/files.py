@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mehvar.base.errors import bad_value
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime.files import checked_ending, write_atomic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,7 +75,4 @@ def pixels(png: bytes) -> tuple[int, int]:
 
 def checked_suffix(path: Path) -> str:
     """Return the suffix of a picture's file in lower case; raise InputError for an unknown format."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in _METADATA:
-        raise bad_value("picture", str(path), "a file name that ends in .png, .svg or .pdf")
-    return suffix
+    return checked_ending("picture", path, _METADATA)

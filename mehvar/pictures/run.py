@@ -103,6 +103,7 @@ def _peak(values: NDArray[np.float64]) -> float:
 
 
 def _draw(ax: Axes, dataset: xr.Dataset, panel: Panel, references: Mapping[str, Quantity]) -> None:
+    """Draw a panel's variables; a dashed line in the same colour is a variable's reference."""
     t = dataset["t"].values
     for number, (variable, quantity) in enumerate(panel.variables):
         line = next(islice(cycle(_LINES), number // len(COLORS), None))

@@ -152,6 +152,7 @@ _DOLLAR = re.compile(r"(?<!\\)\$")
 
 
 def _make_drawable(figure: Figure) -> None:
+    """Replace characters without a glyph, and escape the dollar signs of texts that are no formulas."""
     from matplotlib.mathtext import MathTextParser
     from matplotlib.text import Text
 

@@ -20,7 +20,7 @@ import numpy as np
 from mehvar.base.display import frame
 from mehvar.base.errors import InputError, MehvarError, MissingError, bad_value, unknown_name
 from mehvar.base.manifest import FILE, Manifest, parse_manifest
-from mehvar.runtime.files import write_atomic
+from mehvar.runtime.files import checked_ending, write_atomic
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.run.metrics import metrics, metrics_of
 
@@ -61,8 +61,7 @@ class Animation:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the page, whose name ends in .html; the file is complete or absent."""
-        if Path(path).suffix.lower() != ".html":
-            raise bad_value("path", str(path), "a file name that ends in .html")
+        checked_ending("path", path, [".html"])
         write_atomic(Path(path), self.page.encode())
 
 
@@ -307,8 +306,7 @@ class Results:
         """
         from mehvar.report.page import write_page
 
-        if not str(path).endswith(".html"):
-            raise bad_value("path", str(path), "a file name that ends in .html")
+        checked_ending("path", path, [".html"])
         return write_page(Path(path), self.page(model=model))
 
     def page(self, store: str = "", model: Model | str | os.PathLike[str] | None = None) -> Page:

@@ -149,6 +149,7 @@ def _series(run: Run) -> Mapping[str, FloatArray]:
 def _drawn(
     argument: Array, known: Mapping[str, FloatArray], rows: NDArray[np.int64], rng: np.random.Generator
 ) -> FloatArray:
+    """Return random values of an argument, (POINTS, *shape), around samples of the run if it has the argument."""
     shape = (POINTS, *argument.shape)
     series = known.get(argument.name)
     if series is None:

@@ -15,7 +15,7 @@ from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, r
 from mehvar.pictures.style import case_text, require_matplotlib, style
 from mehvar.runtime.batch.blocks import STATUS_TEXT
 from mehvar.runtime.batch.evaluation.conditions import Criterion
-from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
+from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities, tables
 from mehvar.runtime.batch.evaluation.statistics import (
     NO_INTERVAL,
     NO_METRICS,
@@ -147,13 +147,9 @@ def _endings(runs: Runs) -> list[Table]:
 def _sensitivities(items: Sequence[Sensitivity]) -> Iterator[Text | Table]:
     if not items:
         yield Text("No metric scatters with a value that is drawn.")
-    for kind, title in KINDS.items():
-        group = [item for item in items if item.kind == kind]
-        names = list(dict.fromkeys(name for item in group for name in item.first))
-        columns = ("metric", *names, "R²" if kind == "regression" else "sum", "runs")
-        rows = [(item.metric, *map(item.text, names), item.explained_text, str(item.runs)) for item in group]
+    for kind, heads, rows in tables(items):
         note = _SHARES[kind] + (_UNDETERMINED if any("undetermined" in row for row in rows) else "")
-        yield Table(title[0].upper() + title[1:], columns, rows, note)
+        yield Table(KINDS[kind][0].upper() + KINDS[kind][1:], [head.replace("^2", "²") for head in heads], rows, note)
 
 
 def _metrics(rows: Sequence[MetricStatistics], declared: bool) -> Iterator[Text | Table]:
@@ -225,6 +221,7 @@ def _failed(runs: Runs) -> tuple[list[int], list[str], bool]:
 
 
 def _pictures(runs: Runs, design: str) -> Iterator[Drawing]:
+    """Yield the success rate, the region of success, and figures of _PANELS metrics or bands each."""
     groups = [("metrics", "Metrics of the runs", "Vermillion: runs that do not succeed.", runs.summaries)]
     groups += [("bands", "Series of the runs", "Median and 5 to 95 % of the runs over time.", runs.series)]
     with style():

@@ -105,6 +105,7 @@ def _mathematics(formula: str) -> str:
 
 
 def _panel(ax: Axes) -> dict[str, Any]:
+    """Return a panel as JSON values; points are thinned unless a curve has steps."""
     lines = [line for line in ax.get_lines() if line.get_transform() == ax.transData and line.get_linestyle() != "None"]
     x, columns = _shared(lines)
     held = [line.get_drawstyle() == "steps-post" for line in lines]

@@ -62,6 +62,7 @@ def loop_spectra(runs: Runs, loops: Iterable[tuple[str, str]]) -> list[LoopSpect
 
 
 def _spectrum(runs: Runs, scenario: str, law: str) -> LoopSpectrum:
+    """Return the eigenvalues nearest to instability at a run's end; none if they vary within its tolerances."""
     run, model = runs(law, scenario), runs.model
     values, t = run.parameters, float(run.t[-1])
     held = run.controller.memory and run.controller.period and len(run.t) > 1

@@ -15,9 +15,9 @@ from mehvar.base.units import pretty_unit
 from mehvar.comparison.text import number as eigenvalue
 from mehvar.pictures.scene import Scene
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimVerdict, tally
-from mehvar.reproduction.deviations import Deviation
 from mehvar.reproduction.ledger_page import FILTERS
 from mehvar.reproduction.paper import Reproduction
+from mehvar.runtime.run.metrics import Deviation
 
 from .backends import POINTS, TOLERANCE
 from .content import PaperReport, Picture
@@ -79,6 +79,7 @@ def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | No
 def _overview(
     reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
 ) -> Page:
+    """Return the page about all papers: their claims by outcome, and the versions."""
     present = {claim.verdict for report in reports for claim in report.claims}
     verdicts = [verdict for verdict in ClaimVerdict if verdict in present]
     content = {
@@ -114,6 +115,7 @@ def _outcome(verdict: ClaimVerdict) -> str:
 
 
 def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:
+    """Return the page about a paper; it omits sections for which the paper has no contents."""
     name = report.manifest.model
     stage = paper_stage(name, report.paper, report.scene)
     runs_here = [Part(_INVITATION.format(live[name]))] if name in live else []

@@ -191,6 +191,7 @@ def installed_derivation(model: str, digest: str) -> list[Section]:
 
 
 def _numbers(manifest: Manifest) -> Section:
+    """Return the section with tables of a model's quantities, parameters and scenarios."""
     quantities = (
         ("States", manifest.states),
         ("Inputs", manifest.inputs),
@@ -212,6 +213,7 @@ def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
 
 
 def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Section:
+    """Return the section about a run: reason of its end, picture and metrics."""
     about = dataset.attrs
     known = metrics_of(manifest, about["controller"], list(map(str, dataset.data_vars)))
     values = metrics(dataset, manifest)

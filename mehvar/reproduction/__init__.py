@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from mehvar.base.schema import read_data
+from mehvar.runtime.run.metrics import AMPLITUDES, TIMES
+
 from .beyond import Beyond, read_beyond
 from .claims import (
-    AMPLITUDES,
-    TIMES,
     Check,
     Checks,
     Claim,
@@ -19,7 +20,6 @@ from .claims import (
     count,
     not_essential,
 )
-from .data import read_data
 from .paper import Reproduction, read_reproduction
 from .runs import Runs
 

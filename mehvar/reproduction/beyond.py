@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from mehvar.base.names import identifier
+from mehvar.base.schema import read_data
 
 from .claims import Check, Checks, Claim, ClaimKind, ClaimText, Expected, decide
-from .data import read_data
 from .paper import FigureCaption, PaperFigure, check_functions, load_reproduction, paper_part
 from .runs import Runs
 

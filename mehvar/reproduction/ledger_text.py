@@ -76,6 +76,7 @@ def example(line: dict[str, Any]) -> str:
 
 
 def _entry(entry: dict[str, Any]) -> Iterator[Line]:
+    """Yield the lines of an equation that the paper misprints: verdict, erratum, wrong lines of each reading, note."""
     yield (
         2,
         Text.assemble(
@@ -96,6 +97,7 @@ def _entry(entry: dict[str, Any]) -> Iterator[Line]:
 
 
 def _relation(line: dict[str, Any], called: str) -> Iterator[Line]:
+    """Yield a printed line with its correction, the edits between both, an example and the evidence."""
     yield 4, Text(f"printed  {line['printed']}", "red")
     if line["corrected"]:
         yield 4, Text(f"{called}  {line['corrected']}", "green")

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from mehvar.base.errors import InputError
 from mehvar.base.names import identifier
+from mehvar.base.schema import read_data
 from mehvar.codegen.workspace import Tree, find_tree, installed_tree, load_paper
 from mehvar.pictures.run import panels_picture
 from mehvar.pictures.scene import Scene
@@ -33,7 +34,6 @@ from mehvar.pictures.style import style
 from mehvar.runtime.model.catalogue import is_installed
 
 from .claims import Checks, Claim, ClaimText, Readings, decide
-from .data import read_data
 from .runs import Runs
 from .statements import Statements
 from .study import Study

@@ -93,6 +93,7 @@ class Runs:
         return self._board_runs[key]
 
     def _on_board(self, controller: str, scenario: str, samples: int | None, settings: Mapping[str, Any]) -> BoardRun:
+        """Return a run on the emulated board; refuse it without a C compiler or the emulator's packages."""
         model = self.model
         if model.backend != "c":
             raise MissingError('a law on a board needs a C compiler: pip install "mehvar[cc]"')

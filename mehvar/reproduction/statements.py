@@ -143,6 +143,7 @@ def statement_verdicts(
 
 
 def _verdict(text: StatementText, claims: Mapping[str, ClaimVerdict], equations: Mapping[str, str]) -> StatementVerdict:
+    """Return the worst verdict of the claims and equations of a statement; "background" if a remark explains it."""
     _known(text, "claim", text.claims, claims)
     _known(text, "equation", text.equations, equations)
     parts = [_CLAIMS[claims[number]] for number in text.claims]

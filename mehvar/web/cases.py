@@ -68,6 +68,7 @@ def cases_of(model: Model) -> list[Case]:
 
 
 def _case(model: Model, law: Controller, scenario: Scenario) -> Case | None:
+    """Return the run of a law in a scenario with its ticks; None if the law refuses the scenario."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # advice about parameters is for the user who sets them

@@ -160,6 +160,7 @@ def page_data(
 
 
 def _case(case: Case, ticks: Sequence[FloatArray]) -> dict[str, Any]:
+    """Return a case for the page's script; "ticks" is the position of its instants in `ticks`."""
     run = case.run
     return {
         "law": run.controller.name,
@@ -188,7 +189,7 @@ def _law(law: Controller) -> dict[str, Any]:
 
 
 def _quantities(quantities: Sequence[Quantity]) -> list[dict[str, str]]:
-    return [{"name": q.name, "unit": q.unit, "description": q.description} for q in quantities]
+    return [plain(Quantity, q) for q in quantities]
 
 
 def _by_size(quantities: Sequence[Quantity], series: Sequence[FloatArray]) -> list[dict[str, Any]]:
@@ -204,20 +205,8 @@ def _by_size(quantities: Sequence[Quantity], series: Sequence[FloatArray]) -> li
 
 
 def _parameters(parameters: Sequence[Parameter]) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": q.name,
-            "unit": q.unit,
-            "description": q.description,
-            "formula": q.formula,
-            "lower": q.lower if np.isfinite(q.lower) else None,
-            "upper": q.upper if np.isfinite(q.upper) else None,
-            "lower_open": q.lower_open,
-            "upper_open": q.upper_open,
-            "interval": q.interval,
-        }
-        for q in parameters
-    ]
+    """Return parameters for the page's script; an infinite bound is None, since JSON has no infinity."""
+    return [plain(Parameter, q) | {"interval": q.interval} for q in parameters]
 
 
 def _packed(content: bytes) -> str:

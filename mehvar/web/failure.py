@@ -74,6 +74,7 @@ def failure_of(model: Model, cases: Sequence[Case], criterion: Criterion | None)
 
 
 def _failures(model: Model, place: int, case: Case, criterion: Criterion | None) -> Iterator[Failure]:
+    """Yield the changes of one value at which the run of a case fails, confirmed by a single run."""
     law, scenario = case.run.controller.name, case.run.scenario.name
     changes = _changes(model, case)
     for k in _failed(model, case, changes, criterion):

@@ -117,6 +117,7 @@ def _shape(numbers: list[Any], where: str) -> tuple[int, ...]:
 
 
 def _table(name: str, shape: tuple[int, ...], form: str, over: tuple[str, ...], outside: str, where: str) -> Table:
+    """Return the declaration of a table; refuse a default that does not have an axis of two values for each name."""
     if len(over) != len(shape):
         raise ModelError(f"{where}: over = {list(over)}: must be {len(shape)} names, one for each axis of default")
     forms = LINES if len(shape) == 1 else LINES[:1]
@@ -129,6 +130,7 @@ def _table(name: str, shape: tuple[int, ...], form: str, over: tuple[str, ...], 
 
 
 def _check_symmetric(numbers: list[list[float]], shape: tuple[int, ...], form: str, where: str) -> None:
+    """Refuse a default that is not square and symmetric or, for that form, not positive definite."""
     if shape[0] != shape[1]:
         raise ModelError(f"{where}: form = {form!r}: leave it out, since default has the shape {shape}")
     for i, j in itertools.combinations(range(shape[0]), 2):

@@ -175,6 +175,7 @@ class Dimensions:
         return (self._definitions[node].expr,) if node in self._definitions else node.args
 
     def _of(self, node: sp.Basic) -> Dimension | None:
+        """Return a node's dimension from those of its operands; None for zero, which has any unit."""
         if node in self._definitions:
             return self._defined(self._definitions[node])
         if node.is_Number or not node.args:
@@ -194,6 +195,7 @@ class Dimensions:
         return self._memo[node.args[0]] if isinstance(node, sp.Abs) else NUMBER
 
     def _defined(self, step: Definition) -> Dimension | None:
+        """Return a definition's dimension; refuse a declared unit other than that of its expression."""
         value = self._memo[step.expr]
         if not step.unit or step.expr.is_number:
             return dimension(step.unit) if step.unit else value
@@ -224,12 +226,13 @@ class Dimensions:
         return {base: exponent for base, exponent in dimension.items() if base != _DEGREE}
 
     def _power(self, node: sp.Pow) -> Dimension | None:
+        """Return a power's dimension; refuse a quantity with a unit to a power that is no number."""
         base = self._memo[node.base]
-        if not base:
+        if not base or not node.exp.is_Rational:
             self._number(node.exp, "an exponent must be a number without unit")
+        if not base:
             return base
         if not node.exp.is_Rational:
-            self._number(node.exp, "an exponent must be a number without unit")
             raise MisfitError(
                 f"{short(node.base)} [{unit_text(base)}] has the exponent {short(node.exp)}: an exponent "
                 "of a quantity with a unit must be a number"
@@ -237,6 +240,7 @@ class Dimensions:
         return product((base, Fraction(int(node.exp.p), int(node.exp.q))))
 
     def _common(self, node: sp.Basic, parts: tuple[sp.Basic, ...] | list[sp.Basic]) -> Dimension | None:
+        """Return the dimension that all parts have; refuse two different ones."""
         known = [(part, d) for part in parts if (d := self._memo[part]) is not None]
         for part, other in known[1:]:
             first, expected = known[0]

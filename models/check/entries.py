@@ -26,7 +26,8 @@ def check_entries(system: System, vectors: Iterable[Vector]) -> None:
         _check_length(vector)
         received, known = set(vector.units), set[sp.Basic]()
         for k, entry in enumerate(vector.entries):
-            _check_kind(entry, vector.row(k))
+            if isinstance(entry, sp.MatrixExpr):
+                raise ModelError(f"{vector.row(k)}: {entry!r} is a {type(entry).__name__}: must be a SymPy expression")
             _check_constants(nodes.of(entry), vector.row(k))
             _check_symbols(nodes.ends(entry, received, known), system, vector, vector.row(k))
             if vector.margin and next(nodes.ends(entry, received), None) is None:
@@ -87,11 +88,6 @@ def _check_length(vector: Vector) -> None:
             f"{vector.origin}: {vector.what} has {len(vector.entries)} entries for {len(vector.rows)} {vector.group} "
             f"({names}): give one for each, in this order"
         )
-
-
-def _check_kind(entry: object, where: str) -> None:
-    if not isinstance(entry, sp.Expr) or isinstance(entry, sp.MatrixExpr):
-        raise ModelError(f"{where}: {entry!r} is a {type(entry).__name__}: must be a SymPy expression")
 
 
 def _check_constants(nodes: Iterable[sp.Basic], where: str) -> None:

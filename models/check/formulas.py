@@ -45,6 +45,7 @@ def _check_ends(uses: Mapping[str, set[str]]) -> None:
 
 
 def _parse(parameter: Parameter, symbols: Mapping[str, sp.Symbol]) -> Expr:
+    """Return a default as an expression; refuse text that is no formula in the group's parameters."""
     where = f"default of {parameter.name} = {parameter.default!r}"
     try:
         expr = sp.sympify(parameter.default, locals={**_NAMESPACE, **symbols})

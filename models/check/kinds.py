@@ -7,13 +7,12 @@ import functools
 import types
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import sympy as sp
 
-from mehvar.base.errors import value_text
+from mehvar.base.errors import either, value_text
 
-from ..derivation import Definition, Equation
 from ..quantities import Located, ModelError
 from ..system import System
 
@@ -30,10 +29,7 @@ def _check_record(record: Any, where: str, origin: str) -> None:
     hints = _hints(record.__class__)
     for field in fields(record):
         place = f"{where}.{field.name}" if where else field.name
-        value, hint = getattr(record, field.name), hints[field.name]
-        if isinstance(record, Definition | Equation) and hint is not str and not isinstance(value, hint):
-            raise _wrong(value, "SymPy expression", place, origin)
-        _check(value, hint, place, origin)
+        _check(getattr(record, field.name), hints[field.name], place, origin)
 
 
 @functools.cache
@@ -42,6 +38,7 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def _check(value: Any, hint: Any, where: str, origin: str) -> None:
+    """Refuse a value that does not fit its type hint; `where` names the value in the message."""
     kind, inner = get_origin(hint), get_args(hint)
     if kind in (Union, types.UnionType):
         options = [part for part in inner if part is not type(None)]
@@ -53,17 +50,19 @@ def _check(value: Any, hint: Any, where: str, origin: str) -> None:
         kind, inner = get_origin(hint), get_args(hint)
     if kind is tuple:
         _check_tuple(value, inner, where, origin)
-    elif kind is not None and issubclass(kind, Mapping):
+    elif kind is Mapping:
         if not isinstance(value, Mapping):
             raise _wrong(value, "mapping", where, origin)
         for key, entry in value.items():
             _check(key, inner[0], f"name {key!r} of {where}", origin)
             _check(entry, inner[1], f"{where}[{key!r}]", origin)
-    elif not (isinstance(hint, type) and issubclass(hint, sp.Expr)):  # expressions have a check that knows their rows
-        if not _is(value, hint):
-            raise _wrong(value, hint.__name__, where, origin)
-        if is_dataclass(value):
-            _check_record(value, where, origin)
+    elif kind is Literal:
+        if not isinstance(value, str) or value not in inner:
+            raise ModelError(f"{origin}: {where} = {value_text(value)}: must be {either(inner)}")
+    elif not _is(value, hint):
+        raise _wrong(value, "SymPy expression" if hint is sp.Expr else hint.__name__, where, origin)
+    elif is_dataclass(value):
+        _check_record(value, where, origin)
 
 
 def _is(value: object, kind: type) -> bool:

@@ -58,6 +58,7 @@ def _variables(system: System) -> dict[str, set[str]]:
 
 
 def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) -> None:
+    """Refuse variables that are unknown or have different units, and a metric with another unit."""
     signals = [[name.strip() for name in of.split(" - ")] for of in metric.of]
     check_distinct(metric.of, f"{where}: variable")
     allowed = "one" if metric.kind == "final" else "one or more"

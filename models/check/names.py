@@ -107,6 +107,7 @@ def _groups(system: System) -> list[tuple[str, Group]]:
 
 
 def _common(system: System) -> Iterator[_Use]:
+    """Yield the names that every law sees: quantities, definitions and the time; shared quantities count once."""
     shared = {
         "coordinate": set(system.states.quantities),
         "input of the chart": set(system.inputs.quantities),
@@ -219,6 +220,7 @@ def _check_callables(system: System) -> None:
 
 
 def _check_word(name: str, where: str) -> None:
+    """Refuse a name that is invalid or reserved in C, Python or generated code."""
     if (
         not _CALLABLE.fullmatch(name)
         or name in _TAKEN

@@ -100,6 +100,7 @@ def _refuse_unused(group: Group, used: set[str], where: str, origin: str) -> Non
 
 
 def _check_scenarios(system: System, folder: Path | None) -> None:
+    """Refuse invalid names and numbers of scenarios, and unknown laws, parameters and metrics in them."""
     laws = {c.name: _by_name(c.parameters) for c in system.controllers}
     shared = _by_name(system.parameters) | _by_name(system.scenario_parameters)
     metrics = {m.name for m in system.metrics}

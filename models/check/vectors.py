@@ -117,6 +117,7 @@ def law_groups(law: Controller) -> list[tuple[str, Group]]:
 
 
 def _plant(system: System) -> Iterator[Vector]:
+    """Yield rates, balance, outputs, limits, events, geometry and residual of the plant."""
     motion = (*_motion(system), system.parameters)
     yield Vector(
         "rhs", system.rhs, system.states.quantities, motion, system.origin,
@@ -147,8 +148,7 @@ def _balance(system: System, receives: tuple[Group, ...]) -> Vector:
     """Return mass x' - rhs row by row, to check that all terms of a row have the same unit."""
     rates = [sp.Dummy(f"rate of {q.name}", real=True) for q in system.states]
     units = {rate: f"{q.unit}/s" for rate, q in zip(rates, system.states, strict=True)}
-    rows = zip(mass_rows(system, rates), system.rhs, strict=False)
-    left = tuple(row - entry if isinstance(entry, sp.Expr) else row for row, entry in rows)
+    left = tuple(row - entry for row, entry in zip(mass_rows(system, rates), system.rhs, strict=False))
     return Vector("mass", left, (), receives, system.origin, of_time=True, more=units)
 
 
@@ -176,6 +176,7 @@ def _scenario(system: System) -> Iterator[Vector]:
 
 
 def _hardware(system: System) -> Iterator[Vector]:
+    """Yield the vectors of chart, actuator, sensor, noise and projection."""
     x, u, p = system.states, system.inputs, system.parameters
     if system.coordinates:
         yield from _chart(system, system.coordinates)
@@ -214,6 +215,7 @@ def _hardware(system: System) -> Iterator[Vector]:
 
 
 def _chart(system: System, chart: Coordinates) -> Iterator[Vector]:
+    """Yield the chart's rates, and its conversions of state and input in both directions."""
     x, u, p = system.states, system.inputs, system.parameters
     q, n = chart.states, chart.inputs
     for name, entries, rows, receives, group in (
@@ -229,6 +231,7 @@ def _chart(system: System, chart: Coordinates) -> Iterator[Vector]:
 
 
 def _variant(system: System, variant: Variant) -> Iterator[Vector]:
+    """Yield the rates of a variant, and the loops of continuous laws with these rates."""
     name = f"variant {', '.join(variant.values)!r}"
     motion = (*_motion(system), system.parameters)
     yield Vector(
@@ -247,12 +250,13 @@ def _variant(system: System, variant: Variant) -> Iterator[Vector]:
 
 
 def _function(system: System, function: Function) -> Vector:
+    """Return the results of a function, which may use the chart's coordinates of its state and input."""
     received = {q.symbol for group in function.arguments for q in group}
     chart, more = system.coordinates, dict[sp.Symbol, str]()
     if chart:  # the chart's coordinates for the state and input of the function
         pairs = (*zip(chart.states, chart.from_state, strict=False), *zip(chart.inputs, chart.from_input, strict=False))
         for quantity, value in pairs:
-            if isinstance(value, sp.Expr) and free_symbols([value], system.definitions) <= received | more.keys():
+            if free_symbols([value], system.definitions) <= received | more.keys():
                 more[quantity.symbol] = quantity.unit
     return Vector(
         f"results of function {function.name!r}",
@@ -266,6 +270,7 @@ def _function(system: System, function: Function) -> Vector:
 
 
 def _law(system: System, law: Controller) -> Iterator[Vector]:
+    """Yield the vectors of a law; each may use only what is known when the loop evaluates it."""
     x, r, p, s, c = system.states, system.references, system.parameters, system.scenario_parameters, law.parameters
     chart = (system.coordinates.states,) if system.coordinates else ()
     state = (x, r, p, c, *chart)
@@ -328,5 +333,4 @@ def _motion(system: System) -> tuple[Group, ...]:
 
 
 def _moves(system: System) -> bool:
-    expressions = [entry for entry in system.reference if isinstance(entry, sp.Expr)]
-    return TIME.symbol in free_symbols(expressions, system.definitions)
+    return TIME.symbol in free_symbols(system.reference, system.definitions)

@@ -44,6 +44,7 @@ def _located(part: _Part, original: _Part) -> _Part:
 
 
 def _held(system: System, law: Controller) -> Controller:
+    """Return a law that commands once in `every` samples and keeps its command in memory meanwhile."""
     commanded = system.actuator.commanded if system.actuator else system.inputs
     held = tuple(Quantity(f"{q.name}_held", q.unit, f"{q.description}, held") for q in commanded)
     every = next(q.symbol for q in law.parameters if q.name == law.every)

@@ -105,12 +105,11 @@ def mount(craft: Craft, parts: Iterable[Part], parameters: Parameters | None = N
 
 def contributions(craft: Craft) -> list[Contribution]:
     """Return the terms of each part in the equations of the hub, with external loads."""
-    result = []
-    for part, at in craft.parts:
+    for part, at in craft.parts[len(craft.contributions) :]:
         craft.frame.derivation.section(f"Part {part.name}")
         own = part.contribution(at)
-        result.append(replace(own, loads=(*own.loads, *part.loads(at))))
-    return result
+        craft.contributions.append(replace(own, loads=(*own.loads, *part.loads(at))))
+    return craft.contributions
 
 
 @dataclass(frozen=True)
@@ -260,6 +259,7 @@ def _named(frame: Frame, name: str, entries: Sequence[Expr], title: str) -> sp.M
 
 
 def _sums(frame: Frame, parts: Sequence[Contribution], reduced: Sequence[_Reduced]) -> _Sums:
+    """Return the sums over all parts about O; an entry of the inertia and its mirror image share a step."""
     inertia = sp.zeros(3, 3)
     for i in range(3):
         for j in range(i + 1):
@@ -449,6 +449,7 @@ class _Pulls:
 
 
 def _about_origin(frame: Frame, names: Sequence[str], parts: Sequence[Contribution], sums: _Sums) -> _Rigid:
+    """Return the equations about O: the entries of the symmetric mass matrix as terms, and the right-hand side."""
     w = frame.rate
     terms: dict[tuple[int, int], list[Expr]] = {}
     arm = cross_matrix(sums.first)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from numbers import Real
 from typing import TypeVar
@@ -31,7 +31,7 @@ from .motion import Motion
 from .part import Craft, Mounted, Part, points, start, unit_of
 from .readings import readings
 from .sensors import drifting, measuring, watching
-from .terms import State
+from .terms import State, expressions
 from .values import Parameters, Value
 
 AnyPart = TypeVar("AnyPart", bound=Part)
@@ -288,6 +288,7 @@ class Spacecraft:
         velocity = self._components(self._velocity) if self._velocity else None
         functions = readings(self.parts, mounted, motions, velocity, self.motion == "plane")
         used = free_symbols((*rhs, *expressions((users, functions))), derivation.definitions)
+        self._refuse_unused(used)
         x, u, p = families(
             self.parts,
             Group("x", tuple(state.quantity for state in states)),
@@ -319,6 +320,25 @@ class Spacecraft:
                     f"{where} would have no effect in a craft with motion = {self.motion!r}; use parts with one "
                     "direction, such as Thruster and Wheel"
                 )
+
+    def _refuse_unused(self, used: set[sp.Symbol]) -> None:
+        """Refuse a field whose numbers no term of its part contains, and a shared parameter that nothing uses."""
+        idle = {q.symbol for q in self._plant.quantities.values()} - used - {self.period}
+        if not idle:
+            return
+        derivation = Derivation()
+        spent: set[sp.Symbol] = set()
+        for part, at in zip(self.parts, self._all_mounted(derivation), strict=True):
+            given = {name: free_symbols(expressions(v), derivation.definitions) for name, v in vars(at.values).items()}
+            spent |= free_symbols(expressions(vars(part)), {}).union(*given.values())
+            lost = {name for name, of in given.items() if of and of <= idle}
+            for name in (name for name in (part.ignored(at) if lost else ()) if name in lost):
+                raise ModelError(
+                    f"{self.name}: {part.name}.{name} would be ignored: no term of the {type(part).__name__} contains "
+                    f"at.values.{name}; use it there, or leave the field out"
+                )
+        if unused := sorted(map(str, idle - spent)):
+            raise ModelError(f"{self.name}: parameter {unused[0]!r} is used by no part and no law; remove it or use it")
 
     def _check_defaults(self, constraints: Iterable[Condition], parameters: Parameters) -> None:
         """Refuse defaults that violate a constraint."""
@@ -387,6 +407,7 @@ class Spacecraft:
         return sp.Matrix([by_axis.get(axis, sp.S.Zero) for axis in AXES])
 
     def _states(self) -> list[State]:
+        """Return the states of hub, chart and parts, whose starts become parameters of the scenario."""
         hub = [start(q, self._scenario) for q in (*self._velocity, *self._rate)]
         names = ("yaw",) if self.motion == "plane" else ANGLES
         at = {
@@ -430,20 +451,6 @@ def _text(value: object) -> str:
             f"{type(value).__name__}({', '.join(f'{f.name}={_text(getattr(value, f.name))}' for f in fields(value))})"
         )
     return re.sub(r" at 0x\w+", "", repr(value))
-
-
-def expressions(value: object) -> Iterator[Expr]:
-    """Yield all expressions in a part of a system."""
-    if isinstance(value, sp.Expr):
-        yield value
-    elif is_dataclass(value):
-        for entry in fields(value):
-            yield from expressions(getattr(value, entry.name))
-    elif isinstance(value, tuple | list):
-        for entry in value:
-            yield from expressions(entry)
-    elif isinstance(value, Mapping):
-        yield from expressions(tuple(value.values()))
 
 
 def _needed(derivation: Derivation, *users: object) -> tuple[Definition | Equation, ...]:

@@ -21,8 +21,8 @@ from .equations import contribution, refuse_terms, slopes_of
 from .frame import ZERO, Frame, Labels, point_inertia
 from .motion import Motion
 from .table import read_table
-from .terms import Aggregates, Contribution, Coordinate, Jump, Load, Moments, Particle, State
-from .values import Complete, Parameters, conditions, kinds
+from .terms import Aggregates, Contribution, Coordinate, Jump, Load, Moments, Particle, State, expressions
+from .values import Complete, Parameters, conditions, generic, kinds
 
 _TURNING = sp.Rational(1, 1000)
 """Torque scale divided by the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A
@@ -45,6 +45,8 @@ class Craft:
         Period of laws and sensors, s.
     parts : list of (Part, Mounted)
         All parts, in their order.
+    contributions : list of Contribution
+        Terms of the parts, once they are derived.
     """
 
     frame: Frame
@@ -52,6 +54,7 @@ class Craft:
     quaternion: Sequence[Expr] = ()
     period: sp.Symbol = field(default_factory=lambda: sp.Symbol("Ts", real=True))
     parts: list[tuple[Part, Mounted]] = field(default_factory=list)
+    contributions: list[Contribution] = field(default_factory=list)
 
     @property
     def rotation(self) -> sp.Matrix:
@@ -291,6 +294,19 @@ class Part(metaclass=Complete):
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         """Return the acting inputs for the commanded ones; without limits they are equal."""
         return tuple(commanded)
+
+    def ignored(self, at: Mounted) -> list[str]:
+        """Return the names of given fields that no term of the part contains, whatever the zeros among its numbers.
+
+        Rates and powers are left out, as they need the solution of the craft's equations.
+        """
+        values, symbols = generic(at.values, kinds(self))
+        own = replace(at, values=values)
+        terms = (self.total(own), self.contribution(own), self.loads(own), self.mean_loads(own), self.events(own),
+                 self.jumps(own), self.limits(own), self.applied(own, [q.symbol for q in self.inputs()]),
+                 self.shapes(own), set(self.constraints(own)) - set(Part.constraints(self, own)))  # fmt: skip
+        used = free_symbols(expressions(terms), at.frame.derivation.definitions)
+        return [name for name, of in symbols.items() if not of & used]
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
         """Return the part's shapes in hub axes: a ball at its centre of mass, and a rod from its mount."""

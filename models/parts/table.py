@@ -79,6 +79,7 @@ def _fields(file: Path, of: type, table: Mapping[str, Any], where: str = "") -> 
 
 
 def _entry(kind: Kind, row: object, where: str) -> Any:
+    """Return the number of a row, with unit and source; a direction along an axis stays a constant."""
     if not isinstance(row, dict):
         raise ModelError(
             f"{where} = {value_text(row)}: must be {{ unit = {kind.unit!r}, default = ..., source = ... }}"

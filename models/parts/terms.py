@@ -18,8 +18,9 @@ force on the hub is -m (a + W' x r + W x (W x r + 2 r') + r'' at constant speeds
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from types import SimpleNamespace
 
 import sympy as sp
 
@@ -66,6 +67,9 @@ class Moments:
     momentum: sp.Matrix = field(default_factory=lambda: ZERO)
     angular: sp.Matrix = field(default_factory=lambda: ZERO)
 
+    def __post_init__(self) -> None:
+        _as_expressions(self, "mass")
+
     @classmethod
     def whole(cls, each: Iterable[Moments]) -> Moments:
         """Return the moments of several bodies as one."""
@@ -101,6 +105,10 @@ class Aggregates(Moments):
     prescribed: tuple[Expr | None, ...] = ()
     power: Expr = sp.S.Zero
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _as_expressions(self, "energy", "potential", "power")
+
 
 @dataclass(frozen=True)
 class Particle:
@@ -120,6 +128,9 @@ class Particle:
     mass: Expr
     place: sp.Matrix
     squared: Expr | None = None
+
+    def __post_init__(self) -> None:
+        _as_expressions(self, "mass", "squared")
 
 
 @dataclass(frozen=True)
@@ -233,3 +244,24 @@ class Jump:
     state: Quantity
     after: Expr = sp.S.Zero
     size: Expr = sp.S.Zero
+
+
+def _as_expressions(terms: object, *names: str) -> None:
+    """Replace numbers of Python, such as a mass of 2.0, by those of SymPy; None stays."""
+    for name in names:
+        if getattr(terms, name) is not None:
+            object.__setattr__(terms, name, sp.sympify(getattr(terms, name)))
+
+
+def expressions(value: object) -> Iterator[Expr]:
+    """Yield all expressions in terms of a part, or in a part of a system."""
+    if isinstance(value, sp.Expr):
+        yield value
+    elif is_dataclass(value) and not isinstance(value, type):
+        for entry in fields(value):
+            yield from expressions(getattr(value, entry.name))
+    elif isinstance(value, tuple | list | set | sp.MatrixBase):
+        for entry in value:
+            yield from expressions(entry)
+    elif isinstance(value, Mapping | SimpleNamespace):
+        yield from expressions(tuple((value if isinstance(value, Mapping) else vars(value)).values()))

@@ -91,11 +91,18 @@ def tensor(symbol: str, meaning: str) -> Kind:
 
 def kinds(part: object) -> dict[str, Kind]:
     """Return the declared fields of a part or a class of parts, by name."""
-    words = {"Annotated": Annotated, **globals()}  # for a part that is defined where no module is, as by exec
-    of = part if isinstance(part, type) else type(part)
-    hints = get_type_hints(of, localns=words, include_extras=True)
-    declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in hints.items()}
+    declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in _hints(part).items()}
     return {name: found[0] for name, found in declared.items() if found}
+
+
+def _hints(part: object) -> dict[str, Any]:
+    words = {"Annotated": Annotated, **globals()}  # for a part that is defined where no module is, as by exec
+    return get_type_hints(part if isinstance(part, type) else type(part), localns=words, include_extras=True)
+
+
+def _is_optional(hint: Any) -> bool:
+    """Return True for the hint of a field that may be None, as in Annotated[Number | None, scalar(...)]."""
+    return type(None) in get_args(get_args(hint)[0])
 
 
 class Complete(ABCMeta):
@@ -123,13 +130,14 @@ class Complete(ABCMeta):
                 raise ModelError(f"{where or cls.__name__}: {error}") from error
             near = suggestion(unknown, signature.parameters)
             raise ModelError(f"{where or cls.__name__}: {unknown!r} is not a field of {cls.__name__}{near}") from error
-        fields = kinds(cls)
+        fields, hints = kinds(cls), _hints(cls)
         for name in fields.keys() & have.keys():
             if not isinstance(have[name], str):  # a part may read a text, such as a date
                 check_numbers(fields[name], have[name], f"{where or cls.__name__}.{name}")
         for p in declared:
-            if p.name not in have and p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
-                kind = fields.get(p.name)
+            kind, value = fields.get(p.name), have.get(p.name, p.default)
+            nothing = kind is not None and value is None and not _is_optional(hints[p.name])
+            if nothing or (value is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)):
                 what = f": {kind.meaning}{'' if kind.unit == '1' else f', {kind.unit}'}" if kind else ""
                 raise ModelError(f"{where or cls.__name__}.{p.name} is missing; write it into the call{what}")
         return super().__call__(*args, **given)
@@ -179,7 +187,7 @@ class Parameters:
         ]
 
     def of(self, part: Any, name: str) -> SimpleNamespace:
-        """Return the symbols or numbers of a part's declared fields.
+        """Return the symbols or numbers of a part's declared fields; `given_directions` has those of any length.
 
         Parameters
         ----------
@@ -190,9 +198,11 @@ class Parameters:
         """
         fields = kinds(part).items()
         read = {f: self._read(k, f"{name}_{k.symbol}", getattr(part, f), f"{name}.{f}") for f, k in fields}
-        return SimpleNamespace(**read)
+        given = {f: read[f] for f, k in fields if k.form == "direction" and read[f] is not None}
+        return SimpleNamespace(**read | {f: unit(vector) for f, vector in given.items()}, given_directions=given)
 
     def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
+        """Return a field as a symbol, a column or a matrix of symbols; a direction is divided by its length."""
         if value is None:
             return None
         value = plain(value)
@@ -207,10 +217,9 @@ class Parameters:
         if kind.form == "direction" and (along := _axis(entries)) is not None:
             return along
         labels = [f"{name}{axis}" for axis in AXES]
-        result = sp.Matrix(
+        return sp.Matrix(
             [self._entry(kind, label, entry, axis) for label, entry, axis in zip(labels, entries, AXES, strict=True)]
         )
-        return result / sp.sqrt(result.dot(result)) if kind.form == "direction" else result
 
     def number(self, kind: Kind, name: str, value: Number, meaning: str) -> Expr:
         """Declare a number and return its symbol; an expression stays, with the bounds of the field."""
@@ -242,6 +251,7 @@ class Parameters:
         return self.number(kind, name, value, f"{kind.meaning}, {which}")
 
     def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
+        """Return a symmetric inertia from three moments, with zeros as products, or from three rows."""
         rows = sp.zeros(3, 3)
         if not isinstance(value, Sequence) or isinstance(value, str):
             raise ModelError(f"{where} = {value_text(value)}: must be three moments, or three rows")
@@ -264,6 +274,21 @@ class Parameters:
         """Declare an entry of an inertia: moments are positive, products have any sign."""
         bounds = "(0, inf)" if diagonal else "(-inf, inf)"
         return self._entry(dataclasses.replace(kind, bounds=bounds), name, value, name[-2:])
+
+
+def generic(values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[SimpleNamespace, dict[str, set[sp.Symbol]]]:
+    """Return values with new symbols for all numbers of given fields, also for zeros; and these symbols by field."""
+    result, symbols = SimpleNamespace(**vars(values)), {}
+    for name, kind in declared.items():
+        if getattr(values, name, None) is None:
+            continue
+        entries = [sp.Symbol(f"any_{name}_{k}", positive=True) for k in range(_COUNTS.get(kind.form, 3))]
+        value = entries[0] if kind.form == "scalar" else sp.Matrix(entries)
+        if kind.form == "tensor":
+            value = sp.Matrix(3, 3, [entries[k] for k in (0, 1, 2, 1, 3, 4, 2, 4, 5)])
+        setattr(result, name, value)
+        symbols[name] = set(entries)
+    return result, symbols
 
 
 def listed(value: Any, where: str, count: int) -> Sequence[Any]:
@@ -295,6 +320,7 @@ def check_numbers(kind: Kind, value: Any, where: str) -> None:
 
 
 _DEPTHS = {"scalar": 0, "tensor": 2}
+_COUNTS = {"scalar": 1, "tensor": 6}
 
 
 def _leaves(value: Any, depth: int) -> Iterator[Any]:
@@ -334,32 +360,39 @@ def _check_length(entries: Sequence[Any], where: str) -> None:
     if not length:
         raise ModelError(f"{where}: must not be zero")
     if not _SHORTEST <= length <= 1 / _SHORTEST:
-        raise ModelError(
-            f"{where} = {value_text(tuple(entries))}: must have a length from {_SHORTEST:g} to {1 / _SHORTEST:g}"
-        )
+        raise ModelError(f"{where} = {value_text(tuple(entries))}: {LENGTHS}")
 
 
 _SHORTEST = 1e-150
 """Shortest direction, and the inverse of the longest: squares of others are no numbers with all digits."""
+LENGTHS = f"must have a length from {_SHORTEST:g} to {1 / _SHORTEST:g}"
+
+
+def unit(vector: sp.Matrix) -> sp.Matrix:
+    """Return a vector scaled to length one."""
+    return vector / sp.sqrt(vector.dot(vector))
 
 
 def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[Condition, ...]:
-    """Return the conditions on symbolic values of a part: numbers in their bounds, physical inertias."""
+    """Return the conditions on symbolic values of a part: numbers in their bounds, lengths, physical inertias."""
     result: list[Condition] = []
     for field, kind in declared.items():
         value = getattr(values, field, None)
         if value is None:
             continue
         if kind.form == "tensor":
-            text = f"{name}.{field}, with {_shown(value.free_symbols)}, {NO_BODY}"
+            text = f"{name}.{field}, with {parameters_text(value.free_symbols)}, {NO_BODY}"
             result += (Condition(margin, text) for margin in of_a_body(value))
+        elif kind.form == "direction" and (given := getattr(values, "given_directions", {}).get(field)):
+            text = f"{name}.{field}, with {parameters_text(given.free_symbols)}: {LENGTHS}"
+            result += (Condition(margin, text) for margin in of_a_direction(given))
         elif kind.form == "scalar" and not value.is_Symbol:
-            text = f"{name}.{field} = {value}, with {_shown(value.free_symbols)}: must be in {kind.bounds}"
+            text = f"{name}.{field} = {value}, with {parameters_text(value.free_symbols)}: must be in {kind.bounds}"
             result += (Condition(margin, text) for margin in _within(value, Interval.parse(kind.bounds)))
     return tuple(condition for condition in result if condition.margin.free_symbols)
 
 
-def _shown(symbols: Iterable[sp.Symbol]) -> str:
+def parameters_text(symbols: Iterable[sp.Symbol]) -> str:
     """Return the text that shows values of parameters in a message."""
     return ", ".join(f"{name} = {{{name}:g}}" for name in sorted(map(str, symbols)))
 
@@ -373,6 +406,12 @@ def _within(value: Expr, bounds: Interval) -> Iterator[Expr]:
         if math.isfinite(end):
             margin = sign * (value - (int(end) if end.is_integer() else end))
             yield margin if beyond else sp.Piecewise((1, margin >= 0), (-1, True))
+
+
+def of_a_direction(vector: sp.Matrix) -> tuple[Expr, Expr]:
+    """Return margins that are positive if the length of a vector has all digits."""
+    square, least = vector.dot(vector), sp.Float(_SHORTEST**2)
+    return square - least, 1 / least - square
 
 
 def of_a_body(inertia: sp.Matrix) -> list[Expr]:

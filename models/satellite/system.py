@@ -212,6 +212,7 @@ _OWN = {f"{name}{axis}" for name in ("h", "u_T") for axis in "xyz"}
 
 
 def _laws(craft: _Craft, d: Derivation) -> tuple[Controller, ...]:
+    """Return the adaptive law in two versions and the paper's comparison (50), which share the reference models."""
     tables, plant, wheels = craft.tables, craft.p, craft.wheels
     loop = structure.group("c", tables, "loop", craft.choices).quantities
     mrac, literal = (Group("c", (*tables[name], *tables["adaptive"], *loop)) for name in ("mrac", "mrac_literal"))
@@ -238,6 +239,7 @@ def _laws(craft: _Craft, d: Derivation) -> tuple[Controller, ...]:
 
 
 def _limits(chart: str, plant: Group, wheels: Wheels) -> tuple[Condition, ...]:
+    """Return the limits on torque and wheels; those on the pitch are for charts with a singularity."""
     torque = Condition(
         plant.torque_lost - sp.Max(*(sp.Abs(u) for u in wheels.torques.symbols)),
         "lost (torque): a control torque passed torque_lost = {torque_lost:g} N m",
@@ -316,6 +318,7 @@ def _body(craft: _Craft) -> Iterator[Condition]:
 
 
 def _functions(craft: _Craft) -> tuple[Function, ...]:
+    """Return the functions for angular momentum and energy, by which a run can be checked."""
     rotation, wheels = craft.placed.rotation, craft.wheels
     momentum = tuple(
         Quantity(f"H{i}", "N m s", f"angular momentum of body and wheels along inertial {i}") for i in "xyz"

@@ -11,6 +11,7 @@ import sympy as sp
 from ..derivation import symmetric, vector
 from ..parts import Contribution, Load, Mounted, Part
 from ..parts.motion import Motion
+from ..parts.values import LENGTHS, of_a_direction
 from ..system import Actuator, Condition, Derivation, Expr, Group, Quantity
 
 FEWEST = 3
@@ -199,11 +200,11 @@ def along_any(plant: Group, s: Group, d: Derivation) -> Wheels:
 
 
 def any_axes(plant: Group, wheels: Wheels) -> tuple[Condition, Condition]:
-    """Return the conditions that no wheel axis is zero, and that three of them span all directions."""
+    """Return the conditions that each wheel has an axis, and that three of these span all directions."""
     columns = (plant.wheel_axes[:, k] for k in range(plant.wheel_axes.cols))
-    squares = (sp.Add(*(entry**2 for entry in column)) for column in columns)
+    margins = (margin for column in columns for margin in of_a_direction(column))
     gram = wheels.axes * wheels.axes.T
     return (
-        Condition(sp.Min(*squares), "a column of wheel_axes is zero: a wheel needs an axis"),
+        Condition(sp.Min(*margins), f"a column of wheel_axes is no axis: it {LENGTHS}"),
         Condition(gram.det(method="berkowitz"), "the wheels' axes wheel_axes lie in a plane"),
     )

@@ -137,6 +137,7 @@ class HingedBob(AngledBob):
         return -theta, C * phi, -S * phi
 
     def _swing(self, at: Mounted) -> _Swing:
+        """Return directions and rates of the arm, each named, since the balances use them several times."""
         ((c, s), (C, S)), (phi, theta), (w1, w2, w3) = self._circles(at), self._speeds(), rate
         w_n = at.define("Wn", w2 * C - w3 * S, "rate of the hull along n", "rad/s")
         w_t = at.define("Wt", w2 * S + w3 * C, "rate of the hull along the azimuth", "rad/s")

@@ -207,6 +207,7 @@ def plant_parameters(tables: Mapping[str, Group], count: int, inertia: str) -> t
 def _derive(
     p: Group, pendulums: tuple[Pendulum, ...], inertia: str, placed: Attitude, scenario: Group, d: Derivation
 ) -> _Model:
+    """Return plant, pendulums and longitudinal acceleration for one form of the bobs' inertia."""
     starts = [
         Start(
             *(
@@ -260,6 +261,7 @@ def _variants(model: _Model, choices: Sequence[Choice], laws: Mapping[str, Law])
 
 
 def _derive_law(name: str, model: _Model, tables: Mapping[str, Group], d: Derivation) -> tuple[Law, Group]:
+    """Return a law, and its parameters without the weights that this form of inertia does not use."""
     symbols = tuple(q.symbol for q in ATTITUDE)
     angles = model.attitude.angles
     d.section(f"Law: {_LAWS[name]}")

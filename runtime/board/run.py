@@ -207,6 +207,7 @@ def run_on_board(model: Model, request: BoardRequest) -> BoardRun:
 
 
 def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, single: Run) -> BoardRun:
+    """Return a run by the framed link, with profile, tuning, self-test and comparisons."""
     layout = image.program.layout
     link = Link(port, layout)
     hello = link.connect()
@@ -271,6 +272,7 @@ def _tuned(model: Model, request: BoardRequest, image: Image, tunings: Sequence[
 
 
 def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> BoardRun:
+    """Return a run by a line that transfers numbers only, without stats, profile or tuning."""
     law = BareLaw(port, image.program)
     begin = time.perf_counter()
     board = _simulate(model, request, law=law)

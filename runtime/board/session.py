@@ -141,6 +141,7 @@ class BoardLaw:
         return self._parameters[max(at for at in self._parameters if at <= k)]
 
     def _evaluate(self, k: int) -> Floats:
+        """Return the law's input at sample k, and record what a restart at a later sample needs."""
         first = k == 0 or (self._journal is not None and self._journal.length == k)
         if k == 0 and self._journal is not None:
             self._journal.append_memory(self._start)

@@ -112,6 +112,7 @@ class _Graph:
         return self._functions[name]
 
     def _read(self, name: str) -> _Function:
+        """Return the frame and calls of a function of Cortex-M; refuse it if its stack has no bound."""
         if self._elf.riscv:
             return self._read_riscv(name)
         frame, indirect, calls = 0, False, set()
@@ -126,6 +127,7 @@ class _Graph:
         return _Function(frame, frozenset(calls), indirect)
 
     def _read_riscv(self, name: str) -> _Function:
+        """Return the frame and calls of a function of RISC-V; refuse it if its stack has no bound."""
         frame, calls = 0, set()
         for i in instructions(self._elf, name):
             if match := _RISCV_DESCENT.fullmatch(f"{i.mnemonic.removeprefix('c.')} {i.operands}"):

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
-from mehvar.base.errors import InputError, MissingError
+from mehvar.base.errors import InputError, MehvarError, MissingError
 
 from .image.build import Image
 from .image.elf import read_elf
@@ -111,8 +111,12 @@ class SocketPort:
     def __init__(self, image: Image, options: tuple[str, ...] = ()) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="mehvar-qemu-")
         path, log = Path(self._folder.name) / "line", Path(self._folder.name) / "log"
-        self.name, self._process = _qemu(image, f"unix:{path},server=on,wait=on", log, options)
-        self._line = _connected(path, self._process, log)
+        try:
+            self.name, self._process = _qemu(image, f"unix:{path},server=on,wait=on", log, options)
+            self._line = _connected(path, self._process, log)
+        except MehvarError:
+            self._folder.cleanup()
+            raise
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -216,6 +220,7 @@ def _qemu(image: Image, line: str, log: Path, options: tuple[str, ...]) -> tuple
 
 
 def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socket.socket:
+    """Return the socket of QEMU's serial port; end the process and refuse if it does not open in time."""
     line = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     for _ in range(_START_TRIES):
         try:
@@ -225,11 +230,13 @@ def _connected(path: Path, process: subprocess.Popen[bytes], log: Path) -> socke
             if process.poll() is not None:
                 break
             time.sleep(_START_PAUSE)
+    line.close()
     _end(process)
     raise LinkError(f"qemu-system-arm did not start: {log.read_text(errors='replace').strip()}")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
+    """Close the pipes of a process and end it, by force if it does not stop within _LAST seconds."""
     pipes: list[IO[bytes]] = [pipe for pipe in (process.stdin, process.stdout) if pipe]
     for pipe in pipes:
         pipe.close()

@@ -79,6 +79,7 @@ class Requests:
         return tuple(self._requests)
 
     def _read(self) -> None:
+        """Read the requests from the file if its size has changed; requests that were taken stay out."""
         size = self._path.stat().st_size if self._path.exists() else 0
         if size == self._size:
             return
@@ -152,6 +153,7 @@ def _check_open(journal: Path, sizes: Layout, at: int | None) -> None:
 
 
 def _value(manifest: Manifest, law: Controller, name: str, value: object) -> float:
+    """Return a value for a run on a board; refuse names and values that no running law can take."""
     parameters = {q.name: q for q in (*manifest.parameters, *law.parameters)}
     if name not in parameters:
         raise unknown_name(f"parameter of {manifest.model} under {law.name}", name, parameters, "--set")

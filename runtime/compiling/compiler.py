@@ -119,23 +119,19 @@ def run_compiler(command: Sequence[str], folder: Path, failure: str) -> str:
 
 @functools.cache
 def _find(cc: str, _path: str) -> Compiler | None:
+    """Return the compiler of $CC, else the first that starts of PATH and the ziglang package."""
     if cc.strip():
         command = _words(cc)
-        version = _version(command)
+        version = version_of(command)
         if version is None:
             raise InputError(f"$CC = {cc!r}: must start a C compiler, but it does not start")
         return Compiler(command, version, "$CC")
-    for name in _PATH_NAMES:
-        program = shutil.which(name)
-        version = _version((program,)) if program else None
-        if program and version:
-            return Compiler((program,), version, "PATH")
+    commands: list[tuple[tuple[str, ...], str]]
+    commands = [((program,), "PATH") for program in filter(None, map(shutil.which, _PATH_NAMES))]
     if importlib.util.find_spec("ziglang"):
-        command = (sys.executable, "-m", "ziglang", "cc")
-        version = _version(command)
-        if version:
-            return Compiler(command, version, "the ziglang package")
-    return None
+        commands.append(((sys.executable, "-m", "ziglang", "cc"), "the ziglang package"))
+    versions = ((version_of(command), command, origin) for command, origin in commands)
+    return next((Compiler(command, version, origin) for version, command, origin in versions if version), None)
 
 
 def _words(command: str) -> tuple[str, ...]:
@@ -145,7 +141,8 @@ def _words(command: str) -> tuple[str, ...]:
         raise InputError(f"$CC = {command!r}: must be a command line ({error})") from error
 
 
-def _version(command: tuple[str, ...]) -> str | None:
+def version_of(command: tuple[str, ...]) -> str | None:
+    """Return the first line of a compiler's `--version`; None if it does not start, fails or prints nothing."""
     try:
         process = subprocess.run(
             [*command, "--version"],

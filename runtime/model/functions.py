@@ -100,6 +100,7 @@ class GeneratedFunction:
         return array
 
     def _checked(self, arguments: tuple[ArrayLike, ...]) -> tuple[list[FloatArray], tuple[int, ...]]:
+        """Return the arguments as arrays, and the leading shape to which they broadcast."""
         specs = self._function.arguments
         if len(arguments) != len(specs):
             raise InputError(f"{self!r} takes {len(specs)} arguments, got {len(arguments)}")
@@ -216,6 +217,7 @@ class CBackend:
         return self._libraries[file, real]
 
     def _build(self, file: str, real: Real) -> ctypes.CDLL:
+        """Return the compiled library of a generated file, whose functions evaluate many points in a call."""
         functions = [f for f in self._manifest.functions.values() if f.file == file]
         header = f"{self._manifest.model}.h"
         sources = {name: generated_text(self._manifest, name) for name in (file, header)}

@@ -63,6 +63,7 @@ class LinearSystem:
         return f"<linear system, {time}: states {', '.join(self.states)}; inputs {', '.join(self.inputs)}>"
 
     def _repr_html_(self) -> str:
+        """Return the matrices as tables in HTML, with the names of their rows and columns."""
         sides = {"A": (self.states, self.states), "B": (self.states, self.inputs)}
         sides |= {"C": (self.outputs, self.states), "D": (self.outputs, self.inputs)}
         text = heading(repr(self).strip("<>"))

@@ -7,6 +7,7 @@ import math
 import re
 import string
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -72,6 +73,14 @@ def number(name: str, value: object, origin: str = "") -> float:
     return result
 
 
+def number_above(least: float, name: str, value: object, allowed: str, origin: str = "") -> float:
+    """Return a value as a finite float above `least`; for all others InputError says what is allowed."""
+    with suppress(InputError):
+        if (result := number(name, value)) > least:
+            return result
+    raise bad_value(name, value, allowed, origin)
+
+
 def checked(parameter: Parameter, setting: Setting) -> float:
     """Return a parameter's value, or raise InputError if it is out of bounds."""
     value = number(parameter.name, setting.value, setting.origin)
@@ -101,13 +110,18 @@ def law_vector(functions: Functions, controller: Controller, values: Mapping[str
     InputError
         For an unknown name, a value that is not a finite number, or one out of bounds.
     """
-    names = [q.name for q in controller.parameters]
-    values = elements(values, names)
-    for name in values:
-        if name not in names:
-            raise unknown_name(f"parameter of the law {controller.name}", name, names)
-    settings = {name: Setting(value, "") for name, value in values.items()}
+    settings = given(controller.parameters, values, f"the law {controller.name}")
     return vector(controller.parameters, settings | _formulas(functions, controller, settings))
+
+
+def given(parameters: Sequence[Parameter], values: Mapping[str, object], owner: str) -> dict[str, Setting]:
+    """Return a caller's values by parameter, with arrays split into elements; raise InputError for an unknown name."""
+    names = [q.name for q in parameters]
+    each = elements(values, names)
+    for name in each:
+        if name not in names:
+            raise unknown_name(f"parameter of {owner}", name, names)
+    return {name: Setting(value, "") for name, value in each.items()}
 
 
 def all_parameters(manifest: Manifest, controller: Controller) -> tuple[Parameter, ...]:
@@ -143,6 +157,7 @@ def elements(values: Mapping[str, Any], names: Collection[str], origin: str = ""
 
 
 def _elements(name: str, value: Any, own: Collection[str], origin: str) -> dict[str, Any]:
+    """Return an array by the names of its elements; of mirrored elements only one is a parameter."""
     numbers = unmasked(value)
     places = np.ndindex(numbers.shape)
     given = {"_".join((name, *(str(k + 1) for k in place))): numbers[place].item() for place in places}
@@ -252,6 +267,7 @@ def check_values(
 def _settings(
     controller: Controller, scenario: Scenario, values: Mapping[str, object], origin: str
 ) -> dict[str, Setting]:
+    """Return values with their origins; the user's have precedence, then the scenario's for this law."""
     law = controller.name
     special = scenario.controllers.get(law, {})
     return {

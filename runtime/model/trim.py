@@ -211,6 +211,7 @@ def _off(model: Model, gap: FloatArray) -> str:
 
 
 def _check_steady(point: Trim, slopes: FloatArray, unknowns: FloatArray) -> None:
+    """Refuse a point at which a required rate exceeds rounding; the message names the worst."""
     allowed = _STEADY * np.abs(slopes) @ np.maximum(np.abs(unknowns), 1.0) + _ROUNDING
     excess = np.abs(point.residual) / allowed
     if np.all(excess <= 1):

@@ -14,9 +14,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mehvar.base.errors import InputError, MehvarError, bad_value, either
+from mehvar.base.errors import InputError, MehvarError, bad_value
 
-from ..files import write_atomic
+from ..files import checked_ending, write_atomic
 
 if TYPE_CHECKING:
     import pyarrow
@@ -116,9 +116,7 @@ def checked_format(path: str | os.PathLike[str]) -> str:
         If the ending is not a format, or the format needs a package that is not installed.
     """
     name = _name(path)
-    suffix = Path(name).suffix.lower()
-    if suffix not in _FORMATS:
-        raise bad_value("result file", name, f"a file name that ends in {either(_FORMATS)}")
+    suffix = checked_ending("result file", name, _FORMATS)
     if suffix in (".parquet", ".arrow") and importlib.util.find_spec("pyarrow") is None:
         raise InputError(f'{name}: {suffix} needs pyarrow: pip install "mehvar[parquet]"')
     return suffix
@@ -156,6 +154,7 @@ def _csv(dataset: xarray.Dataset) -> bytes:
 
 
 def _arrow_table(dataset: xarray.Dataset) -> pyarrow.Table:
+    """Return series as columns with their units; attributes and metrics are metadata of the table."""
     import pyarrow
 
     series = _series(dataset)

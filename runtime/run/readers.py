@@ -10,6 +10,7 @@ from mehvar.base.errors import bad_value, run_checks
 from mehvar.base.manifest import OPEN_LOOP, Controller, Manifest
 from mehvar.base.names import identifier
 
+from ..model.parameters import all_parameters
 from .calls import loop_calls
 
 _INITIAL = "initial"
@@ -72,7 +73,7 @@ class _Reading:
     def __init__(self, manifest: Manifest, law: Controller, functions: set[str], given: set[str]) -> None:
         self._law, self._functions, self._given = law, functions, given
         self._readers: dict[str, set[str]] = {}
-        for q in (*manifest.parameters, *law.parameters, *manifest.scenario_parameters):
+        for q in all_parameters(manifest, law):
             self._readers.setdefault(q.name, set()).update(q.readers)
 
     def acts(self, name: str) -> bool:

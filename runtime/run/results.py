@@ -7,7 +7,6 @@ import functools
 import json
 from collections import Counter
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -110,7 +109,7 @@ def _dataset_attributes() -> set[str]:
 
         (folder / "attributes.json").write_text(json.dumps(dir(xarray.Dataset)), encoding="utf-8")
 
-    folder = cache.entry("dataset", f"xarray-{version('xarray')}", fill)
+    folder = cache.entry("dataset", f"xarray-{installed('xarray')['xarray']}", fill)
     return set(json.loads((folder / "attributes.json").read_text(encoding="utf-8")))
 
 
@@ -126,6 +125,7 @@ def _descriptions(manifest: Manifest, law: Controller) -> dict[str, dict[str, st
 
 
 def _attributes(run: Run) -> dict[str, str | float]:
+    """Return the attributes of a result, which suffice to repeat the run."""
     manifest: Manifest = run.manifest
     instants, names = zip(*run.events, strict=True) if run.events else ((), ())
     events = {"events": json.dumps({"t": instants, "name": names})} if run.possible_events else {}

@@ -10,6 +10,7 @@ import warnings
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -334,6 +335,7 @@ def _attempt(problem: Problem) -> Trajectory:
 
 
 def _with_callback(problem: Problem, law: Law, origin: str) -> Problem:
+    """Return a problem whose law is a function in C or Python, called once per sample."""
     if problem.own is not None or problem.hold is None or problem.model.backend != "c":
         raise bad_value("law", law, "left out unless a sampled law runs on the C backend", origin)
     if problem.stiff_test:
@@ -414,8 +416,7 @@ def _changed_values(
     manifest: Manifest, law: Controller, case: Scenario, given: Mapping[str, object], resolved: Resolved
 ) -> dict[str, float]:
     """Return the given parameters that differ from the scenario."""
-    parameters = (*manifest.parameters, *law.parameters, *manifest.scenario_parameters)
-    defaults = {q.name: q.default for q in parameters}
+    defaults = {q.name: q.default for q in all_parameters(manifest, law)}
     plain = {**defaults, **case.values, **case.controllers.get(law.name, {})}
     return {name: resolved.values[name] for name in given if resolved.values[name] != plain[name]}
 
@@ -432,7 +433,7 @@ def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Da
     if not inputs:
         return {}
     values = {name: inputs[name] for name in names if name in inputs}
-    named = {f"u_{name}": float(v) if isinstance(v, int | float) else "given" for name, v in values.items()}
+    named = {f"u_{name}": float(v) if isinstance(v, Real) else "given" for name, v in values.items()}
     return named or {"inputs": "of a run"}
 
 

@@ -323,7 +323,7 @@ REFUSED = [
     ("time at the start", CART, ("initial", 0), lambda v: v * TIME.symbol, r"'t' is time, which it does not receive"),
     ("not a number", CART, ("rhs", 0), lambda v: sp.nan, r"has the constant nan: numbers must be real and finite"),
     ("infinity", CART, ("initial", 0), lambda v: sp.oo, r"initial, row 1 of 2 \(place\) has the constant oo"),
-    ("a text", CART, ("rhs", 0), lambda v: "speed", r"'speed' is a str: must be a SymPy expression"),
+    ("a text", CART, ("rhs", 0), lambda v: "speed", r"rhs\[0\] = 'speed' is a str: must be a SymPy expr"),
     ("a list", CART, ("rhs",), list, r"rhs = \[.*\] is a list: must be a tuple"),
     ("a local name of C", CART, ("functions", 0, "name"), lambda v: "t_abcde",
      r"function 't_abcde': the name 't_abcde'"),

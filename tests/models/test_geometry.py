@@ -35,8 +35,8 @@ def system(project):
 @pytest.mark.parametrize(
     ("shapes", "message"),
     [
-        ((Shape("a", "stick", (O, O)),), "kind = 'stick': must be one of rod, arrow, ball, box, face"),
-        ((Shape("a", "rod", (O, O), "teal"),), "color = 'teal': must be one of blue"),
+        ((Shape("a", "stick", (O, O)),), "kind = 'stick': must be rod, arrow, ball, box or face"),
+        ((Shape("a", "rod", (O, O), "teal"),), "color = 'teal': must be blue, vermillion"),
         ((Shape("a", "rod", (O,)),), "has 1 points: a rod must have 2 or more"),
         ((Shape("a", "box", (O, O, O)),), "has 3 points: a box must have 4"),
         ((Shape("a", "ball", (O,)), Shape("a", "rod", (O, O))), "shape 'a' is defined twice"),

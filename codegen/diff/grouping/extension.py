@@ -81,6 +81,7 @@ class Extended:
         return few != many and self._extends(few, many)
 
     def _extends(self, few: int, many: int) -> bool:
+        """Return True if the longer text equals the shorter one, except for added parts in sums."""
         if few == many:
             return True
         (operation, *_), (other, *_) = self._pool.nodes[few], self._pool.nodes[many]

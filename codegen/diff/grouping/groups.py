@@ -47,6 +47,7 @@ def _extended(equations: tuple[EquationChange, ...], extension: Extension | None
 
 
 def _families(versions: Versions, equations: Sequence[EquationChange]) -> list[EquationGroup]:
+    """Return groups of rows that differ only in the number of their equal part, with equal edits."""
     indexed = _indexed(versions)
     stories: dict[tuple[str, ...], list[EquationChange]] = {}
     for equation in equations:

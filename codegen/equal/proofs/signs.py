@@ -9,13 +9,13 @@ same signs.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from math import isqrt
 
 from ..branches import Atom, difference, either, every
 from ..pool import Pool
-from .intervals import QUARTERS, Bounds, impossible
+from .intervals import QUARTERS, Bounds, Ranges
 
 _FACTORS = 4
 """Largest number of factors of a product whose signs are split: eight alternatives."""
@@ -37,7 +37,7 @@ class Signs:
 
     def __init__(self, pool: Pool, bounds: Bounds) -> None:
         self.pool = pool
-        self._bounds = bounds
+        self.ranges = Ranges(pool, bounds)
         self._memo: dict[Atom, list[tuple[Atom, ...]] | None] = {}
 
     def __call__(self, atom: Atom) -> list[tuple[Atom, ...]] | None:
@@ -46,12 +46,18 @@ class Signs:
             self._memo[atom] = self._of(*atom)
         return self._memo[atom]
 
+    def splits(self, atoms: Sequence[Atom]) -> list[tuple[Atom, ...]]:
+        """Return the alternatives that give several nodes their signs, or the given signs if there are too many."""
+        alternatives = every([self(atom) for atom in atoms])
+        return [tuple(atoms)] if alternatives is None else alternatives
+
     def parts(self, node: int) -> set[int]:
         """Return the nodes whose signs determine a node's sign."""
         alternatives = [*(self((node, 1)) or ()), *(self((node, -1)) or ())]
         return {part for alternative in alternatives for part, _ in alternative}
 
     def _of(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Return the alternatives, as signs of parts, that give a node a sign; None if there are too many."""
         value = self.pool.constant(node)
         if not sign:
             return [((node, sign),)]
@@ -69,6 +75,7 @@ class Signs:
         return self._of_sum(node, sign) if operation == "add" else [((node, sign),)]
 
     def _of_product(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Return the alternatives for a product: the signs of its factors that multiply to this sign."""
         factors = [factor for factor in self.pool.operands(node) if not self._is_positive(factor)]
         values = [self.pool.constant(factor) for factor in factors]
         rest = [factor for factor, value in zip(factors, values, strict=True) if value is None]
@@ -83,6 +90,7 @@ class Signs:
         return (either if is_max == (sign > 0) else every)([self((part, sign)) for part in parts])
 
     def _of_sum(self, node: int, sign: int) -> list[tuple[Atom, ...]] | None:
+        """Return the alternatives for a sum, by a common factor, an extremum, a root or an inverse function in it."""
         if (flat := self._times(node, Fraction(1))) != node:
             return self((flat, sign))
         terms = self.pool.operands(node)
@@ -112,7 +120,7 @@ class Signs:
         """Return the operand at which a function has a given value; None if the value may be outside its range."""
         for quarters, beyond in zip(QUARTERS.get(operation, ()), (-1, 1), strict=False):
             end = self.pool.many("mul", [self.pool.intern("const", "pi"), self.pool.number(Fraction(quarters, 2))])
-            if not impossible(self.pool, [(difference(self.pool, value, end), beyond)], self._bounds):
+            if not self.ranges.never_have(difference(self.pool, value, end), beyond):
                 return None
         return self.pool.intern(_INVERSE[operation], value)
 
@@ -210,20 +218,8 @@ class Signs:
         return value is not None and value.denominator == 1 and value % 2 == 1
 
     def _is_positive(self, node: int) -> bool:
-        """Return True if a node's form shows that it is positive almost everywhere."""
-        operation, *operands = self.pool.nodes[node]
-        if operation == "sym":
-            low = self._bounds.get(operands[0], (None, None))[0]
-            return low is not None and low >= 0
-        if operation == "num":
-            return Fraction(operands[0]) > 0
-        if operation == "pow":
-            exponent = self.pool.constant(operands[1])
-            even = exponent is not None and (exponent.denominator % 2 == 0 or exponent % 2 == 0)
-            return even or self._is_positive(operands[0])
-        if operation in ("add", "mul"):
-            return all(map(self._is_positive, operands))
-        return operation in ("exp", "cosh", "abs", "const", "acos", "acosh")
+        """Return True if a node is provably never negative, and so does not change the sign of a product."""
+        return self.ranges.never_have(node, -1)
 
 
 def _product(signs: Sequence[int]) -> int:
@@ -233,9 +229,3 @@ def _product(signs: Sequence[int]) -> int:
 def _rational_root(value: Fraction) -> Fraction | None:
     root = Fraction(isqrt(value.numerator), isqrt(value.denominator))
     return root if root**2 == value else None
-
-
-def splits(signs: Signs, atoms: Sequence[Atom]) -> Iterator[tuple[Atom, ...]]:
-    """Yield the alternatives that give several nodes their signs, or the given signs if there are too many."""
-    alternatives = every([signs(atom) for atom in atoms])
-    yield from [tuple(atoms)] if alternatives is None else alternatives

@@ -82,6 +82,7 @@ def _flash_contents(elf: Path) -> bytes:
 
 
 def _make_fragment(portable: Sequence[str]) -> str:
+    """Return the makefile that a user's project includes; `portable` are the sources that it compiles."""
     return (
         "# SPDX-License-Identifier: Apache-2.0\n"
         "# Law, mathematics and link for your project: set MEHVAR to this folder and include this file. Write the\n"
@@ -95,6 +96,7 @@ def _make_fragment(portable: Sequence[str]) -> str:
 
 
 def _cmake_fragment(portable: Sequence[str]) -> str:
+    """Return the CMake file that a user's project includes; `portable` are the sources of the library."""
     files = " ".join(f"${{CMAKE_CURRENT_LIST_DIR}}/{name}" for name in portable)
     return (
         "# SPDX-License-Identifier: Apache-2.0\n"

@@ -79,6 +79,7 @@ def command(
 
 
 def _print_outcome(outcome: BoardRun) -> None:
+    """Print the end of a run and a table of differences, costs and tunings; the table omits what was not measured."""
     numbers = facts(outcome)
     layout = outcome.image.program.layout
     typer.echo(

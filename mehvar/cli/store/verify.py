@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from mehvar.base.errors import first_names
 from mehvar.runtime.batch.store.verification import Verification, verify
 from mehvar.settings import AsJson
 from mehvar.terminal import print_json, progress
@@ -39,6 +40,7 @@ def command(
 
 
 def _print(verification: Verification) -> None:
+    """Print the damaged and missing blocks, unknown files, the writer, and how to repair the store."""
     damage, word = verification.damage(), "damaged" if verification.writer is None else "being written"
     for line in damage[:_SHOWN]:
         typer.echo(f"{word}: {line}")
@@ -52,8 +54,7 @@ def _print(verification: Verification) -> None:
     ended = "" if verification.ended or verification.missing else "; the end of the batch is not recorded"
     typer.echo(f"{verification.store}: {runs}; {whole}{ended}")
     if verification.others:
-        more = len(verification.others) - _SHOWN
-        named = ", ".join(verification.others[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+        named = first_names(verification.others, _SHOWN)
         typer.echo(f"note: files that no record lists and mehvar does not read: {named}")
     if verification.writer is not None:
         typer.echo(f"being written by {verification.writer}")

@@ -40,6 +40,7 @@ def write_inspection(found: Inspection, law: str, out: Path, maker: str) -> None
 
 
 def _inspection(found: Inspection, law: str) -> Iterator[str]:
+    """Yield the lines of the page about another project's image, which is not run."""
     yield f"# {law} in {found.path.name}: evidence"
     yield ""
     yield f"SHA-256 of the image {found.sha256}. From its instructions alone: nothing was run, no bits were compared."
@@ -102,6 +103,7 @@ def evidence_facts(evidence: Evidence, misra: Findings | None) -> dict[str, Any]
 
 
 def _page(evidence: Evidence, misra: Findings | None) -> Iterator[str]:
+    """Yield the lines of the page about a law in mehvar's own image, which an emulator has run."""
     run = evidence.run
     layout, board = run.image.program.layout, run.image.board
     assert board is not None
@@ -133,6 +135,7 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> Iterator[st
 
 
 def _traced(traced: Sequence[Traced]) -> Iterator[str]:
+    """Yield the section that leads from numbered equations to lines of C and addresses."""
     total, numbered = sum(t.instructions for t in traced), [t for t in traced if t.number]
     yield (
         f"{len(numbered)} steps of the text have the number of an equation, {len(traced) - len(numbered)} are parts "
@@ -154,6 +157,7 @@ def _addresses(step: Traced) -> str:
 
 
 def _lengths(evidence: Evidence) -> Iterator[str]:
+    """Yield the section on instructions of a call: upper bounds beside the observed maxima."""
     profile = evidence.run.profile
     yield (
         "Instructions of one call with all that it calls: at most, from the instructions of the image alone, and the "
@@ -181,6 +185,7 @@ def _stack(evidence: Evidence) -> Iterator[str]:
 
 
 def _coverage(evidence: Evidence) -> Iterator[str]:
+    """Yield the section on coverage: outcomes of all conditions, and those that lack one."""
     conditions = evidence.conditions
     both = sum(len(c.outcomes) == 2 for c in conditions)
     yield (
@@ -216,6 +221,7 @@ def _seen(condition: Condition) -> str:
 
 
 def _misra(misra: Findings | None) -> Iterator[str]:
+    """Yield the section on cppcheck's findings, in the order of the rules' numbers."""
     if misra is None:
         yield "Not run: cppcheck is not installed (`apt-get install cppcheck`)."
         return

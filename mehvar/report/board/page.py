@@ -94,6 +94,7 @@ def inputs_figure(outcome: BoardRun) -> Figure:
 
 
 def _inputs_column(column: Sequence[Axes], outcome: BoardRun, unit: str) -> None:
+    """Draw the inputs in one unit: on the board, on this machine, their distance, and the error of float."""
     board, single, double = outcome.board, outcome.single, outcome.double
     inputs = {k: q.name for k, q in enumerate(board.manifest.inputs) if q.unit == unit}
     for ax, run, title in zip(column, (board, single), ("on the board", "on this machine, in float"), strict=False):

@@ -51,6 +51,7 @@ def run_boards(runs: Runs) -> Boards:
 
 
 def _on_board(outcome: BoardRun) -> OnBoard:
+    """Return the report's entry on a law; `same` is true if inputs and states are bit-identical."""
     from .facts import facts
     from .page import fact_rows, inputs_figure
 

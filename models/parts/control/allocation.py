@@ -29,6 +29,7 @@ def effects(parts: Actuators, centre: sp.Matrix) -> sp.Matrix:
 
 
 def _effects(part: Part, at: Mounted, centre: sp.Matrix) -> list[tuple[sp.Matrix, sp.Matrix]]:
+    """Return force and torque about the centre per unit of each input of a part, in hub axes."""
     loads, of = part.mean_loads(at), part.total(at)
     result = []
     for u in (q.symbol for q in part.inputs()):

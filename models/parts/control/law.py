@@ -72,6 +72,7 @@ class Law:
         return filters[0][0].estimate(filters[0][1], self) if filters else None
 
     def _seen(self, kind: type[Instrument], state: Sequence[Expr], what: str) -> tuple[Expr, ...]:
+        """Return the measurement of the craft's sensor of a kind; the state if the craft has no sensors at all."""
         sensors = [part for part, _ in self._craft.parts if isinstance(part, Instrument)]
         if not sensors:
             return tuple(state)
@@ -172,6 +173,7 @@ class Law:
     def _shared(
         self, what: str, wanted: Sequence[Expr], by: Iterable[Part], rows: list[int]
     ) -> dict[str, tuple[Expr, ...]]:
+        """Return the commands of actuators that produce `wanted`; `rows` are its components of force and torque."""
         chosen = list(by)
         names = [part.name for part in chosen]
         pairs = [(part, at) for part, at in self._craft.parts if part.name in names]

@@ -217,6 +217,10 @@ class Orbit(Part):
             for axis in AXES
         )
 
+    def ignored(self, at: Mounted) -> list[str]:
+        """Return no field: the terms of other parts contain those of the orbit."""
+        return []
+
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         rows = (
             ("a", self.size, "m", "semi-major axis", "(0, inf)"),

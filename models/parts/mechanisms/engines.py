@@ -13,12 +13,13 @@ import sympy as sp
 from ...derivation import Expr
 from ...geometry import Shape
 from ...quantities import Quantity
+from ...system import Condition
 from ..hub import jet
 from ..motion import Motion
 from ..part import Mounted, Part, start
 from ..terms import Load, State
 from ..values import Number, Parameters, Vector, direction, place, scalar
-from .rotors import check_across
+from .rotors import check_across, not_along
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,9 @@ class Engine(Part):
         result = super().values(parameters)
         check_across(self, "direction", "axis")
         return result
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        return (*super().constraints(at), *not_along(self, at, "direction", "axis"))
 
     def inputs(self) -> tuple[Quantity, ...]:
         force = Quantity(f"{self.name}_force", "N", f"force of {self.name}")

@@ -16,7 +16,7 @@ from ..charts import NEAR
 from ..part import Mounted, Part
 from ..terms import Aggregates, Coordinate, Particle
 from ..values import Number, Parameters, Vector, direction, place, scalar
-from .rotors import check_across
+from .rotors import check_across, not_along
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,9 @@ class Pendulum(Part):
         result = super().values(parameters)
         check_across(self, "rest", "axis")
         return result
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        return (*super().constraints(at), *not_along(self, at, "rest", "axis"))
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         return tuple(

@@ -115,6 +115,7 @@ class Tank(Part):
         return bob, Mounted(bob.name, values, at.craft)
 
     def _lumps(self, at: Mounted) -> list[_Lump]:
+        """Return the fuel as one point at rest or, with a bob, a second point that swings."""
         v, swinging = at.values, self._swinging(at)
         if swinging is None:
             return [_Lump(sp.S.One, v.at, ZERO)]

@@ -120,6 +120,7 @@ def _axial(p: Group, plant: Dynamics, offsets: Sequence[Expr], name: _Named) -> 
 
 
 def _gimbal_angles(force: Sequence[Expr], p: Group, name: _Named) -> tuple[Expr, Expr]:
+    """Return the gimbal angles at which the thrust has the direction of a force in hull axes, N."""
     sine2 = name("sin_d2", _unit(force[1] / p.F), "sine of delta2", "1", r"\sin\delta_2")
     cosine2 = name("cos_d2", sp.sqrt(1 - sine2**2), "cosine of delta2", "1", r"\cos\delta_2")
     # the bound keeps 0/0 away where the thrust lies along y; the sine is limited to 1 long before

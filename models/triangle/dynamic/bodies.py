@@ -87,6 +87,7 @@ def _with_rods(points: Sequence[Expr], beams: Sequence[Expr]) -> list[Expr]:
 
 
 def _reduced(lumps: Sequence[Expr], beams: Sequence[Expr], d: Derivation) -> tuple[Expr, ...]:
+    """Return mu_ij of the ends of each rod, in kg; `lumps` include half of the rods, `beams` are the rods."""
     total = sp.Add(*lumps)
     return tuple(
         d.define(

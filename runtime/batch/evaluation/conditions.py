@@ -11,7 +11,6 @@ import math
 import operator
 import re
 import sys
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, bad_value, unknown_name, value_text
 from mehvar.base.units import Dimension, dimension, has_radians, product, unit_text
 
-from ...arguments import literals_are_numbers
+from ...arguments import parsed
 from ...run.problem import COMPLETE, Status
 from ...units import without_units
 
@@ -86,10 +85,11 @@ class Criterion:
         self.names: set[str] = set()
         self._quantities: dict[str, _Quantity] = {}
         plain = without_units(text.strip(), self._quantity, origin)
-        tree = self._parsed(plain)
+        try:
+            tree = parsed(plain)
+        except ValueError:
+            raise self._refused() from None
         _check_depth(tree, self._refused)
-        if not literals_are_numbers(tree, plain):
-            raise self._refused()
         self._tree = tree
         self._truth = self._condition(tree)
         if not self.names:
@@ -164,6 +164,7 @@ class Criterion:
         return nested
 
     def _nested(self, node: ast.expr) -> Any:
+        """Return a part of the condition as nested lists; chained comparisons become comparisons of pairs."""
         if (name := _name(node)) is not None:
             return self._quantities[name].value if name in self._quantities else name
         match node:
@@ -223,14 +224,6 @@ class Criterion:
         """Return a part of the condition as its author wrote it."""
         names = re.compile("|".join(map(re.escape, self._quantities)) or "$^")
         return names.sub(lambda match: self._quantities[match[0]].text, ast.unparse(node))
-
-    def _parsed(self, text: str) -> ast.expr:
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them
-                return ast.parse(text, mode="eval").body
-        except (SyntaxError, ValueError, MemoryError, RecursionError, Warning):
-            raise self._refused() from None
 
     def _refused(self, allowed: str = _USAGE) -> InputError:
         return bad_value(self._origin, self.text, allowed)

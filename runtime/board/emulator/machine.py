@@ -195,6 +195,7 @@ class EmulatedBoard:
         return int(self._uc.reg_read(arm_const.UC_ARM_REG_LR)) & ~1
 
     def _map(self) -> None:
+        """Map flash, RAM and registers; other addresses stay unmapped, so that access to them fails."""
         for address, size in (self._board.flash, self._board.ram):
             self._uc.mem_map(address, size)
         # exception returns of the M-profile and other addresses that never execute code stay unmapped
@@ -243,6 +244,7 @@ class EmulatedBoard:
 
 
 def _read_stm32(machine: EmulatedBoard, at: int) -> int:
+    """Return the value of a register: clocks are ready at once, and the line is always ready to send."""
     if at == _RCC_CR:
         value = machine.clock_control[at]
         return value | (value & _PLL_ON) << 1

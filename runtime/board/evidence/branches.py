@@ -96,6 +96,7 @@ class Outcomes:
             machine.on_range(address, address + len(content) - 1, self._ran)
 
     def _ran(self, address: int, size: int) -> None:
+        """Count the instructions of an executed block for the law's function that is running."""
         while self._calls and address == self._calls[-1].back:
             self._return()
         name = self._entries.get(address)
@@ -116,6 +117,7 @@ class Outcomes:
             self._calls[-1].instructions += call.instructions
 
     def _watcher(self, condition: Condition, i: Instruction) -> Callable[[], None]:
+        """Return the function that records a condition's outcome; call it before the instruction runs."""
         name = i.mnemonic.split(".")[0]
         if name in ("cbz", "cbnz"):
             register = i.operands.split(",")[0]

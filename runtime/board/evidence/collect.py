@@ -157,6 +157,7 @@ def _length(flow: Flow, name: str, outcomes: Outcomes) -> Length:
 
 
 def _campaign(model: Model, run: BoardRun, names: list[str], disturbed: int) -> Outcomes:
+    """Return the outcomes of conditions in the run's samples and in disturbed steps, with a fixed seed."""
     port = MachinePort(run.image)
     link = Link(port, run.image.program.layout)
     link.connect()

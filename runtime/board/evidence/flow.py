@@ -117,6 +117,7 @@ class _Function:
     # blocks
 
     def _cut(self) -> dict[int, list[Instruction]]:
+        """Return the basic blocks by first address; jumps and their targets separate them."""
         first = min(self._instructions)
         leaders = {first}
         for i in self._instructions.values():
@@ -132,6 +133,7 @@ class _Function:
         return blocks
 
     def _successors(self, first: int) -> Iterator[int]:
+        """Yield the blocks that may follow a block; refuse jumps whose target is unknown."""
         block = self._blocks[first]
         last = block[-1]
         if last.target is not None and not last.call:
@@ -261,6 +263,7 @@ class _Function:
         raise self._unbounded(loop, "no register counts its iterations between known values")
 
     def _counted(self, loop: Set[int], start: State, block: list[Instruction]) -> int | None:
+        """Return the largest number of turns of a loop with one counter and a constant step; None for others."""
         last = block[-1]
         zero = last.mnemonic.startswith("cb")
         test = last if zero else next((i for i in reversed(block[:-1]) if _sets_flags(i)), None)

@@ -142,6 +142,7 @@ def _calls_itself(elf: Elf, flow: Flow, name: str) -> bool:
 
 
 def _inspected(elf: Elf, flow: Flow, name: str, linked: LinkMap | None) -> Inspected:
+    """Return the evidence about a function; bounds without proof are None, with a reason."""
     text = instructions(elf, name)
     calls = flow.callees(name)
     itself = _calls_itself(elf, flow, name)

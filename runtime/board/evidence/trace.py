@@ -153,6 +153,7 @@ def _calls(dwarf: Any, unit: Any, die: Any) -> Iterator[tuple[int, int, int]]:
 
 
 def _ranges(dwarf: Any, unit: Any, die: Any) -> Iterator[tuple[int, int]]:
+    """Yield start and end of the address ranges of an entry in DWARF."""
     attributes = die.attributes
     if "DW_AT_low_pc" in attributes:
         low, high = attributes["DW_AT_low_pc"].value, attributes["DW_AT_high_pc"]

@@ -120,6 +120,7 @@ def instructions(elf: Elf, name: str) -> list[Instruction]:
 
 @functools.cache
 def _decoded_riscv(code: bytes, address: int) -> tuple[Instruction, ...]:
+    """Return the instructions of RISC-V code; refuse code that the decoder does not know in full."""
     engine = capstone.Cs(capstone.CS_ARCH_RISCV, capstone.CS_MODE_RISCV64 | capstone.CS_MODE_RISCVC)
     decoded = []
     for at, size, mnemonic, operands in engine.disasm_lite(code, address):

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from mehvar.base.errors import MissingError, unknown_name
 
-from .toolchains import Toolchain, first_line, host_toolchain, toolchain
+from ...compiling.compiler import version_of
+from .toolchains import Toolchain, host_toolchain, toolchain
 
 
 @dataclass(frozen=True)
@@ -86,8 +87,9 @@ def process_toolchain(name: str | None, compiler: str | None = None) -> Toolchai
             zig = toolchain("zig")
             command = (*zig.command, *processor.zig, "-static", "-fno-sanitize=all")
             return Toolchain("zig", command, zig.version, (emulator,))
-        if processor.gcc and (path := shutil.which(processor.gcc)):
-            return Toolchain("gcc", (path, "-static", _OWN_PRECISION), first_line(path), (emulator,))
+        path = shutil.which(processor.gcc) if processor.gcc else None
+        if path and (version := version_of((path,))):
+            return Toolchain("gcc", (path, "-static", _OWN_PRECISION), version, (emulator,))
     if processor.gcc is None:
         raise MissingError(f"gcc has no C library for {name}: use --compiler zig")
     raise MissingError(f"{processor.gcc} is not installed: apt-get install gcc-{processor.gcc.removesuffix('-gcc')}")

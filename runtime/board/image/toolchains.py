@@ -6,14 +6,13 @@ from __future__ import annotations
 import functools
 import importlib.util
 import shutil
-import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mehvar.base.errors import MissingError, bad_value, unknown_name
 
-from ...compiling.compiler import require_compiler
+from ...compiling.compiler import require_compiler, version_of
 
 KIB = 1024
 
@@ -169,13 +168,5 @@ def _zig() -> Toolchain | None:
 @functools.cache
 def _gcc() -> Toolchain | None:
     path = shutil.which("arm-none-eabi-gcc")
-    if path is None:
-        return None
-    return Toolchain("gcc", (path,), first_line(path))
-
-
-@functools.cache
-def first_line(path: str) -> str:
-    """Return the first line that a program prints about its version."""
-    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL)
-    return done.stdout.splitlines()[0]
+    version = version_of((path,)) if path else None
+    return Toolchain("gcc", (path,), version) if path and version else None

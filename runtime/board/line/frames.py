@@ -102,6 +102,7 @@ def _stuff(body: bytes) -> bytes:
 
 
 def _unstuff(stuffed: bytes) -> bytes | None:
+    """Return the bytes before COBS stuffing; None if they were damaged."""
     body, at = bytearray(), 0
     while at < len(stuffed):
         code = stuffed[at]

@@ -255,6 +255,7 @@ class Link:
         return self._number
 
     def _request(self, kind: int, payload: bytes = b"") -> Frame:
+        """Return the answer to a request, which is sent again, with the same number, until it has one."""
         request = Frame(kind, 0, self._session, self._next(), payload)
         data = encode(request)
         self.counters.requests += 1
@@ -267,6 +268,7 @@ class Link:
         raise LinkError(f"no answer to request {kind} number {request.number} after {self._tries} tries")
 
     def _await(self, request: Frame) -> Frame | None:
+        """Return the answer to a request; None after the timeout. Answers to earlier requests are counted."""
         end = time.monotonic() + self._timeout
         while (wait := end - time.monotonic()) > 0:
             data = self._port.read(wait)
@@ -290,6 +292,7 @@ class Link:
         return kind(f"{self._port.name}: the board refuses request {request.type} number {request.number}: {reason}")
 
     def _checked(self, reply: Frame) -> Hello:
+        """Return the board's greeting; refuse another protocol, precision, law or build."""
         if len(reply.payload) != _HELLO.size or reply.payload[0] != _VERSION:
             raise InputError(f"{self._port.name}: the board speaks another version of the protocol; flash it again")
         _, size, digest, *sizes, ticks, board, model, law = _HELLO.unpack(reply.payload)

@@ -123,6 +123,7 @@ def _system(
     outputs: tuple[Quantity, ...],
     step: float = 0.0,
 ) -> Any:
+    """Return a nonlinear system of python-control; `step` is its period in s, 0 for continuous time."""
     control = library("control", "control", "to_nlsys")
     groups = {"states": states, "inputs": inputs, "outputs": outputs}
     labels = {kind: [q.name for q in group] for kind, group in groups.items()}

@@ -15,6 +15,7 @@ from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Manifest
 
 from ...arguments import number
+from ...files import checked_ending
 from ...model.functions import FloatArray
 from ..formats import open_result
 
@@ -41,11 +42,8 @@ def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xar
         If the file cannot be read or has an unknown ending, a column is missing or occurs twice, a unit is wrong, or
         a cell is not a number.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix == ".nc":
+    if checked_ending("inputs", path, [".nc", ".csv"]) == ".nc":
         return open_result(path)
-    if suffix != ".csv":
-        raise bad_value("inputs", os.fspath(path), "a file name that ends in .nc or .csv")
     names = [q.name for q in manifest.inputs]
     columns, units = _columns(path)
     if "t" not in columns:

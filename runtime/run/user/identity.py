@@ -135,6 +135,7 @@ class _Walk:
         self._object(name, value)
 
     def _object(self, name: str, value: Any) -> None:
+        """Record what determines an object's behaviour: code of the user, or name and version of an installed one."""
         owner = value if isinstance(value, type | FunctionType) else type(value)
         if isinstance(value, MethodType):
             self.value(f"{name}.__func__", value.__func__)
@@ -204,6 +205,7 @@ class _Walk:
             self._read(name, path, function, cells)
 
     def _read(self, where: str, path: tuple[str, ...], function: FunctionType, cells: Mapping[str, Any]) -> None:
+        """Record the value behind a dotted name that a function uses; refuse values that change by themselves."""
         first, *rest = path
         if first in cells:
             value, name = cells[first].cell_contents, f"{where}: {first}"

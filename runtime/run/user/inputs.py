@@ -134,6 +134,7 @@ class _Inputs:
         return np.array(np.broadcast_to(u.reshape(-1, *(1 for _ in runs)), (len(u), *runs))), z
 
     def _value(self, k: int, t: float) -> float:
+        """Return input k at t, s; an error in it names the input and the time."""
         where = f"inputs[{self._names[k]!r}] at t = {t:.6g} s"
         try:
             value = self._signals[k].value(t)
@@ -148,6 +149,7 @@ class _Inputs:
 
 
 def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
+    """Return an input over time from a number, a pair of arrays, or a function of time."""
     if callable(value):
         text, unidentified = identify(value)
         return Signal(value, held=False, text=text, unidentified=unidentified)
@@ -171,6 +173,7 @@ def _signal(name: str, value: object, linear: bool, origin: str) -> Signal:
 
 
 def _series(name: str, pair: Sequence[Any], origin: str) -> tuple[FloatArray, FloatArray]:
+    """Return instants, s, and values of a pair; refuse those that do not increase from 0 or before."""
     try:
         t, values = (
             part.astype(np.float64, casting="unsafe" if part.dtype.kind == "O" else "same_kind")

@@ -181,6 +181,7 @@ def recorded_memory(text: str) -> list[float] | None:
 
 
 def _memory(memory: ArrayLike, period: float | None, origin: str) -> FloatArray:
+    """Return the memory at the start; refuse one of a continuous law."""
     if period is None:
         raise bad_value(
             "memory", memory, "left out unless the law has a period: a continuous law has no memory", origin
@@ -227,6 +228,7 @@ class _Caller:
         )
 
     def _checked(self, t: float, what: str, value: object, shape: tuple[int, ...]) -> FloatArray:
+        """Return what a law returned as numbers of a shape; refuse other shapes, and vectors that are not finite."""
         array = _numbers(value, shape)
         names = f", one for each of {', '.join(self._inputs) or 'no inputs'}" if what == "u" else ""
         if array is None:

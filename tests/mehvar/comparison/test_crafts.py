@@ -15,6 +15,7 @@ import mehvar
 from mehvar import Controller, Group, Parameter, Quantity, System
 from mehvar.base.errors import MehvarError
 from mehvar.base.manifest import Scenario
+from mehvar.base.parts import exchanged_parts
 from mehvar.cli.app import app
 from mehvar.comparison.runs import _extremes
 from mehvar.parts import Gyro, Hinge, Hub, Orbit, PointMass, Spacecraft, Tachometer, Torquer, Wheel
@@ -66,6 +67,47 @@ def test_parts_that_exchanged_their_names_are_the_same_unless_a_law_still_means_
     assert found.status == ("names changed" if follows else "changed")
     told = ("wheel1: renamed to wheel2", "wheel2: renamed to wheel1")
     assert (found.parts == told) == follows
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        {"names": {"wheel1": "wheel2", "wheel2": "wheel1", "wheel3": "w3"}},
+        {"names": {"wheel1": "wheel2", "wheel2": "wheel3", "wheel3": "w4"}, "law": "pid"},
+        {"names": {"hub": "wheel1", "wheel1": "wheel2", "wheel2": "x", "wheel3": "hub"}, "scenario": "slew"},
+        {"names": {"wheel1": "wheel3", "wheel3": "wheel2", "wheel2": "wheel1"}, "order": (4, 2, 0, 3, 1), "panel": "m"},
+    ],
+    ids=["third", "chain", "all", "order"],
+)
+def test_exchanged_names_beside_new_ones_change_no_physics(edit):
+    """Each kind was recognised alone; together they were CHANGED."""
+    found = mehvar.diff(three(), three(**edit))
+    assert found.status == "names changed", str(found)
+    told = [f"{old}: renamed to {new}" for old, new in (edit["names"] | {"panel": edit.get("panel", "panel")}).items()]
+    assert {line for line in found.parts if "renamed" in line} == {w for w in told if w != "panel: renamed to panel"}
+
+
+WHEELS = {"a": {"": "Wheel", "axis": "x"}, "b": {"": "Wheel", "axis": "y"}}
+
+
+@pytest.mark.parametrize(
+    ("wheels", "sensors"), [("ba", "st"), ("ab", "ts"), ("ba", "ts"), ("ba", "su"), ("bc", "tu"), ("ca", "su")]
+)
+def test_names_of_parts_that_name_others_are_told_after_those(wheels, sensors):
+    """A sensor names its wheel, whose new name was a change of the sensor."""
+
+    def parts(wheels, sensors):
+        of = {s: {"": "Tachometer", "of": f"'{w}'", "sigma": "1"} for w, s in zip(wheels, sensors, strict=True)}
+        return dict(zip(wheels, WHEELS.values(), strict=True)) | of
+
+    names = {old: new for old, new in zip("abst", wheels + sensors, strict=True) if old != new}
+    assert exchanged_parts(parts("ab", "st"), parts(wheels, sensors)) == names
+
+
+def test_a_number_that_becomes_that_of_another_part_is_no_exchange():
+    masses = [{name: {"": "PointMass", "at": "0", "m": m} for name, m in zip("ab", given, strict=True)}
+              for given in ("12", "23")]  # fmt: skip
+    assert exchanged_parts(*masses) == {}
 
 
 @pytest.fixture(scope="module")

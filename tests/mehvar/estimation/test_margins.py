@@ -153,7 +153,8 @@ def turner():
 @pytest.mark.parametrize("delay", [0, 1])
 def test_a_running_loop_has_the_margins_of_closed_forms(turner, delay):
     """L = K z^-delay/(z - 1), K = kd Ts/J, is lost at K = 2 or, delayed, at K = 1; |L| = 1 at 2 sin(w Ts/2) = K."""
-    (margin,) = mehvar.margins(turner, "feedback", size={"turnx": 1e-3}, t_end=1.0, delay=delay, frequencies=GRID)
+    size = {"turnx": np.float32(1e-3)}
+    (margin,) = mehvar.margins(turner, "feedback", size=size, t_end=1.0, delay=delay, frequencies=GRID)
     share = GAIN * TS / INERTIA
     assert 20 * math.log10(margin.gain * share / (2 - delay)) == pytest.approx(0, abs=0.01)
     angle = 2 * math.asin(share / 2)

@@ -23,7 +23,7 @@ def test_the_least_effort_of_a_turn_is_the_known_one() -> None:
     craft = Spacecraft("turning", motion="attitude", attitude="euler")
     craft.add(Hub("hub", mass=10.0, inertia=(3.0, 3.5, 4.0)))
     craft.add(Torquer("turn"))
-    plan = mehvar.steer(mehvar.build(craft), {"yaw": 0.0, "wz": 0.0}, 10.0, parameters={"yaw_0": 0.6})
+    plan = mehvar.steer(mehvar.build(craft), {"yaw": np.int64(0), "wz": np.float32(0)}, 10.0, parameters={"yaw_0": 0.6})
     assert plan.effort == pytest.approx(12 * 16 * 0.36 / 1000, rel=1e-3)
     middle = plan.plan.t.values[:-1] + 0.1
     expected = -6 * 4 * 0.6 * (1 - 2 * middle / 10) / 100

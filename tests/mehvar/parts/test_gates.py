@@ -121,7 +121,7 @@ def test_a_part_that_depends_on_the_order_is_refused():
     class First(SprungMass):
         def aggregates(self, at):
             of = super().aggregates(at)
-            return of if at.craft.parts[0][0] == HUB else replace(of, potential=0 * of.potential)
+            return of if at.craft.parts[0][0] == HUB else replace(of, potential=2 * of.potential)
 
     with pytest.raises(ModelError, match="not true: the order of parts has no effect"):
         craft_of(First("a", mass=1.0, axis=(1, 0, 0), stiffness=5.0)).check()
@@ -139,7 +139,7 @@ def test_a_massless_part_with_a_negative_energy_is_refused():
 
 @dataclass(frozen=True)
 class Bead(Part):
-    """A mass on a spring along x, as a particle; its squared speed may have a factor, and a force a false loss."""
+    """A mass on a spring along x, as a particle; its squared speed may have a factor, and its loss lack a force."""
 
     mass: Annotated[Number, scalar("m", "kg", "mass")] = 1.5
     loss: Annotated[Number, scalar("c", "N s/m", "loss")] = 0.4
@@ -155,7 +155,8 @@ class Bead(Part):
         return Particle(at.values.mass, sp.Matrix([c.place.symbol, 0, 0]), self.factor * c.speed.symbol**2)
 
     def aggregates(self, at):
-        return Aggregates(power=-at.values.loss * self.coordinates()[0].speed.symbol ** 2 if self.false else sp.S.Zero)
+        speed, loss = self.coordinates()[0].speed.symbol, at.values.loss
+        return Aggregates(power=-loss * speed**2) if self.false else Aggregates(forces=(-loss * speed,))
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from mehvar.base.errors import InputError
+from mehvar.base.schema import read_data
 from mehvar.reproduction.claims import ClaimText
-from mehvar.reproduction.data import read_data
 from mehvar.reproduction.paper import Captions, read_reproduction
 from mehvar.reproduction.study import Study
 from papers import triangle

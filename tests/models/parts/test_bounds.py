@@ -10,18 +10,23 @@ from mehvar.models.check import check
 from mehvar.models.parts import (
     Chain,
     ControlMomentGyro,
+    Drag,
+    Engine,
     Gyro,
     Hinge,
     Hub,
     Link,
     Mode,
     Modes,
+    Orbit,
+    Pendulum,
     PointMass,
     Rod,
     Slider,
     Spacecraft,
     SprungMass,
     Tether,
+    Thruster,
     UnbalancedWheel,
     Value,
     Wheel,
@@ -147,6 +152,44 @@ def test_a_rotor_is_a_body_at_later_values_too():
     assert least(u_Js=0.19, u_Ud=0.02) > 0
     assert least(u_Js=0.21) < 0
     assert least(u_Js=0.19, u_Ud=0.05) < 0
+
+
+@pytest.mark.parametrize(
+    ("part", "changes", "words"),
+    [
+        *(
+            (part, changes, rf"a(_1)?\.{field}, with .*: must have a length from 1e-150 to 1e\+150")
+            for part, field, one, two in (
+                (Wheel("a", axis=(1, 1, 0), inertia=0.1), "axis", "a_ax", "a_ay"),
+                (Thruster("a", direction=(0, 1, 2)), "direction", "a_ay", "a_az"),
+                (Chain("a", [Link(1.0, BALL, axis=(1, 0, 1))]), "axis", "a_1_ax", "a_1_az"),
+                (Drag("a", area=1.0, normal=(1, 1, 0)), "normal", "a_nx", "a_ny"),
+            )
+            for changes in ({one: 1e200}, {one: -1e200}, {one: 1e-200, two: 1e-200}, {one: 0.0, two: 0.0})
+        ),
+        *(
+            (part, changes, rf"a\.{field}, with .*: must not be along {axis}")
+            for part, field, axis, changes in (
+                (ControlMomentGyro("a", (1, 1, 0), (1, 1, 2), 0.1, 0.1), "spin", "gimbal", {"a_sz": 0.0}),
+                (Engine("a", (1, 2, 0), (0, 1, 0), lag=0.1), "direction", "axis", {"a_tx": 1e-12}),
+                (Pendulum("a", 1.0, 1.0, axis=(1, 0, 1), rest=(0, 0, 1)), "rest", "axis", {"a_ax": 1e-12}),
+            )
+        ),
+    ],
+)
+def test_a_direction_is_one_at_later_values_too(part, changes, words):
+    """With a component of 1e200 an axis had the length zero, and nothing turned."""
+    craft = Spacecraft("craft", orbit=Orbit()) if isinstance(part, Drag) else Spacecraft("craft")
+    craft.add(Hub("hub", mass=4.0, inertia=BALL))
+    craft.add(part)
+    system = craft.system()
+    check(system)
+    values = {q.symbol: q.default for q in system.parameters}
+    assert all(float(c.margin.subs(values)) > 0 for c in system.constraints)
+    values |= {s: changes[s.name] for s in values if s.name in changes}
+    broken = [c.message for c in system.constraints if not float(c.margin.subs(values)) > 0]
+    assert len(broken) >= 1
+    assert all(re.match(words, message) for message in broken)
 
 
 @pytest.mark.parametrize("bounds", ["(-1, 1)", "[0, 1]", "(0, inf]", "(-inf, inf)"])

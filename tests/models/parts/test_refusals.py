@@ -2,9 +2,11 @@
 """Wrong assemblies are refused in the words of parts."""
 
 import copy
+import dataclasses
 import math
 import pickle
 import sys
+from typing import Annotated
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ import sympy as sp
 import mehvar
 from mehvar.base.errors import MehvarError
 from mehvar.models.check import check
+from mehvar.models.geometry import Shape
 from mehvar.models.parts import (
     Aggregates,
     Bob,
@@ -26,8 +29,10 @@ from mehvar.models.parts import (
     Instrument,
     Joint,
     Link,
+    Load,
     Mode,
     Modes,
+    Number,
     Part,
     Particle,
     Pendulum,
@@ -35,13 +40,24 @@ from mehvar.models.parts import (
     Spacecraft,
     SprungMass,
     Tank,
+    Tensor,
     Tether,
     Thruster,
     Torquer,
+    UnbalancedWheel,
     Value,
+    Vector,
     Wheel,
+    direction,
+    place,
+    point_inertia,
+    scalar,
+    tensor,
+    vector,
 )
 from mehvar.models.quantities import TIME, ModelError, Quantity
+
+from .table import PARTS
 
 BALL = (1.0, 1.0, 1.0)
 HUB = Hub("hub", mass=1.0, inertia=BALL)
@@ -134,7 +150,15 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         ),
         (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(0, 0, 1), angles=3), "p.angles = 3: must be 1 or 2"),
         (lambda: assembled(Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(2, 0, 0))), "p.rest = .*: must not be along"),
+        (lambda: UnbalancedWheel("w", None, 0.1, mass=1.0, across=0.1, static=0.1), "w.axis is missing"),
+        (lambda: Thruster("t", direction=(1, 0, 0), at=None), "t.at is missing"),
         (lambda: assembled(ControlMomentGyro("g", (1, 0, 0), (1, 0, 0), 1.0, 1.0)), "g.spin = .*: must not be along"),
+        (
+            lambda: assembled(
+                ControlMomentGyro("g", np.array([1, 0, 0]), (Value(1, source="drawing"), 0, 0), 1.0, 1.0)
+            ),
+            "g.spin = .*: must not be along",
+        ),
         (
             lambda: ControlMomentGyro("g", (1, 0, 0), (0, 1, 0), 1.0, 1.0, speed=1.0, friction=1.0),
             "g.friction: a motor holds the constant speed",
@@ -249,6 +273,90 @@ class Odd(Sprung):
 def test_terms_of_a_wrong_shape_or_in_time_are_refused(part, words):
     with pytest.raises(ModelError, match=words):
         assembled(Hub("hub", mass=1.0, inertia=BALL), part)
+
+
+@dataclasses.dataclass(frozen=True)
+class Loaded(Part):
+    """A force and a mass, with a number of each form; the terms leave out the fields in `without`."""
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")] = 2.0
+    at: Annotated[Vector, place("r", "place")] = (0, 1.0, 0)
+    push: Annotated[Vector, vector("f", "N", "force")] = (1.0, 0, 0)
+    along: Annotated[Vector, direction("a", "axis")] = (0, 1.0, 2.0)
+    inertia: Annotated[Tensor, tensor("J", "moment of inertia")] = BALL
+    gain: Annotated[Number | None, scalar("k", "1", "gain")] = 0.5
+    size: Annotated[Number | None, scalar("l", "m", "size in the picture")] = None
+    without: tuple[str, ...] = ()
+
+    def _read(self, at, field, idle):
+        return idle if field in self.without else getattr(at.values, field)
+
+    def aggregates(self, at):
+        m, r = self._read(at, "mass", 0), self._read(at, "at", sp.zeros(3, 1))
+        return Aggregates(m, m * r, point_inertia(m, r) + self._read(at, "inertia", sp.eye(3)))
+
+    def loads(self, at):
+        push, along = self._read(at, "push", sp.eye(3)[:, 0]), self._read(at, "along", sp.eye(3)[:, 1])
+        return (Load(couple=push.cross(along) * self._read(at, "gain", 1)),)
+
+    def shapes(self, at):
+        return () if self.size is None else (Shape("a", "ball", (tuple(at.values.at * at.values.size),), "orange"),)
+
+
+@pytest.mark.parametrize("motion", ["free", "plane"])
+@pytest.mark.parametrize("field", ["mass", "at", "push", "along", "inertia", "gain"])
+def test_a_field_that_no_term_of_its_part_contains_is_refused(field, motion):
+    """Its parameters vanished silently; zeros and the motion leave out the others."""
+    words = rf"craft: a\.{field} would be ignored: no term of the Loaded contains at\.values\.{field}"
+    with pytest.raises(ModelError, match=words):
+        assembled(HUB, Loaded("a", without=(field,)), motion=motion)
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        {},
+        {"push": (0, 0, 0)},
+        {"push": (0, 0.5, 1.0)},
+        {"size": 3.0},
+        {"gain": None, "without": ("gain",)},
+    ],
+    ids=str,
+)
+def test_a_field_that_only_zeros_or_the_picture_leave_out_is_no_error(numbers):
+    """A force along the arm has no torque."""
+    assembled(HUB, Loaded("a", **numbers))
+
+
+def test_terms_that_are_numbers_of_python_are_terms():
+    """They ended in an AttributeError."""
+
+    class Idle(Part):
+        def particle(self, at):
+            return Particle(0, sp.Matrix([1, 0, 0]), 0)
+
+        def aggregates(self, at):
+            return Aggregates(0, energy=0.0, potential=0, power=0)
+
+    check(assembled(HUB, Idle("a")))
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_no_shipped_part_ignores_a_field(name):
+    craft = Spacecraft("craft", period=0.1)
+    for part in (HUB, PARTS[name]):
+        craft.add(part)
+    ignored = []
+    craft.numbers(lambda part, at: ignored.extend(part.ignored(at)) or [], [{}])
+    assert set(ignored) <= {"lag", "rate_limit"}  # in the rates of an engine
+
+
+def test_a_shared_number_that_no_part_uses_is_refused():
+    craft = Spacecraft("craft")
+    craft.add(HUB)
+    craft.parameter("Js", 0.1, "kg m^2")
+    with pytest.raises(ModelError, match="craft: parameter 'Js' is used by no part and no law; remove it or use it"):
+        craft.system()
 
 
 def test_links_without_inertia_about_their_axis_are_refused():

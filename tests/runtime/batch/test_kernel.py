@@ -15,6 +15,7 @@ from mehvar.base.manifest import METRIC_KINDS
 from mehvar.runtime import InputError
 from mehvar.runtime.batch import kernel as kernel_module
 from mehvar.runtime.batch.kernel import Block, compile_kernel, kernel_flags, suitable_lanes
+from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.batch.source import KernelLoop
 from mehvar.runtime.compiling.compiler import require_compiler
 from mehvar.runtime.compiling.processor import widest
@@ -82,7 +83,7 @@ def test_a_lane_is_the_run_alone(case):
     block = kernel.run(3, *vectors, seed=5, t_end=t_end, dt=dt, save_every=dt)
     expected = run_alone(model(name), kernel, *vectors, t_end=t_end, dt=dt, seed=5, first_run=3)
     equal(block, expected)
-    np.testing.assert_allclose(block.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(block.metric_values, expected.metric_values, rtol=1e-12, atol=1e-13)
     assert (block.status == Status.DONE).sum() >= 4
     assert (block.error > 0).all()
     assert kernel.loop.method == "rk4" or (block.error <= 1).all()
@@ -125,8 +126,8 @@ def test_every_kind_of_metric_is_that_of_the_run_alone(law, pendulum, tmp_path):
     kernel = compile_kernel(model, law, options=RunOptions(hold=hold))
     block = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.05)
     expected = run_alone(model, kernel, *vectors, x0, t_end=3.0, dt=0.05)
-    np.testing.assert_allclose(block.metrics, expected.metrics, rtol=1e-12, atol=1e-13)
-    assert np.mean([len({*column}) > 1 for column in expected.metrics.T]) > 0.5  # else they say little
+    np.testing.assert_allclose(block.metric_values, expected.metric_values, rtol=1e-12, atol=1e-13)
+    assert np.mean([len({*column}) > 1 for column in expected.metric_values.T]) > 0.5  # else they say little
 
 
 @pytest.mark.parametrize(
@@ -204,11 +205,11 @@ def test_refuses_what_it_cannot_do():
     with pytest.raises(InputError, match=r"profile = 'quick'.*portable or fast"):
         RunOptions(profile="quick")
     with pytest.raises(InputError, match=r"real = 'float'.*a batch computes in double"):
-        compile_kernel(triangle, "path", options=RunOptions(real="float"))
+        Plan(triangle, Campaign("path", n=1, options={"real": "float"}))
     with pytest.raises(InputError, match=r"lanes = 3.*1, 2, 4, 8 or 16"):
         compile_kernel(triangle, "path", lanes=3)
     with pytest.raises(InputError, match=r"delay = 1.*hold"):
-        compile_kernel(triangle, "path", options=RunOptions(delay=1))
+        Plan(triangle, Campaign("path", n=1, options={"delay": 1}))
     p, c, s, x0 = dispersed("satellite", "pd", 2)
     p[1, satellite.parameter_names.index("Ts")] *= 2
     with pytest.raises(InputError, match=r"Ts.*same in all runs"):
@@ -246,7 +247,7 @@ def test_runs_of_a_law_that_is_one_chain_fill_two_registers(monkeypatch: pytest.
         monkeypatch.setattr(kernel_module, "suitable_lanes", lambda _, wide=wide: wide)
         kernel = compile_kernel(model("triangle"), "path", options=options)
         block = kernel.run(0, *vectors, seed=0, t_end=4.0, dt=0.1, save_every=0.1)
-        equal(block, expected, (*EXACT, "metrics", "error"))
+        equal(block, expected, (*EXACT, "metric_values", "error"))
 
 
 def test_lanes_follow_the_longest_chain(monkeypatch: pytest.MonkeyPatch) -> None:

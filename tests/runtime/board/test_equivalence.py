@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import tempfile
 import zlib
 from pathlib import Path
 
@@ -11,9 +13,10 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.base.errors import InputError
+from mehvar.base.errors import InputError, MissingError
 from mehvar.parts import Hub, Spacecraft, Tank
 from mehvar.runtime.board import targets
+from mehvar.runtime.board.image import toolchains
 from mehvar.runtime.board.image.build import build, program, sources
 from mehvar.runtime.board.image.toolchains import host_toolchain
 from mehvar.runtime.board.line.link import Link, LinkError
@@ -211,7 +214,6 @@ def test_a_run_on_the_board_is_a_run_of_simulate(bench):
 
 def test_a_serial_port(tmp_path):
     """A pseudo-terminal, with the process behind it, stands for the cable."""
-    import os
     import subprocess
     import tty
 
@@ -244,6 +246,32 @@ def test_an_emulated_board_behind_a_serial_port(tmp_path):
     finally:
         process.kill()
         process.wait()
+
+
+def test_an_emulator_that_ends_at_once_leaves_nothing(tmp_path, monkeypatch):
+    (tmp_path / "qemu-system-arm").write_text("#!/bin/sh\necho no such machine >&2\nexit 1\n")
+    (tmp_path / "qemu-system-arm").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    image = build_image(load("satellite"), BoardRequest("mrac", "qemu"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with pytest.raises(LinkError, match="did not start: no such machine"):
+        targets.SocketPort(image)
+    assert not list(tmp_path.glob("mehvar-*"))
+
+
+@pytest.mark.parametrize("text", ["exit 1", "exit 0"])
+def test_a_compiler_that_does_not_start_is_as_good_as_none(tmp_path, monkeypatch, text):
+    for name in ("arm-none-eabi-gcc", "aarch64-linux-gnu-gcc", "qemu-aarch64-static"):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    toolchains._gcc.cache_clear()
+    try:
+        for request in (BoardRequest("mrac", "unicorn", compiler="gcc"), BoardRequest("mrac", "sil", "aarch64", "gcc")):
+            with pytest.raises(MissingError, match="gcc is not installed: apt-get install"):
+                build_image(load("satellite"), request)
+    finally:
+        toolchains._gcc.cache_clear()
 
 
 def test_a_difference_is_found():
@@ -295,8 +323,6 @@ def test_a_port_that_cannot_be_opened_says_why(monkeypatch, number, text):
 
 
 def test_a_port_that_is_pulled_out_is_a_link_error():
-    import os
-
     master, slave = os.openpty()
     port = SerialPort(os.ttyname(slave))
     with pytest.raises(InputError, match="can be opened"):

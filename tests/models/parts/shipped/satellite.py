@@ -25,7 +25,7 @@ QUATERNION = sp.symbols("q0:4", real=True)
 def assembled(shipped: System, gradient: bool = True) -> System:
     """Assemble body, wheels, gravity gradient and a torque from outside with the shipped parameters."""
     craft = Spacecraft("satellite", orbit=Orbit())
-    given = (q for q in shipped.parameters if q.name != craft.period.name)
+    given = (q for q in shipped.parameters if q.name.startswith(("I", "wheel")))
     p = {q.name: craft.parameter(q.name, q.default, q.unit, q.description, str(q.bounds)) for q in given}
     craft.add(Hub("body", sp.S.One, _inertia(shipped, p)))  # the mass plays no part
     share = p.get("wheels", sp.S.One)

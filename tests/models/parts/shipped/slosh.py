@@ -121,7 +121,8 @@ def assembled(shipped: System, pendulum: Callable[..., Part]) -> System:
     craft = Spacecraft("slosh", attitude={"angles": "euler"}.get(structure["attitude"], "quaternion"))
     given = (q for q in shipped.parameters if not q.name.endswith("_max"))
     p = {q.name: craft.parameter(q.name, q.default, q.unit, q.description, str(q.bounds)) for q in given}
-    craft.parameter(FORK.name, 1.0, "kg", "fork", "(0, inf)")
+    if pendulum is hinged:
+        craft.parameter(FORK.name, 1.0, "kg", "fork", "(0, inf)")
     craft.add(Hub("hull", p["m"], (p["J_x"], p["J_y"], p["J_z"]), (-p["b"], 0, 0)))
     craft.add(Hub("fuel", p["m0"], (p["I0"],) * 3, (-p["h0"], 0, 0)))
     for k in range(1, int(structure["pendulums"]) + 1):

@@ -163,9 +163,11 @@ def part(shipped: System) -> Triangle:
 
 def assembled(shipped: System) -> System:
     craft = Spacecraft("triangle", motion="plane")
-    for q in shipped.parameters:
+    triangle = part(shipped)
+    numbers = sp.Tuple(*triangle.masses, *triangle.rods, triangle.mean_motion, triangle.eccentricity)
+    for q in (q for q in shipped.parameters if q.symbol in numbers.free_symbols):
         craft.parameter(q.name, q.default, q.unit, q.description, str(q.bounds))
-    craft.add(part(shipped))
+    craft.add(triangle)
     return craft.system()
 
 
