@@ -90,6 +90,7 @@ def _parameter(q: Parameter, names: tuple[str, ...]) -> numeric.Parameter:
 
 
 def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controller:
+    """Return a law of the manifest: its quantities, messages and times instead of expressions."""
     return _as(
         numeric.Controller,
         law,

@@ -188,7 +188,7 @@ Form = Literal["exact", "table", "any_age"]
 version, also with unknown fields."""
 
 
-def read(schema: type[T], data: object, form: Form = "exact", **others: object) -> T:
+def read(schema: type[T], data: object, form: Form = "exact") -> T:
     """Convert JSON or TOML data to a dataclass.
 
     Parameters
@@ -199,17 +199,13 @@ def read(schema: type[T], data: object, form: Form = "exact", **others: object) 
         What `json.loads` or `tomllib.loads` returns.
     form : {"exact", "table", "any_age"}
         Fields that data must and may have. A table has fields by their names, not by their keys in JSON.
-    **others : object
-        Values of fields that JSON omits.
 
     Raises
     ------
     SchemaError
         If a field is missing, unknown or of the wrong type.
     """
-    record = _codec(cast(Any, schema), form)[0](data)
-    record.__dict__.update(others)
-    return cast(T, record)
+    return cast(T, _codec(cast(Any, schema), form)[0](data))
 
 
 def plain(schema: type, value: object) -> Any:
@@ -288,6 +284,7 @@ def _read_word(words: Sequence[str], value: Any) -> Any:
 
 
 def _read_list(convert: _Convert, values: Any) -> Any:
+    """Return the converted values; an error names the index of its value."""
     if type(values) is not list:
         raise _wrong(values, "a list")
     result: list[Any] = []
@@ -300,6 +297,7 @@ def _read_list(convert: _Convert, values: Any) -> Any:
 
 
 def _read_mapping(convert: _Convert, named: bool, form: Form, values: Any) -> Any:
+    """Return the converted values by name; a named record takes its name from the key, not from a field."""
     entries, result = _table(values), {}
     try:
         for name, value in entries.items():
@@ -320,6 +318,7 @@ def _read_row(make: _Convert, allowed: str, converts: Sequence[_Convert], values
 
 
 def _read_record(kind: Any, rows: Mapping[str, tuple[Field[Any], _Convert]], form: Form, data: Any) -> Any:
+    """Return a record; "exact" data have every key, and only data of any age may have unknown ones."""
     if _table(data).keys() != rows.keys():
         for key in data:
             if key not in rows and form != "any_age":

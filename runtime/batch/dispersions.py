@@ -105,6 +105,7 @@ def _lognormal(names: int, mu: float, sigma: float) -> Quantile:
 
 
 def _triangular(names: int, low: float, mode: float, high: float) -> Quantile:
+    """Return the quantile function of a triangular distribution; refuse one whose width is infinite or zero."""
     _require(names == 1 and low <= mode <= high and low < high)
     width, rise, fall = high - low, mode - low, high - mode
     _require(math.isfinite(width * width))
@@ -137,6 +138,7 @@ def _sphere(names: int, radius: float = 1.0) -> Quantile:
 
 
 def _correlated(names: int, means: tuple[float, ...], covariance: tuple[tuple[float, ...], ...]) -> Quantile:
+    """Return the quantile function of correlated normal numbers, by the Cholesky factor of their covariance."""
     _require(names == len(means) == len(covariance) and all(len(row) == names for row in covariance))
     _require(all(covariance[i][j] == covariance[j][i] for i in range(names) for j in range(i)))
     factor = _cholesky(covariance)
@@ -184,6 +186,7 @@ _MULTIVARIATE = "normal([means], [rows of a positive definite covariance matrix]
 
 
 def _read(names: str, text: str, origin: str) -> Dispersion:
+    """Return the dispersion that a text describes; `names` are one name or several with commas."""
     targets = tuple(name.strip() for name in names.split(","))
     kind, arguments, keywords = _call(names, text, origin)
     if kind not in _KINDS:

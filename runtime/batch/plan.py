@@ -287,6 +287,7 @@ class Plan:
                 )
 
     def _values(self, first: int, count: int, points: FloatArray | None = None) -> FloatArray:
+        """Return the drawn values of runs, (count, names), by default from the sampler's points."""
         points = self._sampler.points(first, count) if points is None else points
         values, place = np.empty_like(points), 0
         for dispersion in self.dispersions:
@@ -321,6 +322,7 @@ class Plan:
         return any(name in columns for columns in self._columns)
 
     def _check_names(self) -> None:
+        """Refuse varied names that are unknown, also set, or fixed by the sample times, and vectors of mixed units."""
         names = [name for columns in self._columns for name in columns] + list(self._states)
         fixed = {*self.campaign.parameters, *self.campaign.initial}
         for name in self.names:
@@ -363,6 +365,7 @@ class Plan:
                 c[:, i] = np.where(np.isnan(c[:, i]), column, c[:, i])
 
     def _possible(self, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> NDArray[np.bool_]:
+        """Return for each run True if its values and initial state are allowed."""
         manifest, functions = self.model.manifest, self.model.functions
         good = np.array(np.isfinite(x0).all(axis=1))
         for group, vectors in zip(self._groups, (p, c, s), strict=True):

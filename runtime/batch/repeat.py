@@ -183,6 +183,7 @@ def keep_for_session(store: Batch, model: Model) -> None:
 
 
 def _trusted_model(store: Batch, trust: bool) -> Model | str:
+    """Return the model of a store: of the session, installed, of the project or, if trusted, its source."""
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
     if known := SESSION_MODELS.get(_recorded_digest(store)):
         return known

@@ -187,6 +187,7 @@ def _loop_files(loop: KernelLoop) -> list[str]:
 
 
 def _sizes(loop: KernelLoop) -> dict[str, str]:
+    """Return the macros with the sizes and features for which the kernel is compiled, and the table of its events."""
     manifest, calls = loop.manifest, loop.calls
     states = len(manifest.states)
     numbers = {
@@ -290,6 +291,7 @@ def _dense(tableau: Any) -> dict[str, str]:
 
 
 def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str, str]]:
+    """Return the tables of an implicit method, and the macros of the step that they replace."""
     stages = tableau.stages - 1
     rows = {
         "a": _rows(tableau.a, stages),

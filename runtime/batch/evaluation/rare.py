@@ -128,6 +128,7 @@ class _Seeker:
         return self._decided(stages, estimate(score, dimensions, size, stages, rng), confidence)
 
     def _decided(self, stages: Levels, result: Estimate, confidence: float) -> Verdict:
+        """Return the verdict by the bounds on the share of failures; undecided if the estimate has a problem."""
         requirement = self._requirement
         if result.problem:
             return Verdict(requirement, "undecided", None, f"undecided after {self._runs} runs: {result.problem}", ())
@@ -149,6 +150,7 @@ class _Seeker:
         return scores
 
     def _piece(self, points: FloatArray) -> FloatArray:
+        """Return the scores of runs at standard normal points; a run without a number counts as a failure."""
         count, requirement = len(points), self._requirement
         values = self._blocks.compute(self._runs, count, points=_cube(points))
         assert values is not None

@@ -119,6 +119,7 @@ def read_requirements(
 
 
 def _read(name: str, text: str, units: Mapping[str, str], notes: Mapping[str, str], origin: str) -> Requirement:
+    """Return the requirement that a text states, on a quantile or on the probability of a condition."""
     if not isinstance(text, str):
         raise bad_value(name, text, f"a text {_USAGE}", origin)
     if match := _QUANTILE.fullmatch(text):
@@ -348,6 +349,7 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
 def _verdict(
     store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
 ) -> Verdict:
+    """Return the verdict on a requirement from a store; `fixed` bounds hold only for the planned number of runs."""
     if design != "random":
         reason = f"undecided for any number of runs: runs of a {design} design are not independent"
         return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))

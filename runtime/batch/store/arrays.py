@@ -113,6 +113,7 @@ class Array:
         return np.full(self.chunk, math.nan if fill == "NaN" else fill, dtype=self._type())
 
     def _encoded(self, values: NDArray[Any]) -> bytes:
+        """Return the bytes of a chunk; the last one is filled up to the size of the others."""
         from numcodecs import VLenUTF8, Zstd
 
         if values.shape != self.chunk:  # at the end of the array
@@ -125,6 +126,7 @@ class Array:
         return bytes(Zstd(level=1, checksum=True).encode(content)) if self.of_runs else content
 
     def _decoded(self, content: bytes | None) -> NDArray[Any]:
+        """Return the values of a chunk; a missing one has the fill value."""
         from numcodecs import VLenUTF8, Zstd
 
         if content is None:

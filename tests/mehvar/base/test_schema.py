@@ -46,11 +46,11 @@ def data() -> dict:
 
 
 def test_what_is_read_is_written_again():
-    root = read(Root, data(), place="here")
+    root = read(Root, data())
     assert root.leaves["a"] == Leaf("a", -1.0, math.inf, "n")
     assert root.rows == (Leaf("r", -math.inf, 2.0),)
     assert root.pairs == (Pair("x", 3), Pair("t", None))
-    assert root.place == "here"
+    assert root.place == ""
     assert type(root.rows[0].high) is float
     assert plain(Root, root) == data()
 
