@@ -37,4 +37,5 @@ def test_each_choice_of_the_filter_has_rows_and_kinds_are_counted_apart():
     found = {f"verdict:{verdict}" for _, verdict, _ in rows} | {f"outcome:{outcome}" for *_, outcome in rows}
     assert set(re.findall(r'<option value="((?:verdict|outcome):[^"]*)">', text)) == found
     assert {verdict for _, verdict, _ in rows} == set(ClaimVerdict)
+    assert "✓ holds; ✗ does not hold and decides its claim; ! does not hold and decides no claim" in text
     assert "22 claims of the papers, 2 findings of our own, 2 rows of our own" in text
